@@ -9,6 +9,7 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, Positional
 
 from bisplat.commands.array_option import array_option
+from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import ParameterError, printable
@@ -47,6 +48,8 @@ def dataset(
     own_array = array_option(array)
     if "rows" in own_array and "spacing" not in own_array:
         raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")
+    if recording.moving == "both":
+        refuse_given(["--gateway"], "none beside --moving both, where the receivers' positions are those of the array")
     receiver = Gateway(gateway, facing(boresight), **own_array)
     for sentence in record(files, output, receiver, frequency, recording):
         print(printable(sentence))

@@ -106,12 +106,17 @@ def simulate(
             has_work(request, folder, places)
         if wanted.positions is not None and number == 0:
             box = bounding_box(np.vstack([request.scene.bounds, request.scene.transmitter.region]))
-            warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")
-            if warning is not None:
-                say(f"warning: {wanted.positions}: {warning}")
+            for given, points in ((wanted.positions, request.positions), (wanted.receivers, request.receivers)):
+                if points is None:
+                    continue
+                warning = reach_warning(points, box, "the scene", "are they in metres, in the scene's frame?")
+                if warning is not None:
+                    say(f"warning: {given}: {warning}")
     for folder, request in requests.items():
         generate(request, folder, places)
         print(printable(f"{len(request)} spectra: {folder}"))
     first = next(iter(requests.values()))
+    if first.moving == "both":
+        return  # no model learns from such spectra
     known = first.known[first.known < len(first.positions)]  # those of the first frequency
     say_expectation(first.positions[known], first.scenes[0].wavelength, first.beamformer.array)

@@ -109,7 +109,8 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
 
     Raises:
         InputError: the dataset has too few spectra for three parts, has fewer training spectra than ``train_size``, or
-            lacks the index files that ``files`` needs; or ``guard`` leaves no training or no validation spectrum.
+            lacks the index files that ``files`` needs; ``guard`` leaves no training or no validation spectrum; or both
+            ends of the link move.
         ParameterError: no split has this name, the seed or ``train_size`` is not a whole number in its range, or
             ``guard`` is not from 0 to ``GUARD_MOST``.
 
@@ -120,6 +121,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
     from simulate.dataset.dataset_folder import Dataset  # slow to import
+    from simulate.dataset.fixed_array import require_fixed_end
 
     require_instance(Dataset, dataset=dataset)
     require_word(SPLITS, kind=kind)
@@ -127,6 +129,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     if train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=train_size)
     require_within(0, GUARD_MOST, "wavelengths", guard=guard)
+    require_fixed_end(dataset)  # here, since all that learns or scores splits its dataset first
     count = len(dataset.names)
     generator = np.random.default_rng(seed)
     block = np.arange(count) // BLOCK

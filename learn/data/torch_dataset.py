@@ -19,7 +19,8 @@ class TorchDataset(data.Dataset[dict[str, torch.Tensor]]):
 
     Each item is a dictionary with these entries:
 
-    - "position", the transmitter's position, metres, world frame, [3], float32;
+    - "position", the position of the end that moves, metres, world frame, [3], float32;
+    - "receiver", the middle of the array; only if both ends move, and "position" is then the transmitter's;
     - "spectrum", the spectrum, 0…1, [90, 360], float32;
     - "responses", the recorded element responses, [elements], complex64; only if the dataset has any.
 
@@ -59,6 +60,8 @@ class TorchDataset(data.Dataset[dict[str, torch.Tensor]]):
             "position": torch.from_numpy(self.dataset.positions[index].astype(np.float32)),
             "spectrum": torch.from_numpy(spectrum_of(self.dataset.pictures[index])),
         }
+        if self.dataset.moving_receivers is not None:
+            found["receiver"] = torch.from_numpy(self.dataset.moving_receivers[index].astype(np.float32))
         if self.dataset.responses is not None:
             found["responses"] = torch.from_numpy(self.dataset.responses[index].astype(np.complex64))
         return found

@@ -50,8 +50,8 @@ class Check:
         problems: one sentence for each fault that makes the folder unusable.
         warnings: one sentence for each other fault, for example that the split leaks.
         dataset: the dataset. None: there are problems.
-        leakage: how near and how similar the test spectra are to known ones. None: there are problems, or no spectra
-            are known or tested.
+        leakage: how near and how similar the test spectra are to known ones. None: there are problems, no spectra are
+            known or tested, or both ends move.
         split: the name of the split that was asked for. None: the folder's own.
         parts: the split that was asked for. None: there are problems, or it is the folder's own.
 
@@ -76,8 +76,8 @@ class Check:
 
     @property
     def spacing(self) -> Spacing | None:
-        """How densely the known positions lie. None: there are problems, or too few to tell."""
-        if self.dataset is None:
+        """How densely the known positions lie. None: there are problems, too few to tell, or both ends move."""
+        if self.dataset is None or self.dataset.moving == "both":
             return None
         known = self.dataset.train if self.parts is None else self.parts.known
         return Spacing.between(self.dataset.positions[known], self.dataset.wavelength)
@@ -104,8 +104,6 @@ class Check:
         known, residual = dataset.identification, dataset.identification.residual
         # The pictures of an array show the azimuth of column 0 only up to turns by which the array looks the same.
         azimuths = "metadata" if known.grid_source == "metadata" else "assumed"
-        corners = bounding_box(dataset.positions)
-        fixed, turned = ("gateway", "gateway") if dataset.moving == "transmitter" else ("transmitter", "array")
         responses = "no" if dataset.responses is None else "yes"
         if dataset.retrieved is not None:
             recorded = dataset.metadata.get("phases") == "per-position"
@@ -113,10 +111,7 @@ class Check:
         return {
             "spectra": str(len(dataset.names)),
             **self._sizes(dataset),
-            **({} if dataset.moving == "transmitter" else {"moving": "the receiver, with its array"}),
-            "positions (m)": " to ".join(str(corner.round(3).tolist()) for corner in corners),
-            f"{fixed} at (m)": str(dataset.gateway_position.round(3).tolist()),
-            f"{turned} looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
+            **_ends(dataset),
             "frequency": f"{dataset.frequency} ({SOURCES[dataset.frequency.source]})",
             "array": _in_words(array, SOURCES[known.source]),
             "rows (elevation)": _angles(grid.elevations_deg, SOURCES[known.grid_source]),
@@ -129,7 +124,14 @@ class Check:
             "complex responses": responses,
             **({} if dataset.band_responses is None else {"band": _band(dataset.band, dataset.band_responses)}),
             "split": self.split or "the folder's own",
-            "known positions": expectation(spacing, array) if (spacing := self.spacing) else UNTOLD,
+            **self._of_split(dataset),
+        }
+
+    def _of_split(self, dataset: Dataset) -> dict[str, str]:
+        if dataset.moving == "both":  # how near two pairs are to one another is not one distance
+            return {}
+        return {
+            "known positions": expectation(spacing, dataset.array) if (spacing := self.spacing) else UNTOLD,
             "copying the nearest": self.leakage.similarity() if self.leakage is not None else "none",
             "test positions": "none" if self.distances is None else self.distances.sentence(),
         }
@@ -226,7 +228,7 @@ def check(
         inspection.problems,
         list(inspection.warnings),
         dataset,
-        None if dataset is None else leakage(dataset, parts),
+        None if dataset is None or dataset.moving == "both" else leakage(dataset, parts),
         split,
         parts,
     )
@@ -243,6 +245,30 @@ def check(
     if dataset is not None:
         found.warnings.extend([*picture_doubts(dataset), *dataset.assumptions()])
     return found
+
+
+def _ends(dataset: Dataset) -> dict[str, str]:
+    """Which end moves, and where the ends are."""
+    box = " to ".join(str(corner.round(3).tolist()) for corner in bounding_box(dataset.positions))
+    stands = str(dataset.gateway_position.round(3).tolist())
+    boresight = str(boresight_of(dataset.gateway_orientation).round(3).tolist())
+    if dataset.moving == "both":
+        places = len(np.unique(dataset.positions, axis=0))
+        of_arrays = " to ".join(str(corner.round(3).tolist()) for corner in bounding_box(dataset.receivers))
+        return {
+            "moving": f"both ends: the transmitter, among {places} places, and the receiver, with its array",
+            "transmitters (m)": box,
+            "receivers (m)": of_arrays,
+            "array looks along": boresight,
+        }
+    if dataset.moving == "receiver":
+        told, fixed, turned = {"moving": "the receiver, with its array"}, "transmitter", "array"
+    else:
+        told, fixed, turned = {}, "gateway", "gateway"
+        made_here = str(dataset.metadata.get("made_by", "")).startswith("bisplat-wrf")
+        if "moving" not in dataset.metadata and not made_here:
+            told = {"moving": "the transmitter (assumed; if it was the array: bisplat convert --moving receiver)"}
+    return {**told, "positions (m)": box, f"{fixed} at (m)": stands, f"{turned} looks along": boresight}
 
 
 def _band(band: Band | None, responses: Complex[np.ndarray, "K elements subcarriers"]) -> str:

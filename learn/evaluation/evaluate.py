@@ -24,6 +24,7 @@ from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.fixed_array import require_fixed_end
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -199,6 +200,7 @@ def evaluate(
         tested_on = run.dataset()
     else:
         tested_on = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+        require_fixed_end(tested_on)
     same = dataset is None or run.is_trained_on(tested_on)
     known_data = tested_on if same else run.dataset()
     require_scorable(tested_on.array, str(tested_on.folder))

@@ -82,6 +82,8 @@ def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, 
     frequency = frequency_of(folder, metadata, rows, problems).frequency
     if problems:
         raise InputError(problems[0])
+    if metadata.get("moving") == "both":
+        raise InputError(f"{path}: expected pictures of a gateway that stands still, found some of an array that moved")
     array, grid = stated_array(metadata), stated_grid(metadata)
     wavelength = float(run.model.wavelength)
     if frequency.source != "assumed" and other_frequency(wavelength, frequency.wavelength):

@@ -26,6 +26,7 @@ from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.fixed_array import require_fixed_end
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
@@ -233,6 +234,7 @@ def subject(what: str) -> Subject:
         return Subject(scene.name, scene.gateway, region, scene, None, None, None, _other_gateways(scene))
     if not (folder / "config.json").exists():
         dataset = read_dataset(folder)
+        require_fixed_end(dataset)
         nothing = np.zeros(0, dtype=int)
         parts = Split(train=dataset.train, validation=nothing, test=dataset.test)
         return _with_scene(folder.name, dataset, parts, None)

@@ -30,7 +30,7 @@ ALIKE = 1e-3
 """An array looks the same if each element is this near to the place of another, relative to the array's size."""
 
 FARTHER = 3.0
-"""Other azimuths are believed if the angle as it is is this many times that angle, and above twice ``POINTS``."""
+"""Another reading is believed if the angle as it is is this many times that angle, and above twice ``POINTS``."""
 
 
 @dataclass(frozen=True)
@@ -106,28 +106,37 @@ class Bearing:
         error: median angle between them, degrees; not a number if no picture has a maximum.
         turn: the turn after which the maxima point at the transmitters; None if there is none or they do so already.
         error_after: median angle after the best turn, degrees.
+        error_if_moved: median angle if the array is at the positions and the transmitter at the gateway's, degrees;
+            None if that is not believed, or if the folder states what moves.
     """
 
     error: float
     turn: Turn | None
     error_after: float
+    error_if_moved: float | None = None
 
     def doubt(self, grid: AngularGrid) -> str | None:
-        """A sentence if the azimuths of pictures on a grid seem to be others."""
-        if self.turn is None:
-            return None
-        return (
-            f"the strongest directions point at the transmitters ({self.error_after:.0f}° off, median) if the pictures "
-            f"are {self.turn}, and not as they are ({self.error:.0f}° off): bisplat convert {self.turn.option(grid)} "
-            "reads them so"
-        )
+        """A sentence if the azimuths of pictures on a grid seem to be others, or if the array seems to have moved."""
+        found = []
+        if self.turn is not None:
+            found.append(
+                f"the strongest directions point at the transmitters ({self.error_after:.0f}° off, median) if the "
+                f"pictures are {self.turn}, and not as they are ({self.error:.0f}° off): bisplat convert "
+                f"{self.turn.option(grid)} reads them so"
+            )
+        if self.error_if_moved is not None:
+            found.append(
+                f"the strongest directions point at one transmitter ({self.error_if_moved:.0f}° off, median) if "
+                f"tx_pos.csv holds the places of an array that moved, and not if it holds those of transmitters "
+                f"({self.error:.0f}° off): bisplat convert --moving receiver states it"
+            )
+        return "; or ".join(found) or None
 
 
 def bearing_of(dataset: Dataset) -> Bearing:
     """Compare the maxima of a dataset's spectra with the directions of its transmitters."""
     to_gateway_frame = Rotation.from_quat(dataset.gateway_orientation).inv()
-    away = dataset.positions - dataset.gateway_position
-    towards = to_gateway_frame.apply(away if dataset.moving == "transmitter" else -away)
+    towards = to_gateway_frame.apply(dataset.transmitters - dataset.receivers)
     distance = np.linalg.norm(towards, axis=1)
     chosen = [
         index
@@ -143,10 +152,19 @@ def bearing_of(dataset: Dataset) -> Bearing:
     errors = []
     for turn in turns:
         maxima = direction(np.radians(turn.by) + (-azimuth if turn.mirrored else azimuth), elevation)
-        errors.append(np.median(dataset.array.angle_between(maxima, units)))
+        errors.append(float(np.median(dataset.array.angle_between(maxima, units))))
+    moved = None
+    if "moving" not in dataset.metadata:
+        moved = float(np.median(dataset.array.angle_between(direction(azimuth, elevation), -units)))
+        moved = moved if _believed(moved, errors[0]) else None
     if len(turns) == 1:
-        return Bearing(float(errors[0]), None, float(errors[0]))
+        return Bearing(errors[0], None, errors[0], moved)
     best = 1 + int(np.argmin(errors[1:]))
-    believed = errors[best] < POINTS and errors[0] > max(FARTHER * errors[best], 2 * POINTS)
     line = dataset.array.is_line  # whose maxima are the same on both sides of it
-    return Bearing(float(errors[0]), turns[best] if believed and not line else None, float(errors[best]))
+    believed = _believed(errors[best], errors[0]) and not line
+    return Bearing(errors[0], turns[best] if believed else None, errors[best], moved)
+
+
+def _believed(error: float, as_it_is: float) -> bool:
+    """Whether another reading is believed that leaves some error, degrees, where the folder as it is leaves another."""
+    return error < POINTS and as_it_is > max(FARTHER * error, 2 * POINTS)

@@ -19,7 +19,7 @@ from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
-from simulate.dataset.dataset_reader import read_gateway, read_metadata
+from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
 from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.index_files import read_split
 from simulate.dataset.metadata import band_of
@@ -48,8 +48,9 @@ class Dataset:
         names: names of the K pictures, padded with zeros, such as "00001".
         pictures: grey levels 0…255 of the spectra's magnitude, min–max normalised for each spectrum, [K, 90, 360];
             rows and columns are the directions of ``grid``.
-        positions: transmitter positions, metres, world frame, [K, 3].
-        gateway_position: position of the gateway, metres, world frame, [3].
+        positions: rows of tx_pos.csv: where the end that moves is, metres, world frame, [K, 3]. If both ends move, they
+            are the transmitter's. ``transmitters`` and ``receivers`` are both ends, whichever moves.
+        gateway_position: position of the gateway, where the other end stands, metres, world frame, [3].
         gateway_orientation: unit quaternion (x, y, z, w) that turns the gateway frame into the world frame, [4].
         train: indices of the folder's own training spectra; empty if the folder has no index files.
         test: indices of the folder's own test spectra; empty if the folder has no index files.
@@ -66,6 +67,8 @@ class Dataset:
             ``grid_source``: "metadata", "fitted" or "assumed"), and the error that they leave (``residual``, grey
             levels of 255).
         frequency: the frequency (``hertz``), and how it is known (``source``: "metadata", "freq.txt" or "assumed").
+        moving_receivers: rows of rx_pos.csv, if both ends move: the middle of the array, metres, world frame, [K, 3].
+            None: one end stands still.
 
     Example:
         >>> import bisplat
@@ -95,6 +98,7 @@ class Dataset:
     metadata: dict[str, Any] = field(default_factory=dict)
     identification: Identification = field(default_factory=Identification)
     frequency: Frequency = field(default_factory=Frequency)
+    moving_receivers: Float[np.ndarray, "K 3"] | None = None
 
     def __len__(self) -> int:
         return len(self.names)
@@ -143,8 +147,31 @@ class Dataset:
 
     @property
     def moving(self) -> Moving:
-        """What is at ``positions``: "transmitter" or "receiver". The other end is at the gateway's position."""
+        """What moves: "transmitter", "receiver" or "both". An end that does not is at the gateway's position."""
         return self.metadata.get("moving", "transmitter")
+
+    @property
+    def transmitters(self) -> Float[np.ndarray, "K 3"]:
+        """Where the transmitter of each spectrum is, whichever end moves, metres, world frame, [K, 3].
+
+        Example:
+            >>> import bisplat
+            >>> dataset = bisplat.read_dataset("data/lab")
+            >>> bool((dataset.transmitters == dataset.positions).all()), dataset.receivers[0].tolist()
+            (True, [7.2, 3.0, 1.4])
+        """
+        return self._standing if self.moving == "receiver" else self.positions
+
+    @property
+    def receivers(self) -> Float[np.ndarray, "K 3"]:
+        """Where the middle of the array is for each spectrum, whichever end moves, metres, world frame, [K, 3]."""
+        if self.moving_receivers is not None:
+            return self.moving_receivers
+        return self.positions if self.moving == "receiver" else self._standing
+
+    @property
+    def _standing(self) -> Float[np.ndarray, "K 3"]:
+        return np.tile(self.gateway_position, (len(self), 1))
 
     @cached_property
     def fingerprint(self) -> str:
@@ -158,6 +185,8 @@ class Dataset:
         """
         digest = hashlib.sha256("\n".join(self.names).encode())
         digest.update(np.ascontiguousarray(self.positions, dtype="<f8").data)
+        if self.moving_receivers is not None:
+            digest.update(np.ascontiguousarray(self.moving_receivers, dtype="<f8").data)
         digest.update(np.ascontiguousarray(self.pictures).data)
         return digest.hexdigest()
 
@@ -277,11 +306,14 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     names, pictures = read_pictures(folder / "spectrum", problems)
     gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
     metadata = read_metadata(folder / "metadata.json", problems)
+    rows_of_positions = None if positions is None else len(positions)
+    moving: Moving = metadata.get("moving", "transmitter")
+    receivers = read_receivers(folder / "rx_pos.csv", moving, rows_of_positions, problems)
     array, grid = stated_array(metadata), stated_grid(metadata)
     train, test = read_split(folder, names, metadata, problems, warnings)
 
     numbers = np.array([int(name) for name in names], dtype=int)
-    rows_known = None if positions is None else len(positions)
+    rows_known = rows_of_positions
     if positions is not None and len(names):
         without_row = [name for name, number in zip(names, numbers, strict=True) if number > len(positions)]
         if without_row:
@@ -342,6 +374,8 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
         metadata=metadata,
         identification=identify(pictures, array, grid),
         frequency=frequency,
+        moving_receivers=None if receivers is None else receivers[rows],
     )
-    odd = oddities(positions[rows], pictures, dataset.identification, folder)
+    places = dataset.positions if receivers is None else np.hstack([dataset.positions, receivers[rows]])
+    odd = oddities(places, pictures, dataset.identification, folder)
     return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)

@@ -19,7 +19,8 @@ from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
 from scenes.scene.description import UNIT_TOLERANCE
 from simulate.dataset.metadata import read_metadata_file
-from simulate.positions.given_positions import FARTHEST
+from simulate.dataset.moving import Moving
+from simulate.positions.given_positions import FARTHEST, read_points
 
 GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 
@@ -63,3 +64,36 @@ def read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
     except InputError as error:
         problems.append(str(error))
         return {}
+
+
+def read_receivers(
+    path: Path, moving: Moving, count: int | None, problems: list[str]
+) -> Float[np.ndarray, "K 3"] | None:
+    """Read rx_pos.csv: where the middle of the array is for each row of tx_pos.csv, if both ends move.
+
+    Args:
+        path: the file.
+        moving: what metadata.json says. A folder with one moving end has no such file.
+        count: number of rows of tx_pos.csv; None: unknown.
+        problems: faults are added to them.
+
+    Returns:
+        Metres, world frame. None: one end stands still, or there are problems.
+    """
+    there = os.path.lexists(path)
+    if moving != "both":
+        if there:
+            problems.append(
+                f'{path}: expected "moving": "both" in metadata.json beside it, found "{moving}"; bisplat convert '
+                "--moving both states it"
+            )
+        return None
+    try:
+        found = read_points(path)
+    except InputError as error:
+        problems.append(str(error))
+        return None
+    if count is not None and len(found) != count:
+        problems.append(f"{path}: expected {count} rows, as in tx_pos.csv, found {len(found)}")
+        return None
+    return found

@@ -36,7 +36,7 @@ def encode_power(power_db: Float[np.ndarray, "90 360"]) -> bytes:
 
 
 def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
-    """Write tx_pos.csv, in metres with 6 decimals."""
+    """Write tx_pos.csv or rx_pos.csv, in metres with 6 decimals."""
     text = StringIO()
     text.write("x,y,z\n")
     np.savetxt(text, positions, fmt="%.6f", delimiter=",")

@@ -1,4 +1,4 @@
-"""The refusal of datasets whose receiver moves, by what traces a scene with a fixed array."""
+"""The refusals of datasets by which end of the link moves: for what traces a fixed array, and for what learns."""
 
 from __future__ import annotations
 
@@ -14,9 +14,26 @@ def require_fixed_array(dataset: Dataset, what: str) -> None:
         what: what needs a fixed array, for the message.
 
     Raises:
-        InputError: the receiver moves.
+        InputError: the receiver moves, or both ends do.
     """
+    require_fixed_end(dataset)
     if dataset.moving == "receiver":
         raise InputError(
             f"{dataset.folder}: expected a dataset whose transmitter moves, for {what}, found one whose receiver moves"
+        )
+
+
+def require_fixed_end(dataset: Dataset) -> None:
+    """Refuse a dataset of which both ends move, for what takes spectra as a function of one position.
+
+    Args:
+        dataset: the dataset.
+
+    Raises:
+        InputError: both ends move.
+    """
+    if dataset.moving == "both":
+        raise InputError(
+            f"{dataset.folder}: expected spectra of a link with one end that stands still, found some whose "
+            "transmitter and receiver both move"
         )

@@ -50,6 +50,7 @@ class Metadata(Struct, kw_only=True):
     spectra: Count = 0
     placement: str = ""
     positions_sha256: str = ""
+    receivers_sha256: str = ""
     measurement: RECEIVER | None = None  # type: ignore[valid-type]
     power: bool = False
     seed: Count = 0

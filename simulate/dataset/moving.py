@@ -2,6 +2,7 @@
 
 from typing import Literal
 
-Moving = Literal["transmitter", "receiver"]
-"""What moves. The other end stands at the gateway's position. If the receiver moves, its array keeps the gateway's
-orientation. "RX moving" is the name that SwiftWRF [liu2025] gives to such data."""
+Moving = Literal["transmitter", "receiver", "both"]
+"""What moves. An end that does not move stands at the gateway's position. If the receiver moves, its array keeps the
+gateway's orientation. "RX moving" is the name that SwiftWRF [liu2025] gives to data of a moving receiver. If both move,
+the positions are the transmitters', and those of the array are stated beside them."""

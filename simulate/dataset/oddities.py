@@ -33,7 +33,7 @@ class Oddities:
 
 
 def oddities(
-    positions: Float[np.ndarray, "K 3"],
+    positions: Float[np.ndarray, "K coordinates"],
     pictures: UInt8[np.ndarray, "K 90 360"],
     identification: Identification,
     folder: Path,
@@ -41,7 +41,7 @@ def oddities(
     """Look for positions that several different pictures share, and for upside-down pictures.
 
     Args:
-        positions: transmitter positions, metres.
+        positions: of the end that moves, metres, [K, 3]; of both ends, if both move, [K, 6].
         pictures: their pictures.
         identification: array and grid of the pictures.
         folder: the dataset folder, for the sentences.
@@ -53,7 +53,7 @@ def oddities(
 
 
 def _look_for_shared_positions(
-    positions: Float[np.ndarray, "K 3"], pictures: UInt8[np.ndarray, "K 90 360"], path: Path, found: Oddities
+    positions: Float[np.ndarray, "K coordinates"], pictures: UInt8[np.ndarray, "K 90 360"], path: Path, found: Oddities
 ) -> None:
     """Look for positions with several pictures. If these differ, a model cannot learn which of them to predict."""
     count = len(positions)

@@ -210,24 +210,26 @@ class Engine(ABC):
             InputError: the computation failed.
         """
 
-    def sources(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> list[ResponseSource]:
-        """Prepare what computes the responses at each frequency of the setting.
+    def sources(
+        self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
+    ) -> list[list[ResponseSource]]:
+        """Prepare what computes the responses in several settings, at each of their frequencies.
 
         An engine with ``knows_frequencies`` extends this; others never get several frequencies.
 
         Args:
-            setting: the scenes, region and seed.
+            settings: the scenes, region and seed; they differ in what stands still in the scene.
             folder: as ``source``.
             machines: as ``source``.
             progress: as ``source``.
 
         Returns:
-            What ``source`` would return for each of the setting's scenes.
+            For each setting what ``source`` would return for each of its scenes.
 
         Raises:
             InputError: the computation failed.
         """
-        return [self.source(setting, folder, machines, progress)]
+        return [[self.source(setting, folder, machines, progress)] for setting in settings]
 
     def is_whole(self, setting: Setting, folder: Path) -> bool:
         """Whether a finished dataset folder still has what ``sources`` stored in it.
@@ -258,7 +260,7 @@ class Engine(ABC):
         """What a worker needs, besides the setting, to compute the same responses.
 
         Args:
-            sources: what ``sources`` returned.
+            sources: what ``sources`` returned for one setting.
         """
         return sources
 
@@ -271,6 +273,6 @@ class Engine(ABC):
             threads: number of threads that the worker may use.
 
         Returns:
-            The same as ``sources`` returns.
+            What ``sources`` returns for this setting.
         """
         return sent

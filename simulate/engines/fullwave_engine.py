@@ -143,16 +143,19 @@ class FullWave(Solver, Engine):
                 require_memory(group.scene, setting.region, planned, machines.workers)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> ResponseSource:
-        return self.sources(setting, folder, machines, progress)[0]
+        return self.sources([setting], folder, machines, progress)[0][0]
 
-    def sources(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> list[ResponseSource]:
+    def sources(
+        self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
+    ) -> list[list[ResponseSource]]:
         """The field at each frequency, as the dataset folder stores it.
 
         If one is missing or damaged, it is copied from the folder ``field`` or solved anew, with the other frequencies
         of its runs. Interrupted solver runs continue.
 
         Args:
-            setting: the scenes, the region of the transmitters, and the seed, which is not used here.
+            settings: a single one, since a folder stores the fields of one: the scenes, the region of the
+                transmitters, and the seed, which is not used here.
             folder: the dataset folder.
             machines: number of solver runs at a time, and the Ray cluster to run on.
             progress: shows the solver runs.
@@ -164,6 +167,7 @@ class FullWave(Solver, Engine):
         Raises:
             InputError: the solver failed.
         """
+        (setting,) = settings
         if self.field is not None:
             for scene in setting.scenes:
                 if _made_again(setting, [scene], folder, progress):
@@ -181,7 +185,7 @@ class FullWave(Solver, Engine):
         shutil.rmtree(folder / "field", ignore_errors=True)
         fields = [kept_field(setting, scene, folder) for scene in setting.scenes]
         _say_errors(fields, progress)
-        return list(fields)
+        return [list(fields)]
 
     def is_whole(self, setting: Setting, folder: Path) -> bool:
         return _damage(setting, setting.scenes, folder) is None

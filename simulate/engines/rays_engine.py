@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -97,17 +97,28 @@ class Rays(Engine):
         super().require(setting, folder, machines)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> Tracer:
+        return self._tracers([setting], progress)[0]
+
+    def sources(
+        self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
+    ) -> list[list[ResponseSource]]:
+        """A tracer for each frequency. In a setting, all of them follow the chains found at the lowest one."""
+        return [_at_all(*each) for each in zip(self._tracers(settings, progress), settings, strict=True)]
+
+    def _tracers(self, settings: Sequence[Setting], progress: Progress) -> list[Tracer]:
+        """The tracer of each setting. The user is warned if rays are not to be believed there."""
         from simulate.rays.expected_correlation import BELIEVED, expected_correlation, sentence
 
-        tracer = self.tracer(setting, progress)
-        expected = expected_correlation(tracer, setting.scene, setting.region)
-        if expected is not None and expected.middle < BELIEVED:
-            say(f"warning: {sentence(expected)}; for spectra that must be right, use --engine fullwave")
-        return tracer
-
-    def sources(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> list[ResponseSource]:
-        """A tracer for each frequency. All of them follow the chains that were found at the lowest one."""
-        return _at_all(self.source(setting, folder, machines, progress), setting)
+        tracers = [self.tracer(setting, progress) for setting in settings]
+        every = [expected_correlation(tracer, *of[:2]) for tracer, of in zip(tracers, settings, strict=True)]
+        worst = min((each for each in every if each is not None), key=lambda each: each.middle, default=None)
+        if worst is not None and worst.middle < BELIEVED:
+            told, use = sentence(worst), "--engine fullwave"
+            if len(settings) > 1:
+                told = f"{told} for the worst of {len(settings)} transmitters"
+                use = f"{use} --moving receiver for one transmitter at a time"
+            say(f"warning: {told}; for spectra that must be right, use {use}")
+        return tracers
 
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:
         """Find the chains of a scene, and return the tracer that computes the responses.

@@ -7,6 +7,7 @@ from typing import Literal
 
 from scenes.files.errors import ParameterError, require_within
 from scenes.scene.frequency import read_frequency
+from simulate.dataset.moving import Moving
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,9 @@ class Conversion:
             them.
         decibels: range from black to white, for pictures in decibels. None: the range of each picture that an array
             explains.
+        moving: what moves. receiver: tx_pos.csv holds the places of the array, as in SwiftWRF's own data. both: it
+            holds those of the transmitter, and rx_pos.csv those of the array. None: what metadata.json says; without
+            it, the transmitter.
     """
 
     flip_elevation: bool | None = None
@@ -34,6 +38,7 @@ class Conversion:
     frequency: str | None = None
     quantity: Literal["magnitude", "power", "decibels"] | None = None
     decibels: float | None = None
+    moving: Moving | None = None
 
 
 def require_valid(conversion: Conversion) -> None:

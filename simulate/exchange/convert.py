@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import MEGABYTE, read_bytes
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
@@ -23,7 +23,7 @@ from scenes.scene.description import Gateway
 from simulate.dataset.bearings import bearing_of, turns_of
 from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
 from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies
-from simulate.dataset.dataset_reader import read_gateway, read_metadata
+from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.picture_files import picture_files
@@ -66,6 +66,9 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
     """
     require_valid(conversion)
     if conversion.frequency is not None and len(several := several_frequencies(source)) and _is_simulated(source):
+        if conversion.moving is not None:
+            found = f"found {conversion.moving}"
+            raise ParameterError("moving", f"expected none for a simulated folder, which states it, {found}")
         return _one_frequency(source, output, conversion.frequency, several)
     with new_folder(output) as unfinished:
         said = _convert(source, unfinished, conversion)
@@ -90,6 +93,7 @@ def _one_frequency(source: Path, output: Path, frequency: float | str, several: 
         fill_dataset(
             *(unfinished, output, dataset.positions, dataset.responses, gateway, hertz, dataset.grid, "common"),
             moving=dataset.moving,
+            receivers=dataset.moving_receivers,
         )
         names = picture_names(len(dataset))
         for label, part in (("train", dataset.train), ("test", dataset.test)):
@@ -102,8 +106,11 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     if other := not_spectra(source):
         raise InputError(other)
     metadata = _metadata(source / "metadata.json")
+    if conversion.moving is not None:
+        metadata["moving"] = conversion.moving
     gateway = _gateway(source / "gateway_info.yml")
     positions = read_points(source / "tx_pos.csv")
+    receivers = _receivers(source, metadata, len(positions))
     files = picture_files(source / "spectrum")
     numbers = np.array([int(path.stem) for path in files])
     rows = numbers - min(numbers[0], 1)
@@ -113,9 +120,11 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
             f"{source / 'tx_pos.csv'}: expected a row for each of the {len(files)} pictures, found {len(positions)} "
             f"rows; {files[-1].name} has none"
         )
-    kept = kept_pictures(source, positions[rows], rows, conversion, metadata)
+    places = positions if receivers is None else np.hstack([positions, receivers])
+    kept = kept_pictures(source, places[rows], rows, conversion, metadata)
     listed, said_of_indices = read_indices(source, [path.stem for path in files])
-    left_out = sorted(path.name for path in source.iterdir() if path.name not in READ)
+    read = READ if receivers is None else READ | {"rx_pos.csv"}
+    left_out = sorted(path.name for path in source.iterdir() if path.name not in read)
     if left_out:
         more = ", …" if len(left_out) > LISTED else ""
         said.append(f"left out what is no part of the pictures' format: {', '.join(left_out[:LISTED])}{more}")
@@ -133,6 +142,8 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
             picture = reading.picture(read_in_size(path, found, conversion, grid or AngularGrid()))
             write_atomically(output / "spectrum" / f"{name}.png", encode_picture(picture))
     write_positions(output / "tx_pos.csv", positions[rows[kept.indices]])
+    if receivers is not None:
+        write_positions(output / "rx_pos.csv", receivers[rows[kept.indices]])
     write_atomically(output / "gateway_info.yml", gateway)
     new_name = {files[index].stem: name for index, name in zip(kept.indices, names, strict=True)}
     for label, old in listed.items():
@@ -154,6 +165,17 @@ def _metadata(path: Path) -> dict[str, Any]:
     if "scene_file" in metadata:
         raise InputError(f"{path.parent}: expected the folder of another program, found one that bisplat simulated")
     return metadata
+
+
+def _receivers(source: Path, metadata: dict[str, Any], count: int) -> Float[np.ndarray, "K 3"] | None:
+    """The places of the array for each row of tx_pos.csv; None if one end stands still."""
+    if metadata.get("moving") != "both":
+        return None
+    problems: list[str] = []
+    receivers = read_receivers(source / "rx_pos.csv", "both", count, problems)
+    if problems:
+        raise InputError(problems[0])
+    return receivers
 
 
 def _gateway(path: Path) -> bytes:
@@ -229,4 +251,9 @@ def _of_result(dataset: Dataset, conversion: Conversion) -> list[str]:
         said.append(f"warning: {doubt}")
     elif conversion.azimuths is None:
         said.append(f"took column 0 for azimuth 0° and azimuths for rising{_likewise(array)}")
+    if "moving" not in dataset.metadata:
+        said.append(
+            "took tx_pos.csv for the places of transmitters; if it holds those of an array that moved, as SwiftWRF's "
+            "data do, state --moving receiver"
+        )
     return said + dataset.assumptions()

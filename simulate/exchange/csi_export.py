@@ -19,6 +19,7 @@ from scenes.files.plain_text import say
 from simulate.csi.csi_dataset import OF_EACH
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
+from simulate.dataset.fixed_array import require_fixed_array
 
 
 def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
@@ -60,10 +61,7 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
             f"{dataset.folder}: expected responses over a band, found those of the carrier alone; simulate --bandwidth "
             "and --subcarriers make them"
         )
-    if dataset.moving == "receiver":
-        raise InputError(
-            f"{dataset.folder}: expected a base station that stands still, found a dataset whose receiver moves"
-        )
+    require_fixed_array(dataset, "a base station that stands still")
     count = dataset.band.subcarriers
     if count % 2:
         raise InputError(f"{dataset.folder}: expected an even number of subcarriers, half of each link, found {count}")

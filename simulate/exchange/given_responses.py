@@ -55,6 +55,7 @@ def write_dataset(
     phases: Phases = "common",
     bandwidth: float | str | None = None,
     moving: Moving = "transmitter",
+    receivers: Float[ArrayLike, "K 3"] | None = None,
 ) -> Dataset:
     """Write a dataset folder from element responses of one's own, measured or computed.
 
@@ -80,7 +81,10 @@ def write_dataset(
         bandwidth: hertz, or a text with a unit such as "20 MHz", if the responses are those of N subcarriers:
             subcarrier n has the frequency f + (n − ⌊N/2⌋) B/N, as in ``Band``. None: only those of the carrier.
         moving: "receiver" if the middle of the array is at ``positions``, with its orientation, and the transmitter
-            stands at ``gateway_position``.
+            stands at ``gateway_position``; "both" if the transmitter is at ``positions`` and the middle of the array at
+            ``receivers``.
+        receivers: where the middle of the array is for each of ``positions``, if both ends move, metres, world frame,
+            [K, 3]. Then ``gateway_position`` is not given.
 
     Returns:
         The dataset.
@@ -108,6 +112,11 @@ def write_dataset(
     require_word(get_args(Moving), moving=moving)
     hertz = read_frequency(frequency)
     places = check_points(positions)
+    arrays = require_receivers(receivers, moving, len(places))
+    if arrays is not None:
+        if np.any(gateway_position):
+            raise ParameterError("gateway_position", "expected none beside receivers, where the array is, found one")
+        gateway_position = tuple(arrays[0].tolist())
     band = None
     if bandwidth is not None:
         shape = np.shape(responses)
@@ -121,8 +130,33 @@ def write_dataset(
     _require_same_frequency(array, hertz)
     gateway = Gateway(gateway_position, gateway_orientation, **array.of_gateway())  # type: ignore[arg-type]  # checks both
     with new_folder(Path(folder)) as unfinished:
-        fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases, band, moving)
+        fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases, band, moving, arrays)
     return read_dataset(folder)
+
+
+def require_receivers(
+    receivers: Float[ArrayLike, "K 3"] | None, moving: Moving, count: int
+) -> Float[np.ndarray, "K 3"] | None:
+    """Check where the array is if both ends move; None if one stands still.
+
+    Args:
+        receivers: of ``write_dataset``.
+        moving: of ``write_dataset``.
+        count: number of positions of the transmitter.
+
+    Raises:
+        ParameterError: they are missing, are not expected, or are no ``count`` positions.
+    """
+    if receivers is None:
+        if moving == "both":
+            raise ParameterError("receivers", "expected the array's positions beside moving both, found none")
+        return None
+    if moving != "both":
+        raise ParameterError("receivers", f"expected none unless both ends move, found some beside moving {moving}")
+    found = check_points(receivers, "receivers")
+    if len(found) != count:
+        raise ParameterError("receivers", f"expected a row for each of the {count} positions, found {len(found)}")
+    return found
 
 
 def _require_same_frequency(array: Array, frequency: float) -> None:
@@ -142,6 +176,7 @@ def fill_dataset(
     phases: Phases,
     band: Band | None = None,
     moving: Moving = "transmitter",
+    receivers: Float[np.ndarray, "K 3"] | None = None,
 ) -> None:
     """Write the files of a dataset into an empty folder.
 
@@ -156,6 +191,7 @@ def fill_dataset(
         phases: of ``write_dataset``.
         band: the subcarriers. None: the responses are those of the carrier.
         moving: of ``write_dataset``.
+        receivers: of ``write_dataset``.
 
     Raises:
         InputError: the files are no valid dataset.
@@ -171,6 +207,8 @@ def fill_dataset(
             for name, content in zip(some, files, strict=True):
                 write_atomically(folder / "spectrum" / f"{name}.png", content)
     write_positions(folder / "tx_pos.csv", positions)
+    if receivers is not None:
+        write_positions(folder / "rx_pos.csv", receivers)
     write_gateway(folder / "gateway_info.yml", called.name, gateway.position, gateway.orientation)
     write_responses(folder / "channels.npz", responses, band, retrieved=phases == "per-position")
     stated = {"frequency_hz": frequency, "array": array.stated(), "grid": asdict(grid), "phases": phases}

@@ -31,7 +31,8 @@ def export_hdf5(dataset: Dataset | RssiDataset | Path | str, path: Path | str) -
     - ``spectra``: grey levels, uint8, [K, 90, 360];
     - ``responses`` and ``retrieved_responses``: element responses, complex64, [K, elements];
     - ``band_responses``: responses at all subcarriers, complex64, [K, elements, subcarriers];
-    - ``positions_m``: transmitter positions, metres, world frame, [K, 3];
+    - ``positions_m``: positions of what moves, by default the transmitter, metres, world frame, [K, 3];
+    - ``receivers_m``: middle of the array for each spectrum, if both ends move, metres, world frame, [K, 3];
     - ``names``: names of the pictures, [K];
     - ``train_index`` and ``test_index``: indices of spectra, from 0;
     - ``metadata_json``: content of metadata.json, a text.
@@ -155,6 +156,8 @@ def _array_attributes(array: Array) -> dict[str, Any]:
 def _write_tables(file: h5py.File, dataset: Dataset) -> None:
     """Write all arrays but the spectra."""
     file["positions_m"] = dataset.positions
+    if dataset.moving_receivers is not None:
+        file["receivers_m"] = dataset.moving_receivers
     file["names"] = np.array(dataset.names, dtype="S")
     file["train_index"], file["test_index"] = dataset.train, dataset.test
     file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, ParameterError, shown
 from scenes.importing.lengths import METRES
 from simulate.exchange.array_files import Arrays
 from simulate.exchange.polar import has_phases, polar_responses
@@ -37,10 +37,18 @@ POSITIONS = (
 RESPONSES = ("responses", "response", "channels", "channel", "csi", "h", "y", "iq", "phasors", "phasor", "snapshots")
 """Usual names of arrays, without regard to case."""
 
+RECEIVERS = ("receivers", "receiver", "rx_pos", "rxpos", "rx", "receivers_m", "receiver_positions", "rx_positions")
+"""Usual names of the array with the receivers' positions, if both ends move."""
+
 COLUMN = re.compile(
     r"(?:tx|pos|position|p)?[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
 )
 """The name of a column with a coordinate, such as x, tx_y or ``z [mm]``."""
+
+RECEIVER_COLUMN = re.compile(
+    r"(?:rx|receiver)[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
+)
+"""The name of a column with a coordinate of the receiver, such as rx_y."""
 
 LISTED = 8
 """Arrays that a message names."""
@@ -63,11 +71,13 @@ class Found:
         responses: with the elements in the order of the file.
         unit_stated: whether the unit of the positions is stated; otherwise they were taken for metres.
         said: sentences on what was recognised and assumed.
+        receivers: metres, if both ends move; otherwise None.
     """
 
     positions: Float[np.ndarray, "K 3"]
     responses: Complex[np.ndarray, "K elements *band"]
     unit_stated: bool
+    receivers: Float[np.ndarray, "K 3"] | None = None
     said: list[str] = field(default_factory=list)
 
 
@@ -85,7 +95,7 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
     """
     said: list[str] = []
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
-    places, unit_stated = _positions(arrays, recording, said)
+    places, receivers, unit_stated = _places(arrays, recording, said)
     if recording.bandwidth is None:
         responses = _responses(arrays, recording, len(places), elements, said)
     else:
@@ -94,20 +104,59 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
     places, responses = places[kept], responses[kept]
     complete = complete_rows(responses, said)
     places, responses = places[complete], responses[complete]
-    return Found(places, one_way(responses, said) if recording.round_trip else responses, unit_stated, said)
+    if receivers is not None:
+        receivers = receivers[kept][complete]
+    if recording.round_trip:
+        responses = one_way(responses, said)
+    return Found(places, responses, unit_stated, receivers, said)
 
 
-def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> tuple[Float[np.ndarray, "K 3"], bool]:
-    """The positions, metres, and whether their unit is stated."""
+def _places(
+    arrays: Arrays, recording: Recording, said: list[str]
+) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"] | None, bool]:
+    """The positions, those of the receivers if both ends move, metres, and whether their unit is stated."""
+    if recording.moving != "both":
+        if recording.receivers is not None:
+            raise ParameterError("receivers", f"expected --moving both beside it, found {recording.moving}")
+        positions, unit_stated = _positions(arrays, recording, recording.positions, said)
+        return positions, None, unit_stated
+    columns = [each for each in arrays if arrays[each].ndim == 1 and RECEIVER_COLUMN.fullmatch(each.strip())]
+    usual = [each for each in arrays if _is_named(each, RECEIVERS) and each != recording.positions]
+    name = recording.receivers or next(iter(usual), None)
+    if name is None and not columns:
+        raise InputError(
+            f"expected an array of the receivers' positions, or --receivers NAME, beside --moving both, found "
+            f"{_listed(arrays)}"
+        )
+    ours = {each: arrays[each] for each in (columns if name is None else arrays)}
+    others = {each: values for each, values in arrays.items() if each not in (name, *columns)}
+    receivers, _ = _positions(ours, recording, name, said, "receivers", RECEIVER_COLUMN)
+    positions, unit_stated = _positions(others, recording, recording.positions, said)
+    if len(receivers) != len(positions):
+        raise InputError(
+            f"{name or ', '.join(columns)}: expected a row for each of the {len(positions)} positions, found "
+            f"{len(receivers)}"
+        )
+    return positions, receivers, unit_stated
+
+
+def _positions(
+    arrays: Arrays,
+    recording: Recording,
+    name: str | None,
+    said: list[str],
+    what: str = "positions",
+    column: re.Pattern[str] = COLUMN,
+) -> tuple[Float[np.ndarray, "K 3"], bool]:
+    """Positions, metres, and whether their unit is stated: the array of a name, or what seems to hold them."""
     stated, unit = None, recording.unit
-    if recording.positions is not None:
-        name = recording.positions
+    if name is not None:
         found = _named(arrays, name)
     else:
         by_axis = {
             match["axis"].lower(): (each, (match["unit"] or "").lower())
             for each in arrays
-            if arrays[each].ndim == 1 and (match := COLUMN.fullmatch(each.strip()))
+            if arrays[each].ndim == 1 and (match := column.fullmatch(each.strip()))
         }
         axes = "xyz" if "z" in by_axis else "xy"  # positions in a plane
         if set(by_axis) == set(axes):
@@ -139,7 +188,7 @@ def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> tuple[F
         raise InputError(
             f"{name}: expected positions in metres, found a spread of {spread:,.0f}; state --unit mm or cm"
         )
-    said.append(f"positions: {name}, {len(found)} in {known or 'm'}{'' if known else ' (assumed; or state --unit)'}")
+    said.append(f"{what}: {name}, {len(found)} in {known or 'm'}{'' if known else ' (assumed; or state --unit)'}")
     return found.astype(float) * metres, known is not None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,12 +71,20 @@ def record(
         doubts = position_doubts(positions, gateway.position, SPEED_OF_LIGHT / hertz, found.unit_stated)
         values = own_responses(found.responses, len(positions), array.elements, band)
         of_carrier = values if band is None else values[..., band.carrier]
-        # Seen from an array that moves, the transmitter is in the opposite direction.
-        seen = positions if recording.moving == "transmitter" else 2 * np.array(gateway.position) - positions
+        receivers = None if found.receivers is None else check_points(found.receivers, "receivers")
+        if receivers is not None:
+            gateway = replace(gateway, position=tuple(receivers[0].tolist()))
+        # Where transmitters would be that an array at the gateway's position saw in the same directions.
+        seen = positions
+        if recording.moving != "transmitter":
+            middle = np.array(gateway.position)
+            seen = 2 * middle - positions if receivers is None else middle + positions - receivers
         told = told_by_sight(of_carrier, seen, gateway, array, *stated)
         values = _in_our_order(values, told, array)
         fill_dataset(
-            unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band, recording.moving
+            *(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band),
+            moving=recording.moving,
+            receivers=receivers,
         )
     return [*found.said, *doubts, _of_order(told, None in stated, planar)]
 

@@ -28,7 +28,9 @@ class Recording:
         bandwidth: the responses are those of subcarriers over this bandwidth, such as "20 MHz", in rising order of the
             frequency (default: they are those of the carrier).
         moving: what is at the positions. receiver: the middle of the array, while the transmitter stands at the
-            gateway's position.
+            gateway's position. both: the transmitter, while the array is at the receivers' positions.
+        receivers: name of the array with the receivers' positions if both ends move, in the unit of the others
+            (default: the one with a usual name).
     """
 
     positions: str | None = None
@@ -40,3 +42,4 @@ class Recording:
     round_trip: bool = False
     bandwidth: str | None = None
     moving: Moving = "transmitter"
+    receivers: str | None = None

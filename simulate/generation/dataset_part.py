@@ -48,7 +48,7 @@ def make_part(request: Request, sources: Sequence[ResponseSource], start: int, s
     numbers = np.arange(start, min(start + size, len(request)))
     of_frequency, of_position = np.divmod(numbers, len(request.positions))
     parts = [
-        _part_of_one_frequency(request, sources[which], which, numbers[chosen], request.positions[of_position[chosen]])
+        _part_of_one_frequency(request, sources[which], which, numbers[chosen], request.places[of_position[chosen]])
         for which in np.unique(of_frequency).tolist()
         for chosen in [of_frequency == which]
     ]
@@ -64,12 +64,12 @@ def _part_of_one_frequency(
     source: ResponseSource,
     which: int,
     numbers: Int[np.ndarray, " n"],
-    positions: Float[np.ndarray, "n 3"],
+    places: Float[np.ndarray, "n coordinates"],
 ) -> Part:
     if request.band is None:
-        ideal = source.responses(positions)
+        ideal = source.responses(places)
     else:
-        ideal = cast(BandSource, source).band_responses(positions, request.band)
+        ideal = cast(BandSource, source).band_responses(places, request.band)
     measured = request.measurement.apply(ideal, numbers, request.measurement_seed)
     responses = measured if request.band is None else measured[..., request.band.carrier]
     beamformer = Beamformer(array_of(request.scenes[which].gateway, request.scenes[which].frequency), request.grid)

@@ -109,7 +109,11 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
     write_positions(folder / "tx_pos.csv", np.tile(request.positions, (len(request.scenes), 1)))
     if request.frequencies:
         write_frequencies(folder / FREQUENCIES, np.repeat(request.frequencies, len(request.positions)))
-    write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
+    place = scene.gateway.position
+    if request.receivers is not None:
+        write_positions(folder / "rx_pos.csv", np.tile(request.receivers, (len(request.scenes), 1)))
+        place = request.receivers[0].tolist()
+    write_gateway(folder / "gateway_info.yml", scene.name, place, scene.gateway.orientation)
     for name, part in (("train_index.txt", request.known), (LAST_FILE, request.held_out)):
         if not _has_content(folder / name):  # a finished dataset keeps its split when it is repaired
             sync_folder(folder)
@@ -121,6 +125,7 @@ def _is_finished(request: Request, folder: Path) -> bool:
     """Whether a folder with the request's metadata holds the whole dataset, with no damaged file."""
     files = ["tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE]
     files += [FREQUENCIES] if request.frequencies else []
+    files += [] if request.receivers is None else ["rx_pos.csv"]
     if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
         return False
     if not request.engine.is_whole(request.setting, folder):
@@ -169,10 +174,10 @@ def _make_parts(
     if not todo and not engine.keeps_source:
         return
     with progress_bar() as progress:
-        sources = engine.sources(request.setting, parts.folder, machines, progress)
+        sources = engine.sources(request.settings, parts.folder, machines, progress)
         bar = progress.add_task("spectra", total=len(parts.names), completed=sum(map(len, kept.values())))
         if engine.spreads_parts and machines != Machines():
-            made = parts_of_workers(request, engine.sent(sources), todo, PART, machines)
+            made = parts_of_workers(request, [engine.sent(each) for each in sources], todo, PART, machines)
         else:
             of_array = request.of_array(sources)
             made = ((start, make_part(request, of_array, start, PART)) for start in todo)

@@ -6,6 +6,7 @@ moving array are simulated as one fixed antenna, whose field is wanted at the pl
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,11 +25,12 @@ def element_offsets(gateway: Gateway, wavelength: float) -> np.ndarray:
     return element_positions(replace(gateway, position=(0.0, 0.0, 0.0)), wavelength)
 
 
-def reciprocal(scene: Scene) -> Scene:
+def reciprocal(scene: Scene, place: Sequence[float] | None = None) -> Scene:
     """The scene whose gateway is one antenna of the transmitter's kind, and whose transmitter is an element's antenna.
 
     Args:
-        scene: a scene whose transmitter stands at the gateway's position, and whose array moves in the region.
+        scene: a scene whose array moves in the region.
+        place: where its transmitter stands, metres, world frame. None: at the gateway's position.
 
     Returns:
         The scene with the roles exchanged. Its region contains all elements of an array whose middle is in the region.
@@ -47,7 +49,7 @@ def reciprocal(scene: Scene) -> Scene:
     return replace(
         scene,
         gateway=Gateway(
-            gateway.position,
+            gateway.position if place is None else (place[0], place[1], place[2]),
             tuple(of_transmitter.as_quat().tolist()),
             rows=1,
             columns=1,

@@ -25,6 +25,7 @@ from simulate.dataset.moving import Moving
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
+from simulate.generation.moving_pairs import AtPairs
 from simulate.generation.moving_receiver import AtElements
 from simulate.generation.reciprocal import element_offsets, reciprocal
 from simulate.generation.same_array import with_same_array
@@ -47,7 +48,7 @@ class Request:
 
     Attributes:
         scene: the scene, with one gateway.
-        positions: transmitter positions, metres, world frame.
+        positions: places of the end that moves, metres, world frame; if both move, those of the transmitter.
         placement: how the positions were chosen, for metadata.json: name and seed of a placement, or name of a CSV.
         engine: computes the responses, with its options for this scene.
         seed: seed of the engine, and of the 80/20 split in the index files.
@@ -57,7 +58,8 @@ class Request:
         grid: directions of the spectra's rows and columns.
         band: subcarriers whose responses are also written. None: only those of the carrier.
         frequencies: frequencies at which each position is simulated, Hz, rising. Empty: that of the scene.
-        moving: whether the transmitter or the receiver is at these positions.
+        moving: whether the transmitter, the receiver or both move.
+        receivers: if both move, the middle of the array for each position, metres, world frame; otherwise None.
     """
 
     scene: Scene
@@ -72,9 +74,12 @@ class Request:
     band: Band | None = None
     frequencies: tuple[float, ...] = ()
     moving: Moving = "transmitter"
+    receivers: Float[np.ndarray, "K 3"] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "positions", self.positions.round(6))  # as tx_pos.csv has them
+        if self.receivers is not None:
+            object.__setattr__(self, "receivers", self.receivers.round(6))
 
     @property
     def beamformer(self) -> Beamformer:
@@ -92,11 +97,24 @@ class Request:
             return [self.scene]
         return [with_same_array(self.scene, frequency) for frequency in self.frequencies]
 
-    def of_array(self, sources: Sequence[ResponseSource]) -> list[ResponseSource]:
+    def of_array(self, sources: Sequence[Sequence[ResponseSource]]) -> list[ResponseSource]:
         """What computes the responses of the array at each frequency, from what the engine's ``sources`` returned."""
+        if self.moving == "both":
+            return [AtPairs(self.transmitters, each, self.offsets) for each in zip(*sources, strict=True)]
+        (at_frequencies,) = sources
         if self.moving == "transmitter":
-            return list(sources)
-        return [AtElements(each, self.offsets) for each in sources]
+            return list(at_frequencies)
+        return [AtElements(each, self.offsets) for each in at_frequencies]
+
+    @cached_property
+    def transmitters(self) -> Float[np.ndarray, "N 3"]:
+        """The different places of the transmitter, metres, world frame, if both ends move."""
+        return np.unique(self.positions, axis=0)
+
+    @property
+    def places(self) -> Float[np.ndarray, "K coordinates"]:
+        """What a source computes responses of: positions, [K, 3], or those of transmitter and array, [K, 6]."""
+        return self.positions if self.receivers is None else np.hstack([self.positions, self.receivers])
 
     @property
     def offsets(self) -> Float[np.ndarray, "antennas 3"]:
@@ -116,12 +134,27 @@ class Request:
         return np.setdiff1d(np.arange(len(self)), self.held_out)
 
     @property
+    def settings(self) -> list[Setting]:
+        """Scenes, region and seed for the engine, for each antenna or array that stands still in its simulations.
+
+        If both ends move, there is one for each of ``transmitters``. The region includes that of the scene and all
+        places.
+        """
+        if self.moving == "transmitter":
+            stand = [self.scenes]
+        elif self.moving == "receiver":
+            stand = [[reciprocal(each) for each in self.scenes]]
+        else:
+            stand = [[reciprocal(each, place) for each in self.scenes] for place in self.transmitters.tolist()]
+        moved = self.positions if self.receivers is None else self.receivers
+        antennas = (moved[:, None] + self.offsets).reshape(-1, 3)
+        region = bounding_box(np.vstack([stand[0][0].transmitter.region, antennas]))
+        return [Setting(scene, region, self.seed, self.band, tuple(further)) for scene, *further in stand]
+
+    @property
     def setting(self) -> Setting:
-        """Scenes, region and seed for the engine. The region includes that of the scene and all positions."""
-        scene, *further = self.scenes if self.moving == "transmitter" else map(reciprocal, self.scenes)
-        antennas = (self.positions[:, None] + self.offsets).reshape(-1, 3)
-        region = bounding_box(np.vstack([scene.transmitter.region, antennas]))
-        return Setting(scene, region, self.seed, self.band, tuple(further))
+        """The first of ``settings``, which is the only one unless both ends move."""
+        return self.settings[0]
 
     def metadata(self) -> dict[str, Any]:
         """Content of metadata.json: everything that the content of the folder depends on."""
@@ -138,7 +171,8 @@ class Request:
             **({} if self.band is None else {"band": asdict(self.band)}),
             "spectra": len(self),
             "placement": self.placement,
-            "positions_sha256": hashlib.sha256(self.positions.tobytes()).hexdigest(),
+            "positions_sha256": _digest(self.positions),
+            **({} if self.receivers is None else {"receivers_sha256": _digest(self.receivers)}),
             **self.engine.metadata(self.setting),
             "measurement": asdict(self.measurement) | {"seed": self.measurement_seed},
             "power": self.power,
@@ -146,6 +180,10 @@ class Request:
             "picture": "magnitude, min-max normalised per spectrum, 8 bit",
             "versions": self.engine.versions(),
         }
+
+
+def _digest(places: Float[np.ndarray, "K 3"]) -> str:
+    return hashlib.sha256(places.tobytes()).hexdigest()
 
 
 def read_request(folder: Path) -> Request:
@@ -169,9 +207,12 @@ def read_request(folder: Path) -> Request:
     metadata = read_metadata_file(path, "the metadata of a simulated dataset", simulated=True)
     errors = dict(metadata["measurement"])
     measurement_seed = errors.pop("seed")
-    frequencies, positions = tuple(metadata.get("frequencies_hz", ())), read_points(folder / "tx_pos.csv")
-    if frequencies:  # tx_pos.csv repeats the positions at each of them
-        positions = positions[: len(positions) // len(frequencies)]
+    frequencies, moving = tuple(metadata.get("frequencies_hz", ())), metadata.get("moving", "transmitter")
+    positions = read_points(folder / "tx_pos.csv")
+    receivers = read_points(folder / "rx_pos.csv") if moving == "both" else None
+    if frequencies:  # tx_pos.csv and rx_pos.csv repeat the places at each of them
+        count = len(positions) // len(frequencies)
+        positions, receivers = positions[:count], None if receivers is None else receivers[:count]
     request = Request(
         scene=read_scene(folder / metadata["scene_file"]),
         positions=positions,
@@ -184,13 +225,14 @@ def read_request(folder: Path) -> Request:
         grid=stated_grid(metadata) or AngularGrid(),
         band=band_of(metadata),
         frequencies=frequencies,
-        moving=metadata.get("moving", "transmitter"),
+        moving=moving,
+        receivers=receivers,
     )
     found = seed_of_rays(metadata)
     if isinstance(request.engine, Rays) and found != request.seed:
         raise InputError(f"{path}: expected propagation.seed to be the seed {request.seed}, found {found}")
     for key, value in request.metadata().items():
-        if key.endswith("sha256") and value != metadata[key]:
+        if key.endswith("sha256") and value != metadata.get(key):
             raise InputError(f"{path}: expected the files that the dataset was made with, found another {key[:-7]}")
         if key in ("frequency_hz", "array") and value != metadata.get(key, value):
             stored = shown(metadata[key])

@@ -18,6 +18,7 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.engine import Engine, Machines
 from simulate.engines.engine_table import ENGINES, engine_class
 from simulate.engines.rays_engine import Rays
+from simulate.generation.chosen_pairs import chosen_pairs
 from simulate.generation.generate import generate
 from simulate.generation.reciprocal import element_offsets
 from simulate.generation.request import Request, read_request
@@ -58,7 +59,8 @@ def simulate(
     Raises:
         InputError: the scene is not valid or has several gateways, the folder holds something else, or the engine
             cannot run.
-        ParameterError: a parameter is outside its range, or a position is inside an object.
+        ParameterError: a parameter is outside its range, a position is inside an object, or both ends move in full
+            wave, where each transmitter needs a run of its own.
 
     Example:
         Three spectra of a gateway that stands in front of a wall:
@@ -164,6 +166,12 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         )
     if len(content.hertz) > 1 and not engine.knows_frequencies:
         raise ParameterError("frequencies", f"expected one frequency with the engine {engine.name}, found several")
+    if content.moving == "both" and engine.keeps_source:
+        raise ParameterError(
+            "moving",
+            f"expected transmitter or receiver in {engine.called}, found both; --moving receiver solves one "
+            "transmitter at a time",
+        )
     if content.band is not None and not engine.knows_bands:
         raise ParameterError("bandwidth", f"expected none with the engine {engine.name}, found one")
     if content.band is not None and isinstance(engine, Rays) and engine.propagation.sionna:
@@ -173,9 +181,11 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
     few = too_few_elements(array_of(scene.gateway, scene.frequency))
     if few is not None:
         say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
-    moves = content.moving == "receiver"
-    offsets = element_offsets(scene.gateway, scene.wavelength) if moves else AT_IT
-    points, how = chosen_positions(scene, content, offsets)
+    offsets, receivers = element_offsets(scene.gateway, scene.wavelength), None
+    if content.moving == "both":
+        points, receivers, how = chosen_pairs(scene, content, offsets)
+    else:
+        points, how = chosen_positions(scene, content, offsets if content.moving == "receiver" else AT_IT)
     return Request(
         scene=scene,
         positions=points,
@@ -188,4 +198,5 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         band=content.band,
         frequencies=content.hertz,
         moving=content.moving,
+        receivers=receivers,
     )

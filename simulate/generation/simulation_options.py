@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
+import numpy as np
+from jaxtyping import Float
 from tyro.conf import arg
 
-from scenes.files.errors import ParameterError, shown
+from scenes.files.errors import ParameterError, require_whole, shown
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.moving import Moving
 from simulate.positions.places import Places
 from simulate.spectra.band import Band, stated_band
 from simulate.spectra.measurement import Measurement
+
+LEAST_TRANSMITTERS = 2
+"""Fewest places of the transmitter if both ends move. If it has one, the receiver alone moves."""
+
+MOST_TRANSMITTERS = 100
+"""Most places of the transmitter if both ends move. Each has chains of its own, which are kept in memory."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +39,17 @@ class Simulation(Places):
         frequencies: simulate every position at each of these frequencies, one after the other; freq.txt lists them. The
             array keeps its size in metres. Hertz, or texts with a unit. Empty: the frequency of the scene.
         moving: what moves. transmitter: the array stands at the gateway's position. receiver: the array moves in the
-            region, with the gateway's orientation, and the transmitter stands at the gateway's position.
+            region, with the gateway's orientation, and the transmitter stands at the gateway's position. both: the
+            array moves so, and the transmitter is at one of several places in the region.
+        transmitters: if both ends move, number of places of the transmitter to draw. Each serves as many spectra as the
+            others, in random order, and takes one search for paths.
+        receivers: if both ends move, CSV file of the array's places, a row for each of the transmitter's in the file of
+            positions. In Python also an array.
 
     Raises:
         ParameterError: as ``Places``; or one of ``bandwidth`` and ``subcarriers`` is out of its range or lacks the
-            other, or ``frequencies`` are not different frequencies.
+            other, ``frequencies`` are not different frequencies, or ``transmitters`` or ``receivers`` are given or
+            missing where the rest says otherwise.
     """
 
     n: Annotated[int, arg(name="spectra", aliases=["-n"])] = 6000
@@ -44,12 +59,38 @@ class Simulation(Places):
     subcarriers: int | None = None
     frequencies: tuple[float | str, ...] = ()
     moving: Moving = "transmitter"
+    transmitters: int | None = None
+    receivers: Annotated[Float[np.ndarray, "K 3"] | str | Path | None, arg(constructor=Path, metavar="PATH")] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _ = self.band, self.hertz
+        self._require_pairs()
         if self.band is not None and self.frequencies:
             raise ParameterError("bandwidth", "expected no band beside several frequencies, found one")
+
+    def _require_pairs(self) -> None:
+        """Refuse options of pairs that contradict each other.
+
+        Raises:
+            ParameterError: they do.
+        """
+        drawn = self.positions is None
+        if self.transmitters is not None:
+            if self.moving != "both":
+                raise ParameterError("transmitters", f"expected moving both beside it, found {self.moving}")
+            if not drawn:
+                raise ParameterError("transmitters", "expected none beside positions, which are theirs, found some")
+            require_whole(LEAST_TRANSMITTERS, min(self.n, MOST_TRANSMITTERS), transmitters=self.transmitters)
+        elif self.moving == "both" and drawn:
+            raise ParameterError("transmitters", "expected the number of their places beside moving both, found none")
+        if self.receivers is not None and (self.moving != "both" or drawn):
+            missing = "positions of transmitters" if drawn else "moving both"
+            raise ParameterError("receivers", f"expected {missing} beside them, found none")
+        if self.receivers is None and self.moving == "both" and not drawn:
+            raise ParameterError(
+                "receivers", "expected the array's places beside the transmitters' positions, found none"
+            )
 
     @property
     def hertz(self) -> tuple[float, ...]:

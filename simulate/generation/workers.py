@@ -16,13 +16,13 @@ from simulate.parallel.ray_cluster import RETRIES, ray_cluster
 
 
 def parts_of_workers(
-    request: Request, sent: Any, starts: list[int], size: int, machines: Machines
+    request: Request, sent: list[Any], starts: list[int], size: int, machines: Machines
 ) -> Iterator[tuple[int, Part]]:
     """Yield parts in the order in which they are finished, each with the index of its first position.
 
     Args:
         request: the dataset to make.
-        sent: what the workers need of the engine's sources, from ``Engine.sent``.
+        sent: what the workers need of the engine's sources in each setting, from ``Engine.sent``.
         starts: first positions of the parts to make.
         size: number of positions in a part.
         machines: number of parts to make at a time, by default one for each machine, and address of the cluster.
@@ -51,12 +51,14 @@ def parts_of_workers(
                 yield running.pop(reference), ray.get(reference)
 
 
-def _make_part(shared: tuple[Request, Any, str], threads: int, start: int, size: int) -> Part:
+def _make_part(shared: tuple[Request, list[Any], str], threads: int, start: int, size: int) -> Part:
     """Make one part; this function runs in a worker."""
     request, sent, name = shared
     if name not in _sources:
         _sources.clear()
-        _sources[name] = request.of_array(request.engine.received(request.setting, sent, threads))
+        received = request.engine.received
+        sources = [received(setting, each, threads) for setting, each in zip(request.settings, sent, strict=True)]
+        _sources[name] = request.of_array(sources)
     return make_part(request, _sources[name], start, size)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from scenes.checks.occupancy import blocking_object, inside_object
@@ -173,11 +174,6 @@ def _smooth_path(
     raise _no_free_place(scene)
 
 
-def _all_the_same(positions: Float[np.ndarray, "n 3"]) -> bool:
-    """Whether positions are equal to the micrometre, to which tx_pos.csv has them. A dataset needs two places."""
-    return bool((positions.round(6) == positions[0].round(6)).all())
-
-
 def check_positions(
     positions: Float[np.ndarray, "n 3"], scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
 ) -> Float[np.ndarray, "n 3"]:
@@ -192,25 +188,12 @@ def check_positions(
         The positions in double precision.
 
     Raises:
-        ParameterError: ``check_points`` refuses the positions, they are all the same, or one of them is inside an
-            object.
+        ParameterError: ``free_places`` refuses the positions, or they are all the same.
     """
-    positions = check_points(positions)
-    if _all_the_same(positions):
-        raise ParameterError("positions", f"expected at least two different positions, found {len(positions)} alike")
-    for row, blocker in enumerate(_blockers(scene, positions, offsets)):
-        if blocker is not None:
-            raise ParameterError("positions", f'expected a free place in row {row}, found one inside "{blocker}"')
-    return positions
-
-
-def _blockers(
-    scene: Scene, positions: Float[np.ndarray, "n 3"], offsets: Float[np.ndarray, "antennas 3"]
-) -> list[str | None]:
-    """For each position, an object that one of its antennas is in; None if all are free."""
-    found = blocking_object(scene, (positions[:, None] + offsets).reshape(-1, 3))
-    groups = (found[start : start + len(offsets)] for start in range(0, len(found), len(offsets)))
-    return [next((each for each in group if each is not None), None) for group in groups]
+    found = free_places(positions, scene, offsets)
+    if all_the_same(found):
+        raise ParameterError("positions", f"expected at least two different positions, found {len(found)} alike")
+    return found
 
 
 def read_positions(
@@ -227,12 +210,59 @@ def read_positions(
         The positions, metres, world frame.
 
     Raises:
-        InputError: ``read_points`` refuses the file, the positions are all the same, or one is inside an object.
+        InputError: ``free_places`` refuses the file, or the positions are all the same.
     """
-    positions = read_points(path)
-    if _all_the_same(positions):
-        raise InputError(f"{path}: expected at least two different positions, found {len(positions)} alike")
-    for index, blocker in enumerate(_blockers(scene, positions, offsets)):
-        if blocker is not None:
-            raise InputError(f'{path}, line {index + 2}: expected a free place, found one inside "{blocker}"')
-    return positions
+    found = free_places(path, scene, offsets)
+    if all_the_same(found):
+        raise InputError(f"{path}: expected at least two different positions, found {len(found)} alike")
+    return found
+
+
+def all_the_same(places: Float[np.ndarray, "n coordinates"]) -> bool:
+    """Whether places are equal to the micrometre, to which tx_pos.csv has them. A dataset needs two."""
+    return bool((places.round(6) == places[0].round(6)).all())
+
+
+def free_places(
+    given: Float[ArrayLike, "n 3"] | str | Path,
+    scene: Scene,
+    offsets: Float[np.ndarray, "antennas 3"] = AT_IT,
+    parameter: str = "positions",
+) -> Float[np.ndarray, "n 3"]:
+    """Positions from a user, of which none is inside an object.
+
+    Args:
+        given: metres, world frame; or a CSV of them with the header x,y,z.
+        scene: the scene that they are in.
+        offsets: as for ``place``.
+        parameter: name of the parameter that gives them.
+
+    Returns:
+        The positions in double precision.
+
+    Raises:
+        InputError: ``read_points`` refuses the file, or a position in it is inside an object.
+        ParameterError: ``check_points`` refuses the positions, or one of them is inside an object.
+    """
+    path: Path | None = None
+    if isinstance(given, str | Path):
+        path = Path(given)
+        points = read_points(path)
+    else:
+        points = check_points(given, parameter)
+    for row, blocker in enumerate(_blockers(scene, points, offsets)):
+        if blocker is None:
+            continue
+        if path is not None:
+            raise InputError(f'{path}, line {row + 2}: expected a free place, found one inside "{blocker}"')
+        raise ParameterError(parameter, f'expected a free place in row {row}, found one inside "{blocker}"')
+    return points
+
+
+def _blockers(
+    scene: Scene, positions: Float[np.ndarray, "n 3"], offsets: Float[np.ndarray, "antennas 3"]
+) -> list[str | None]:
+    """For each position, an object that one of its antennas is in; None if all are free."""
+    found = blocking_object(scene, (positions[:, None] + offsets).reshape(-1, 3))
+    groups = (found[start : start + len(offsets)] for start in range(0, len(found), len(offsets)))
+    return [next((each for each in group if each is not None), None) for group in groups]

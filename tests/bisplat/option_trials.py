@@ -112,6 +112,12 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(RAYS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--positions places.csv", "-n 3")]),
         *_trials(IN_A_ROOM, [("--max-depth 2", "--max-depth 1"), ("--rays 1", "--rays 500")]),
         *_trials(IN_A_ROOM, ["--frequencies 915MHz 2.4GHz", "--moving receiver"]),
+        Trial(f"{IN_A_ROOM} --moving both --transmitters 2", "--transmitters 3", "--transmitters 2"),
+        Trial(
+            "simulate rough/scene.yaml -o out --max-depth 0 --moving both --positions places.csv --receivers near.csv",
+            "--receivers far.csv",
+            "--receivers near.csv",
+        ),
         Trial(f"{IN_A_ROOM} --bandwidth 10MHz --subcarriers 4", "--bandwidth 20MHz", "--bandwidth 10MHz"),
         Trial(f"{IN_A_ROOM} --bandwidth 10MHz --subcarriers 4", "--subcarriers 5", "--subcarriers 4"),
         Trial(f"{RAYS} --diffuse --patches 20", "--patches 50", "--patches 20"),
@@ -164,6 +170,7 @@ TRIALS: dict[str, list[Trial]] = {
                 "--moving receiver",
             ],
         ),
+        Trial(f"{RECORDED} --moving both --receivers elsewhere", "--receivers moved", "--receivers elsewhere"),
         Trial(f"{RECORDED} --responses wide --bandwidth 10MHz", "--bandwidth 20MHz", "--bandwidth 10MHz"),
     ],
     "convert": [
@@ -173,6 +180,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(
             "convert measured -o out", ["--frequency 2.4e9", "--quantity power", "--quantity decibels"], CONVERTED
         ),
+        *_trials("convert measured -o out", ["--moving receiver"]),
         *_trials("convert measured -o out --quantity decibels", ["--decibels 30"], CONVERTED),
         *_trials("convert small -o out --azimuths 0 358", ["--elevations 0 88"], CONVERTED),
         *_trials("convert small -o out --elevations 0 88", ["--azimuths 0 358"], CONVERTED),

@@ -62,6 +62,25 @@ REFUSED: dict[str, str] = {
     "simulate closet -o out --frequencies 1GHz 1GHz": "--frequencies: expected different frequencies, found",
     f"{SOLVED} --frequencies 2.4GHz": f"{FIELD}: expected a field at 2400 MHz, found one at 915 MHz",
     "simulate data -o out --moving receiver": f"--moving: {AGAIN}",
+    "simulate data -o out --transmitters 2 --moving both": f"--transmitters: {AGAIN}",
+    "simulate data -o out --receivers places.csv --positions places.csv --moving both": f"--receivers: {AGAIN}",
+    "simulate closet -o out --moving both": "--transmitters: expected the number of their places beside moving both",
+    "simulate closet -o out --transmitters 2": "--transmitters: expected moving both beside it, found transmitter",
+    "simulate closet -o out --receivers places.csv": "--receivers: expected positions of transmitters beside them",
+    "simulate closet -o out --moving both --positions places.csv": "--receivers: expected the array's places beside",
+    "simulate closet -o out --moving both --transmitters 2 --engine fullwave": (
+        "--moving: expected transmitter or receiver in full wave, found both; --moving receiver solves one transmitter"
+    ),
+    "simulate closet -o out --moving both --positions places.csv --receivers others.csv": (
+        "others.csv: expected a row for each of the 2 positions, found 1"
+    ),
+    "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out --receivers elsewhere": (
+        "--receivers: expected --moving both beside it, found transmitter"
+    ),
+    "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out --moving both --gateway 1 1 1": (
+        "--gateway: expected none beside --moving both, where the receivers' positions are those of the array"
+    ),
+    "convert measured -o out --moving both": "measured/rx_pos.csv: expected a CSV of positions, found no such file",
     "simulate closet -o out --field data": "--field: expected the engine fullwave, found rays",
     "simulate closet -o out --no-gpu": "--no-gpu: expected the engine fullwave, found rays",
     "simulate closet -o out --engine fullwave --max-depth 3": "--max-depth: expected the engine rays, found fullwave",

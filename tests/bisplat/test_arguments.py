@@ -100,7 +100,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "folder": PATH, "positions": POINTS, "responses": ("x", 3, None, np.ones((2, 16))), "array": OBJECT,
                 "frequency": (*NUMBER, 0, 2.4), "gateway_position": POINT, "gateway_orientation": POINT, "grid": OBJECT,
-                "phases": WORD, "bandwidth": (*BANDWIDTH, 1e6), "moving": WORD,
+                "phases": WORD, "bandwidth": (*BANDWIDTH, 1e6), "moving": (*WORD, "both"),
+                "receivers": [*POINTS[2:], [[1, 0, 1]] * 2],
             },
         ),
         "Band": Call(
@@ -152,7 +153,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "placement": WORD, "positions": [*POINTS[2:], "nowhere.csv"], "power_db": FLAG,
                 "measurement": OBJECT, "propagation": OBJECT, "workers": WHOLE[:6], "cell": NUMBER[:4],
                 "field": PATH, "gpu": FLAG, "wrong": (1,), "bandwidth": (*BANDWIDTH, 1e6), "subcarriers": (0, 2, "x"),
-                "frequencies": (3, (2.4,), ("x",), (1e9, 1e9)), "moving": WORD,
+                "frequencies": (3, (2.4,), ("x",), (1e9, 1e9)), "moving": (*WORD, "both"),
+                "transmitters": (*WHOLE[:6], 2), "receivers": [*POINTS[2:], "nowhere.csv"],
             },
             {"ray": "an address, which Ray must answer", "solver": "set by the engine"},
         ),

@@ -94,6 +94,8 @@ def place(tmp_path_factory) -> Path:
         ImageOps.flip(Image.open(path)).save(path)
     (folder / "one.txt").write_text((folder / "data" / "test_index.txt").read_text().splitlines()[0] + "\n")
     write_positions(folder / "places.csv", np.array([[2.1, 0.1, 1.2], [2.5, -0.2, 1.5]]))
+    write_positions(folder / "near.csv", np.array([[2.3, 0.2, 1.3], [2.4, 0.1, 1.2]]))
+    write_positions(folder / "far.csv", np.array([[2.3, 0.2, 1.3], [2.6, 0.1, 1.2]]))
     write_positions(folder / "others.csv", np.array([[2.2, 0.3, 1.1]]))
     (folder / "gateways.yml").write_text("door: [0.5, 0.3, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
     (folder / "far.yml").write_text("door: [0.5, 0.9, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
@@ -105,6 +107,7 @@ def place(tmp_path_factory) -> Path:
     arrays = {
         "pos": given.positions,
         "elsewhere": given.positions + 1,
+        "moved": given.positions + 2,
         "H": given.responses,
         "other": 2j * given.responses,
         "wide": given.responses[..., None] * np.array([1, 1j, -1, -1j]),

@@ -97,8 +97,9 @@ def _request(source: Path) -> tuple[Request, Rays]:
             f"{path}: expected a dataset simulated by rays, found one of the engine {request.engine.name}, which knows "
             "no paths"
         )
-    if request.moving == "receiver" or request.frequencies:
-        found = "whose receiver moves" if request.moving == "receiver" else "of several frequencies"
+    if request.moving != "transmitter" or request.frequencies:
+        ends = {"receiver": "whose receiver moves", "both": "of which both ends move"}
+        found = ends.get(request.moving, "of several frequencies")
         raise InputError(f"{path}: expected a dataset of a moving transmitter at one frequency, found one {found}")
     depth = request.engine.propagation.max_depth
     if depth > MOST_INTERACTIONS:

@@ -117,3 +117,23 @@ def test_other_azimuths_are_told_by_the_positions(write, tmp_path):
     options = shlex.split(re.search(r"bisplat convert (--azimuths \S+ \S+)", warning)[1])
     convert(folder, tmp_path / "mended", Conversion(azimuths=(float(options[1]), float(options[2]))))
     assert not [each for each in check(tmp_path / "mended").warnings if "strongest directions" in each]
+
+
+def test_array_that_moves_is_told_by_the_positions(write, tmp_path):
+    """An array that looks up moves below a transmitter at (0, 0, 3), and sees it."""
+    folder = write(picture(SPECTRA))
+    positions = np.random.default_rng(5).uniform([0.5, 0.5, 0], [2, 1, 1], (COUNT, 3)).round(6)
+    write_positions(folder / "tx_pos.csv", positions)
+    write_gateway(folder / "gateway_info.yml", "moved", (0, 0, 3), (0, 0, 0, 1))
+    x, y, z = ([0, 0, 3] - positions).T
+    responses = ARRAY.manifold(np.arctan2(y, x), np.arctan2(z, np.hypot(x, y)))
+    for number, image in enumerate(picture(Beamformer(ARRAY).spectrum(responses)), start=1):
+        Image.fromarray(image).save(folder / "spectrum" / f"{number:05d}.png")
+    found = check(folder)
+    (warning,) = [each for each in found.warnings if "strongest directions" in each]
+    assert warning.endswith("bisplat convert --moving receiver states it")
+    assert found.description()["moving"].startswith("the transmitter (assumed")
+    convert(folder, tmp_path / "stated", Conversion(moving="receiver"))
+    stated = check(tmp_path / "stated")
+    assert not [each for each in stated.warnings if "strongest directions" in each]
+    assert stated.description()["moving"] == "the receiver, with its array"

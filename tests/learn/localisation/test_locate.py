@@ -222,6 +222,16 @@ def test_pictures_of_the_same_receiver_are_taken(folder, runs, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_pictures_of_an_array_that_moved_with_its_transmitter_are_refused(folder, runs, tmp_path):
+    heard = shutil.copytree(folder / "one", tmp_path / "heard")
+    (heard / "metadata.json").write_text('{"moving": "both"}')
+    shutil.copy(heard / "tx_pos.csv", heard / "rx_pos.csv")
+    with pytest.raises(InputError, match="expected pictures of a gateway that stands still, found some of an array"):
+        heard_pictures(heard, runs[0])
+    with pytest.raises(InputError, match="expected spectra of a link with one end that stands still"):
+        bisplat.evaluate(runs[0], heard)
+
+
 def test_pictures_that_the_runs_array_does_not_explain_are_warned_of(runs, tmp_path, capsys):
     other = Beamformer(PlanarArray(4, 4, 0.35))
     (tmp_path / "seen").mkdir()

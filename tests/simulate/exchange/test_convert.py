@@ -328,3 +328,28 @@ def test_what_would_be_no_dataset_is_refused(foreign, tmp_path):
     with pytest.raises(InputError, match=r"test_index\.txt: expected names that are not in train_index\.txt"):
         convert(foreign, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_what_moves_is_stated(foreign, tmp_path):
+    said = convert(foreign, tmp_path / "as it is")
+    assert any("state --moving receiver" in each for each in said)
+    assert not any("state --moving" in each for each in convert(foreign, tmp_path / "o", Conversion(moving="receiver")))
+    assert read_dataset(tmp_path / "o").moving == "receiver"
+    convert(tmp_path / "o", tmp_path / "kept")
+    assert read_dataset(tmp_path / "kept").moving == "receiver"
+
+
+def test_both_ends_are_kept(foreign, tmp_path):
+    with pytest.raises(InputError, match=r"rx_pos\.csv: expected a CSV of positions, found no such file"):
+        convert(foreign, tmp_path / "out", Conversion(moving="both"))
+    write_positions(foreign / "rx_pos.csv", POSITIONS + 1)
+    with pytest.raises(InputError, match='expected "moving": "both" in metadata'):
+        read_dataset(foreign)
+    assert any("left out" in each and "rx_pos.csv" in each for each in convert(foreign, tmp_path / "one"))
+    write_positions(foreign / "tx_pos.csv", POSITIONS.round(0) * 0)  # one place of the transmitter, which is no fault
+    (foreign / "spectrum" / f"{NAMES[2]}.png").unlink()
+    write_index(foreign / "train_index.txt", [NAMES[0]])
+    convert(foreign, tmp_path / "out", Conversion(moving="both"))
+    made = read_dataset(tmp_path / "out")
+    np.testing.assert_allclose(made.receivers, np.delete(POSITIONS + 1, 2, axis=0), atol=1e-6)
+    assert made.moving == "both" and not made.transmitters.any()

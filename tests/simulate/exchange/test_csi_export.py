@@ -60,5 +60,5 @@ def test_receiver_that_moves_is_refused(tmp_path):
         subcarriers=52,
         moving="receiver",
     )
-    with pytest.raises(InputError, match="expected a base station that stands still"):
+    with pytest.raises(InputError, match="whose transmitter moves, for a base station that stands still"):
         export_csi(moving, tmp_path / "csi")

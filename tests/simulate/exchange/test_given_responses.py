@@ -106,3 +106,40 @@ def test_folder_stays_as_it_was_if_something_is_wrong(tmp_path):
     with pytest.raises(InputError, match="found other files"):
         write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6)
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+
+
+def test_both_ends_move(tmp_path):
+    made = write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 2.4e9, moving="both", receivers=PLACES[::-1])
+    np.testing.assert_array_equal(made.transmitters, PLACES)
+    np.testing.assert_array_equal(made.receivers, PLACES[::-1])
+    np.testing.assert_array_equal(made.gateway_position, PLACES[-1])
+    other = write_dataset(tmp_path / "other", PLACES, waves(), ARRAY, 2.4e9, moving="both", receivers=PLACES + 1)
+    assert made.moving == "both" and made.fingerprint != other.fingerprint
+
+
+def test_one_transmitter_and_many_receivers_are_pairs(tmp_path):
+    places = np.tile(PLACES[:1], (4, 1))
+    made = write_dataset(tmp_path / "mine", places, waves(), ARRAY, 2.4e9, moving="both", receivers=PLACES)
+    assert len(made) == 4
+    with pytest.raises(InputError, match=r"tx_pos\.csv: expected positions that differ"):
+        write_dataset(tmp_path / "same", places, waves(), ARRAY, 2.4e9, moving="both", receivers=places)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"moving": "both"}, "receivers: expected the array's positions beside moving both, found none"),
+        ({"receivers": PLACES}, "receivers: expected none unless both ends move, found some beside moving transmitter"),
+        ({"moving": "both", "receivers": PLACES[:3]}, "receivers: expected a row for each of the 4 positions, found 3"),
+        ({"moving": "both", "receivers": 1e6 * PLACES}, "receivers: expected coordinates within ±100000 m, found"),
+        ({"moving": "both", "receivers": PLACES[:, :2]}, "receivers: expected rows of x, y, z, found shape (4, 2)"),
+        (
+            {"moving": "both", "receivers": PLACES, "gateway_position": (1, 0, 0)},
+            "gateway_position: expected none beside receivers, where the array is, found one",
+        ),
+    ],
+)
+def test_receivers_that_do_not_fit_are_refused(given, message, tmp_path):
+    with pytest.raises(ParameterError) as refused:
+        write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 2.4e9, **given)
+    assert str(refused.value).startswith(message) and not (tmp_path / "mine").exists()

@@ -10,6 +10,8 @@ import bisplat
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT, Gateway, facing
+from simulate.dataset.bearings import bearing_of
+from simulate.exchange.hdf5_export import export_hdf5
 from simulate.exchange.recorded_dataset import record
 from simulate.exchange.recording import Recording
 
@@ -200,3 +202,63 @@ def test_array_that_moves_past_a_transmitter(tmp_path):
     made, said = recorded(tmp_path, Recording(moving="receiver"), pos=turned, H=RIGHT.conj())
     assert made.moving == "receiver" and "and phases that rise with the distance: the strongest directions are" in said
     np.testing.assert_allclose(made.responses, RIGHT, rtol=1e-5)
+
+
+APART = np.random.default_rng(3).uniform(-9, 9, (40, 3)).round(3)
+"""Where the array of each pair of places is, relative to the gateway's place."""
+
+
+@pytest.mark.parametrize(
+    ("arrays", "recording", "sentence"),
+    [
+        ({"tx_pos": PLACES + APART, "rx_pos": APART + GATEWAY.position}, {}, "receivers: rx_pos, 40 in m (assumed"),
+        ({"there": PLACES + APART, "here": APART + GATEWAY.position}, {"receivers": "here"}, "positions: there, 40"),
+        ({"here": PLACES + APART, "rx": APART + GATEWAY.position}, {"positions": "here"}, "receivers: rx, 40 in m"),
+        (
+            {"tx_pos": 1e3 * (PLACES + APART), "rx_pos": 1e3 * (APART + GATEWAY.position)},
+            {"unit": "mm"},
+            "receivers: rx_pos, 40 in mm\n",
+        ),
+        (
+            {f"tx_{axis}": (PLACES + APART)[:, n] for n, axis in enumerate("xyz")}
+            | {f"rx_{axis}": (APART + GATEWAY.position)[:, n] for n, axis in enumerate("xyz")},
+            {},
+            "receivers: rx_x, rx_y, rx_z, 40 in m",
+        ),
+    ],
+)
+def test_both_ends_move(arrays, recording, sentence, tmp_path):
+    """The same directions and distances as those of a transmitter that moves before a fixed array."""
+    made, said = recorded(tmp_path, Recording(moving="both", **recording), H=RIGHT.conj(), **arrays)
+    assert made.moving == "both" and sentence in said and "and phases that rise with the distance: the" in said
+    np.testing.assert_allclose(made.responses, RIGHT, rtol=1e-5)
+    np.testing.assert_allclose(made.transmitters - made.receivers, PLACES - GATEWAY.position, atol=1e-5)
+    assert bearing_of(made).error < 5
+
+
+@pytest.mark.parametrize(
+    ("arrays", "recording", "message"),
+    [
+        ({"rx_pos": APART}, {}, "receivers: expected --moving both beside it, found transmitter"),
+        ({}, {}, "expected an array of the receivers' positions, or --receivers NAME, beside --moving both, found pos"),
+        ({"rx_pos": APART[:-1]}, {}, "rx_pos: expected a row for each of the 40 positions, found 39"),
+        ({"rx_pos": 1e3 * APART}, {}, "rx_pos: expected positions in metres, found a spread of"),
+        ({}, {"receivers": "rx"}, "expected an array 'rx', found pos 40 × 3, H 40 × 15"),
+        ({"rx_x": APART[:, 0]}, {}, "expected positions, an array of K × 3 real numbers"),
+    ],
+)
+def test_receivers_that_do_not_fit_are_refused(arrays, recording, message, tmp_path):
+    moving = "transmitter" if message.startswith("receivers") else "both"
+    stated = {"receivers": "rx_pos", **recording} if moving == "transmitter" else recording
+    with pytest.raises(InputError) as refused:
+        recorded(tmp_path, Recording(moving=moving, **stated), pos=PLACES, H=RIGHT, **arrays)
+    assert str(refused.value).startswith(message)
+
+
+def test_exported_pairs_are_a_recording(tmp_path):
+    made, _ = recorded(tmp_path, Recording(moving="both"), tx=PLACES + APART, rx=APART + GATEWAY.position, H=RIGHT)
+    export_hdf5(made, tmp_path / "pairs.h5")
+    record([tmp_path / "pairs.h5"], tmp_path / "again", GATEWAY, "2.4 GHz", Recording(moving="both", conjugate=False))
+    again = bisplat.read_dataset(tmp_path / "again")
+    np.testing.assert_array_equal(again.receivers, made.receivers)
+    np.testing.assert_array_equal(again.responses, made.responses)
