@@ -29,6 +29,7 @@ WAYS = {
     "spectra": "kriging of spectra",
     "smooth-spectra": "smooth kriging of spectra",
     "inverse-distance": "inverse-distance weighting",
+    "field": "kriging of one field at the elements of all arrays",
 }
 """Names of the ways of interpolation, for the user."""
 
@@ -38,22 +39,27 @@ LEFT_OUT = 64
 FOLDS, FOLDED = 8, 300
 """If few spectra are known, a covariance fitted to all of them predicts them too well. A way that is even then worse
 than inverse-distance weighting is dropped. For each other way, the known spectra are divided into parts, and the
-covariance is fitted once without each part, which it then predicts. There are FOLDED // n parts for n known spectra, at
-most FOLDS; if these are fewer than 2, the covariance is not fitted again."""
+covariance is fitted once without each part, which it then predicts. There are FOLDED // n parts for n known samples (of
+the field that all elements sample: elements times known spectra), at most FOLDS; if these are fewer than 2, the
+covariance is not fitted again."""
+
+OF_RESPONSES = "field", "responses", "phases"
+"""Ways by which responses are interpolated."""
 
 CLEAR_LEAD = 0.04
-"""If the mean SSIM of kriging of responses exceeds that of inverse-distance weighting by more, no further way is
+"""If the mean SSIM of one of ``OF_RESPONSES`` exceeds that of inverse-distance weighting by more, no further way is
 tried."""
 
 
 class HelmholtzField(SpectrumModel):
-    """A weighted mean of spectra interpolated in up to four ways.
+    """A weighted mean of spectra interpolated in up to five ways.
 
     ``S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r)``
 
     ``KrigedField`` interpolates S_responses and S_spectra, and ``SmoothField`` interpolates S_smooth. S_distance is the
     mean of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the
-    pictures where this improves the prediction (``fit_to_pictures``).
+    pictures where this improves the prediction (``fit_to_pictures``). If the receiver moves, the fifth way krigs the
+    one field that the elements of the array sample at all its known places.
 
     Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
     says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
@@ -89,12 +95,13 @@ class HelmholtzField(SpectrumModel):
         Args:
             positions: transmitter positions, metres, world frame.
         """
-        if "responses" not in self._used:
+        of_responses = next((way for way in ("field", "responses") if way in self._used), None)
+        if of_responses is None:
             return self(positions), None
-        field: Any = self.fields["responses"]
+        field: Any = self.fields[of_responses]
         responses = field.responses(positions)
         parts = [
-            weight * (field.beamforming(responses) if way == "responses" else self._by(way, positions))
+            weight * (field.beamforming(responses) if way == of_responses else self._by(way, positions))
             for way, weight in self._used.items()
         ]
         return torch.stack(parts).sum(dim=0), responses
@@ -135,16 +142,15 @@ class HelmholtzField(SpectrumModel):
         predicted: dict[str, Float[np.ndarray, "L 90 360"]] = {}
         scores: dict[str, float] = {}
         for way in _ways(dataset, known):
-            if (
-                max(scores.get("responses", 0), scores.get("phases", 0))
-                > scores.get("inverse-distance", 1) + CLEAR_LEAD
-            ):
+            best = max((scores[each] for each in OF_RESPONSES if each in scores), default=0.0)
+            if best > scores.get("inverse-distance", 1) + CLEAR_LEAD:
                 break
             field = fields[way] = self._fitted(way, dataset, known, self.report, fields.get("spectra"))
             if not predicted:
                 predicted["inverse-distance"] = left_out_by_distance(field, left_out)
                 scores["inverse-distance"] = float(ssim_of_each(predicted["inverse-distance"], truth).mean())
-            folds = min(FOLDS, FOLDED // len(known))
+            samples = len(known) * (dataset.array.elements if way == "field" else 1)
+            folds = min(FOLDS, FOLDED // samples)
             if way == "phases":  # the other spectra's phases were found using the left-out ones
                 predicted[way] = self._left_out_with_others_phases(dataset, known, left_out, max(1, folds))
                 scores[way] = float(ssim_of_each(predicted[way], truth).mean())
@@ -248,7 +254,9 @@ class HelmholtzField(SpectrumModel):
         built = self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength)
         if way == "smooth-spectra":
             return SmoothField(*built)
-        return KrigedField(*built, "responses" if way in ("responses", "phases") else "spectra")
+        if way == "field":
+            return KrigedField(*built, "field")
+        return KrigedField(*built, "responses" if way in OF_RESPONSES else "spectra")
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
         """Use these weights, and keep only the fields that are needed."""
@@ -282,6 +290,9 @@ class HelmholtzField(SpectrumModel):
                 fields[way] = self._empty(way)
                 fields[way].load_state_dict(of_field)
         self.fields = nn.ModuleDict(fields)
+        weights = state_dict.get("weights", self.weights)
+        if 0 < len(weights) < len(WAYS):  # an older version knew fewer ways
+            state_dict = {**state_dict, "weights": torch.cat([weights, weights.new_zeros(len(WAYS) - len(weights))])}
         loaded = super().load_state_dict(state_dict, strict, assign)
         self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
         missing = self._used.keys() - fields.keys() - {"inverse-distance"}
@@ -295,5 +306,6 @@ class HelmholtzField(SpectrumModel):
 def _ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
     """The ways of kriging that are tried, in this order."""
     if dataset.responses is not None:
-        return ["responses", "spectra", "smooth-spectra"]
+        one_field = ["field"] if dataset.moving == "receiver" and dataset.array.elements > 1 else []
+        return [*one_field, "responses", "spectra", "smooth-spectra"]
     return ["spectra", *(["phases"] if can_retrieve(dataset, known) else []), "smooth-spectra"]

@@ -9,30 +9,28 @@ from typing import Any, Literal
 import numpy as np
 import torch
 from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
 from torch import Tensor
 
 from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.geometry import distances, evenly_spread_directions
+from learn.models.leg_times import leg_times
 from learn.models.quadrature import Quadrature
 from learn.models.vecchia import fit_covariance
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
 DIRECTIONS = 100
 """Number of directions of the plane waves, spread evenly over the sphere."""
 
-STRAY, STRAY_LEAST = 0.2, 1e-3
-"""Standard deviation of the transmitter's path from the straight line between consecutive known positions: a fraction
-of the line's length, plus a minimum in metres."""
+SAMPLES = 256
+"""Number of nearest samples of one field from which a prediction is made, in whole arrays."""
 
 Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
-
-LEGS = 64
-"""Number of most probable legs over which a prediction averages. A leg is the path between two consecutive known
-positions."""
 
 
 class KrigedField(SpectrumModel):
@@ -58,6 +56,10 @@ class KrigedField(SpectrumModel):
     is ``sin(k|Δ|) / k|Δ|`` [cook1955]. A simulated scene does not change; the fit then finds a T so large that
     ``e^(−τ/T)`` is 1.
 
+    If the receiver moves, all elements at all known places of the array sample one field, that of the fixed
+    transmitter: y_m(r) = y(r + d_m), with the offset d_m of element m from the middle of the array. Kriging from all
+    these samples tells more than kriging each element's response by itself.
+
     If a dataset has no responses, its spectra are interpolated about their mean with the covariance ``|κ|²``, which is
     that of the power ``|y|²`` of a Gaussian field [reed1962].
 
@@ -65,10 +67,11 @@ class KrigedField(SpectrumModel):
         region: as for ``SpectrumModel``; this model does not use it.
         beamformer: the dataset's array and grid.
         wavelength: metres.
-        of: what is interpolated, "responses" or "spectra".
+        of: what is interpolated: "responses", "spectra", or one "field" that all elements sample.
 
     Attributes:
-        places: n known transmitter positions, metres, world frame.
+        places: n known positions of the end that moves, metres, world frame.
+        offsets: d_m, metres, world frame, if one field is interpolated; otherwise one offset of 0.
         times: index of each known spectrum in its dataset.
         values: responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened.
         mean: mean of ``values`` over the known spectra; zero for responses.
@@ -77,14 +80,15 @@ class KrigedField(SpectrumModel):
         length: ℓ, metres.
         drift: T, number of spectra.
         nugget: ν.
-        of_responses: whether element responses are interpolated; otherwise spectra are.
+        of_responses: whether element responses or one field are interpolated; otherwise spectra are.
+        neighbours: number of nearest known positions from which a prediction is made.
         solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
     """
 
     neighbours = 32
-    """Number of nearest known positions from which a prediction is made."""
 
     places: Tensor
+    offsets: Tensor
     times: Tensor
     values: Tensor
     mean: Tensor
@@ -99,12 +103,18 @@ class KrigedField(SpectrumModel):
         region: Float[np.ndarray, "2 3"],
         beamformer: Beamformer,
         wavelength: float,
-        of: Literal["responses", "spectra"],
+        of: Literal["responses", "spectra", "field"],
     ):
         super().__init__(region, wavelength)
         self.beamforming = BeamformingLayer(beamformer)
-        self.of_responses = of == "responses"
-        numbers = 2 * beamformer.array.elements if self.of_responses else ROWS * COLUMNS
+        self.of_responses = of != "spectra"
+        self._grid = beamformer.grid
+        self._elements: Float[np.ndarray, "elements 3"] = float(self.wavelength) * beamformer.array.positions
+        numbers = 2 * len(self._elements) if self.of_responses else ROWS * COLUMNS
+        self._of_field = of == "field"
+        self.register_buffer("offsets", torch.zeros(len(self._elements) if self._of_field else 1, 3), self._of_field)
+        if self._of_field:
+            self.neighbours = max(2, SAMPLES // len(self._elements))
         self.register_buffer("places", torch.zeros(0, 3))
         self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, numbers))
@@ -129,8 +139,20 @@ class KrigedField(SpectrumModel):
         self.keep(dataset, np.unique(known))
         if len(self.places) > 1:  # a single spectrum does not determine a covariance
             what = "responses" if self.of_responses else "spectra"
-            fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
+            field = self._of_samples() if self._of_field else self
+            fit_covariance(field, field.neighbours, partial(self.report, f"covariance of {what}"))
+            for name in ("shares", "length", "drift", "nugget"):
+                setattr(self, name, getattr(field, name))
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
+
+    def _of_samples(self) -> KrigedField:
+        """The same field as sampled by a single element, which stands at all places of the elements in turn."""
+        single = Beamformer(PlanarArray(1, 1), self._grid)
+        found = KrigedField(self.region.numpy(), single, float(self.wavelength), "responses")
+        found.places = (self.places[:, None] + self.offsets).flatten(0, 1)
+        found.times = self.times.repeat_interleave(len(self.offsets))
+        found.values, found.mean = self.values.reshape(-1, 2), torch.zeros(2)
+        return found
 
     @property
     def first_length(self) -> float:
@@ -139,7 +161,8 @@ class KrigedField(SpectrumModel):
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them."""
-        return self.interpolated(positions, columns=slice(0, 2))[1]  # the variance does not depend on the values
+        columns = slice(0, 2 * len(self.offsets))  # the variance does not depend on the values
+        return self.interpolated(positions, columns=columns)[1]
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """Interpolate between these spectra from now on, with the same covariance.
@@ -150,6 +173,9 @@ class KrigedField(SpectrumModel):
         """
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
+        if self._of_field:
+            offsets = Rotation.from_quat(dataset.gateway_orientation).apply(self._elements)
+            self.offsets = torch.from_numpy(offsets).float()
         if self.of_responses:
             assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
@@ -163,12 +189,15 @@ class KrigedField(SpectrumModel):
             self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
     def _rows(self, members: Int[Tensor, "*b n"], columns: Columns = EVERY) -> Float[Tensor, "*b N C"]:
-        """The rows that kriging sums with real weights: the members' values minus the mean, and for responses also −jy.
+        """The rows that kriging sums with real weights: the samples' values minus the mean, and for responses also −jy.
+
+        A member has a sample for each of ``offsets``.
 
         The product of y with a conjugated complex weight w is then a sum with the real weights Re w for y and Im w for
         −jy.
         """
         values = self.values[:, columns][members].float() - self.mean[columns]
+        values = values.unflatten(-1, (len(self.offsets), -1)).flatten(-3, -2)
         if not self.of_responses:
             return values
         real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
@@ -187,7 +216,7 @@ class KrigedField(SpectrumModel):
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> Float[Tensor, "*b N M"]:
-        """κ (for spectra ``|κ|²``) between the rows of positions a and b. ``fading`` is the drift's factor in it."""
+        """κ (for spectra ``|κ|²``) between the rows of places a and b. ``fading`` is the drift's factor in it."""
         wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
         phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT
@@ -208,9 +237,7 @@ class KrigedField(SpectrumModel):
     def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
         """Expected factor ``e^(−τ/T)`` of κ (its square in ``|κ|²`` for spectra) between new and known positions.
 
-        The time of a new position is unknown. The position is assumed to lie on one of the legs between consecutive
-        known positions. The probability of a leg is its duration times the density, at the position, of a
-        three-dimensional normal distribution around the leg's straight line.
+        The time of a new position is unknown; ``leg_times`` tells the probable ones.
 
         Args:
             positions: new positions, metres, world frame.
@@ -218,19 +245,9 @@ class KrigedField(SpectrumModel):
         """
         if len(self.places) < 2:
             return torch.ones_like(near, dtype=positions.dtype)
-        legs, leg_duration = self.places.diff(dim=0), self.times.diff()
-        from_leg_start = positions[:, None] - self.places[:-1]
-        leg_fraction = ((from_leg_start * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
-        leg_length = torch.linalg.vector_norm(legs, dim=-1)
-        deviation = STRAY * leg_length + STRAY_LEAST
-        # Integral of the unnormalised density: a tube around the leg and half a ball at each of its ends.
-        tube_volume = 2 * torch.pi * leg_length * deviation**2 + (2 * torch.pi) ** 1.5 * deviation**3
-        distance = torch.linalg.vector_norm(from_leg_start - leg_fraction[..., None] * legs, dim=-1) / deviation
-        log_probability = leg_duration.log() - distance.square() / 2 - tube_volume.log()
-        log_probability, leg = log_probability.topk(min(LEGS, len(legs)), dim=1)
-        times = self.times[leg] + leg_fraction.gather(1, leg) * leg_duration[leg]
+        times, probability = leg_times(positions, self.places, self.times)
         time_between = (times[:, None, :] - self.times[near][:, :, None]).abs()
-        return (self.fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
+        return (self.fading(time_between, self.drift) * probability[:, None]).sum(dim=-1)
 
     def interpolated(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None, columns: Columns = EVERY
@@ -247,17 +264,17 @@ class KrigedField(SpectrumModel):
             distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
         distance, near = distance.topk(min(self.neighbours, len(self.places) - (left_out is not None)), largest=False)
         # Coordinates relative to the new position are small, and single precision suffices for them.
-        relative_positions = self.places[near] - positions[:, None]
-        origin = torch.zeros_like(relative_positions[:, :1])
-        times = self.times[near][..., None]
+        samples = ((self.places[near] - positions[:, None])[:, :, None] + self.offsets).flatten(1, 2)
+        wanted = self.offsets.expand(samples.shape[0], -1, -1)
+        times = self.times[near].repeat_interleave(len(self.offsets), dim=1)[..., None]
         fading = self.fading(distances(times, times), self.drift)
-        covariance = self.covariance(relative_positions, relative_positions, fading, self.shares, self.length)
+        covariance = self.covariance(samples, samples, fading, self.shares, self.length)
         covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
-        fading = self.expected_fading(positions, near)[..., None]
-        cross_covariance = self.covariance(relative_positions, origin, fading, self.shares, self.length)[..., 0]
+        fading = self.expected_fading(positions, near).repeat_interleave(len(self.offsets), dim=1)[..., None]
+        cross_covariance = self.covariance(samples, wanted, fading, self.shares, self.length)[..., : len(self.offsets)]
         weights = self.solve(covariance, cross_covariance)
-        values = (weights[:, None] @ self._rows(near, columns)).squeeze(1) + self.mean[columns]
-        return values, (1 - (weights * cross_covariance).sum(dim=-1)).clamp(0, 1)
+        values = (weights.mT @ self._rows(near, columns)).flatten(1) + self.mean[columns]
+        return values, (1 - (weights * cross_covariance).sum(dim=1)).mean(dim=-1).clamp(0, 1)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary), up to one common factor; only if responses are interpolated."""

@@ -88,7 +88,7 @@ def export(run: Run, path: Path | str) -> None:
     write_atomically(path, content)
 
 
-def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
+def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N M"]) -> Float[Tensor, "B N M"]:
     """Solve linear equations by Gauss-Jordan elimination.
 
     It does not pivot, so the matrices must be positive definite.
@@ -98,17 +98,19 @@ def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B
         right: the right-hand sides.
 
     Returns:
-        The solutions [B, N].
+        The solutions.
     """
+
+    size = matrix.shape[-1]
 
     def eliminate(rows: Tensor, unit: Tensor) -> tuple[Tensor, Tensor]:
         pivot = (rows * unit[:, None]).sum(dim=1, keepdim=True)
-        column = (rows[..., :-1] * unit).sum(dim=-1, keepdim=True)
-        pivot = pivot / (pivot[..., :-1] * unit).sum(dim=-1, keepdim=True)
+        column = (rows[..., :size] * unit).sum(dim=-1, keepdim=True)
+        pivot = pivot / (pivot[..., :size] * unit).sum(dim=-1, keepdim=True)
         return torch.where(unit[:, None] > 0, pivot, rows - column * pivot), unit.sum()
 
-    rows = torch.cat([matrix, right[..., None]], dim=-1)
-    return scan(eliminate, rows, torch.eye(matrix.shape[-1], device=matrix.device))[0][..., -1]
+    rows = torch.cat([matrix, right], dim=-1)
+    return scan(eliminate, rows, torch.eye(size, device=matrix.device))[0][..., size:]
 
 
 def _pt2(program: ExportedProgram) -> bytes:

@@ -1,0 +1,103 @@
+"""A receiver that moves: all elements at all places of the array sample one field."""
+
+import copy
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from learn.data.metrics import ssim
+from learn.models.helmholtz import WAYS, HelmholtzField, _ways
+from learn.models.kriged_field import KrigedField
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.spectrum import spectrum_of
+from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
+
+TURNED = Rotation.from_euler("xyz", [30, -50, 110], degrees=True)
+KNOWN, OTHERS = np.arange(20), np.arange(20, 40)
+
+
+@pytest.fixture(scope="module")
+def moving() -> Dataset:
+    """Random plane waves at the elements of an array that is turned, at 40 places in a box of 1 m."""
+    generator = np.random.default_rng(3)
+    places = generator.uniform(0, 1, (40, 3))
+    directions = generator.standard_normal((300, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    amplitudes = generator.standard_normal((300, 2)) @ [1, 1j]
+    elements = places[:, None] + TURNED.apply(WAVELENGTH * BEAMFORMER.array.positions)
+    responses = np.exp(2j * np.pi / WAVELENGTH * elements @ directions.T) @ amplitudes
+    found = dataset_of(places, responses)
+    return dataclasses.replace(
+        found, gateway_orientation=TURNED.as_quat(), metadata={**found.metadata, "moving": "receiver"}
+    )
+
+
+def kriged(dataset: Dataset, of: str) -> KrigedField:
+    field = KrigedField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH, of)  # type: ignore[arg-type]
+    field.fit(dataset, KNOWN)
+    return field
+
+
+@pytest.fixture(scope="module")
+def one_field(moving) -> KrigedField:
+    return kriged(moving, "field")
+
+
+def median_ssim(model: torch.nn.Module, dataset: Dataset, numbers: np.ndarray) -> float:
+    with torch.inference_mode():
+        predicted = model(torch.from_numpy(dataset.positions[numbers]).float()).numpy()
+    return float(np.median(ssim(predicted, spectrum_of(dataset.pictures[numbers]))))
+
+
+def test_samples_of_all_elements_tell_more_than_each_element_by_itself(moving, one_field):
+    assert median_ssim(one_field, moving, OTHERS) > median_ssim(kriged(moving, "responses"), moving, OTHERS) + 0.1
+
+
+def test_elements_taken_for_turned_otherwise_tell_less(moving, one_field):
+    straight = dataclasses.replace(moving, gateway_orientation=np.array([0, 0, 0, 1.0]))
+    assert median_ssim(one_field, moving, OTHERS) > median_ssim(kriged(straight, "field"), straight, OTHERS) + 0.1
+
+
+def test_known_places_are_kept_and_the_variance_grows_away_from_them(moving, one_field):
+    assert median_ssim(one_field, moving, KNOWN) > 0.99
+    places = torch.from_numpy(np.vstack([moving.positions[:1], [[300.0, 300.0, 300.0]]])).float()
+    with torch.inference_mode():
+        near, far = one_field.uncertainty(places).tolist()
+    assert near < 0.01 and far == pytest.approx(1, abs=0.01)
+
+
+def test_all_elements_together_are_each_kriged_from_all_samples(one_field):
+    field, alone = copy.deepcopy(one_field), one_field._of_samples()
+    assert len(alone.places) == 16 * len(KNOWN) and len(alone.offsets) == 1
+    alone.shares, alone.length, alone.drift, alone.nugget = field.shares, field.length, field.drift, field.nugget
+    field.neighbours, alone.neighbours = len(KNOWN), len(alone.places)
+    place = torch.tensor([[0.5, 0.5, 0.5]])
+    with torch.inference_mode():
+        together = field.responses(place)[0]
+        one_by_one = torch.cat([alone.responses(place + offset)[0] for offset in field.offsets])
+    torch.testing.assert_close(together, one_by_one, rtol=1e-2, atol=1e-2)
+
+
+def test_the_model_chooses_it_and_loads_it_again(moving):
+    model = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+    chosen = model.fit(moving, KNOWN).split("(")[0]
+    assert WAYS["field"] in chosen and WAYS["responses"] not in chosen
+    again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+    again.load_state_dict(model.state_dict())
+    place = torch.tensor([[0.4, 0.6, 0.5]])
+    with torch.inference_mode():
+        torch.testing.assert_close(again.predict(place), model.predict(place))
+    fixed = dataclasses.replace(moving, metadata={"frequency_hz": moving.metadata["frequency_hz"]})
+    assert "field" in _ways(moving, KNOWN) and "field" not in _ways(fixed, KNOWN)
+
+
+def test_runs_of_versions_that_knew_fewer_ways_are_loaded(moving):
+    model = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+    model.fit(moving, KNOWN[:1])
+    older = {**model.state_dict(), "weights": model.weights[:-1]}
+    again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+    again.load_state_dict(older)
+    assert again.weights.tolist() == model.weights.tolist()
