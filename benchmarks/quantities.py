@@ -40,7 +40,7 @@ BAND = Band(20e6, 64)
 TEN = tuple(float(each) for each in np.linspace(0.902e9, 0.928e9, 10))
 """The American RFID band, at whose frequencies all materials of the table are known."""
 
-THREE = Band(60e6, 3)
+COMPARED = Band(78e6, 13)
 """Frequencies at which rays and full wave are compared."""
 
 NEAR = (0.905e9, 0.915e9, 0.925e9)
@@ -199,7 +199,7 @@ def frequencies_in_full_wave(scene: Scene, smallest: bool) -> dict[str, Any]:
 def rays_and_full_wave(
     scene: Scene, positions: Float[np.ndarray, "K 3"], cell: float | None, folder: Path
 ) -> dict[str, Any]:
-    """The correlation of rays with full wave at three frequencies, of which full wave needs one run."""
+    """The correlation of rays with full wave at several frequencies, of which full wave needs one run."""
     from simulate.engines.fullwave_engine import FullWave
     from simulate.generation.simulation import simulate
     from simulate.rays.core.propagation import Propagation
@@ -210,8 +210,8 @@ def rays_and_full_wave(
         folder,
         positions=positions,
         engine=FullWave(cell=cell),
-        bandwidth=THREE.bandwidth,
-        subcarriers=THREE.subcarriers,
+        bandwidth=COMPARED.bandwidth,
+        subcarriers=COMPARED.subcarriers,
     )
     truth = solved.band_responses
     assert truth is not None
@@ -221,13 +221,14 @@ def rays_and_full_wave(
         gateway=replace(scene.gateway, pattern="dipole"),
         transmitter=replace(scene.transmitter, pattern="dipole"),
     )
-    traced = Tracer(dipoles, Propagation()).band_responses(solved.positions, THREE)
+    traced = Tracer(dipoles, Propagation()).band_responses(solved.positions, COMPARED)
     return {
         f"rays and full wave at {frequency / 1e6:.0f} MHz, correlation": (
             np.median(_correlation(traced[..., number], truth[..., number])),
             "at least 0.984",
         )
-        for number, frequency in enumerate(THREE.frequencies(scene.frequency))
+        for number, frequency in enumerate(COMPARED.frequencies(scene.frequency))
+        if (number - COMPARED.carrier) % 3 == 0
     }
 
 
