@@ -4,8 +4,8 @@ python benchmarks/moving_receiver.py --json
 
 In each room, rays simulate spectra of an array that moves and of one that stands still, at 500 positions each. The
 figures are the median SSIM of 80 held-out spectra, predicted from some known ones. For the moving array, kriging
-interpolates the one field that its elements sample, or each element's response by itself. For the fixed array, the model
-is helmholtz.
+interpolates the one field that its elements sample, or each element's response by itself. For the fixed array, the
+model is helmholtz.
 """
 
 from __future__ import annotations

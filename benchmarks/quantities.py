@@ -179,7 +179,8 @@ def frequencies_in_full_wave(scene: Scene, smallest: bool) -> dict[str, Any]:
     generator = np.random.default_rng(1)
     figures: dict[str, Any] = {}
     scenes = [with_same_array(scene, each) for each in NEAR]
-    positions = generator.uniform(*scene.transmitter.region, (POSITIONS, 3))
+    low, high = scene.transmitter.region
+    positions = generator.uniform(low, high, (POSITIONS, 3))
     whole, errors = one_run_of(scenes, 1, positions, COARSE)
     figures["full wave of three frequencies, time of one"] = (whole, "at most 1.3")
     for frequency, _, error in errors:
@@ -188,7 +189,8 @@ def frequencies_in_full_wave(scene: Scene, smallest: bool) -> dict[str, Any]:
         return figures
     box = closed_box(1e9)
     scenes = [box, *(with_same_array(box, share * 1e9) for share in APART)]
-    positions = generator.uniform(*box.transmitter.region, (POSITIONS, 3))
+    low, high = box.transmitter.region
+    positions = generator.uniform(low, high, (POSITIONS, 3))
     for frequency, difference, error in one_run_of(scenes, 0, positions, 0.02)[1]:
         name = f"box, {frequency / 1e6:.0f} MHz from a run with the materials of 1 GHz"
         figures[f"{name}, difference of a refractive index (%)"] = (100 * difference, "")
