@@ -23,6 +23,7 @@ from simulate.rays.core.reflection_chains import reversed_chains
 from simulate.rays.tracer import Found, Tracer
 from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
+from tests.folders import contents
 from tests.small_scene import small_scene
 
 SIGHT = Propagation(max_depth=0)
@@ -62,6 +63,22 @@ def test_band_is_in_the_folder(over_band):
     np.testing.assert_array_equal(over_band.band_responses[..., 3], over_band.responses)
     assert "6 subcarriers over 20 MHz" in repr(over_band)
     assert "delay spread" in check(over_band.folder).description()["band"]
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {"bandwidth": "20 MHz", "subcarriers": 3},
+        {"frequencies": ("2.4 GHz", "5 GHz"), "moving": "receiver"},
+        {"moving": "both", "transmitters": 2, "power_db": True},
+        {"measurement": Measurement(snr_db=20, phase_noise_deg=5), "placement": "path"},
+    ],
+)
+def test_each_kind_is_made_again_to_the_last_byte(kind, tmp_path):
+    """With a place whose objects do not use the materials in the order in which they are listed."""
+    simulate("closet", tmp_path / "first", 4, propagation=SIGHT, **kind)
+    simulate(tmp_path / "first", tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "first")
 
 
 def test_band_is_made_again_and_repaired(over_band, tmp_path):
