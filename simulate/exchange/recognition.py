@@ -117,7 +117,9 @@ def _places(
     """The positions, those of the receivers if both ends move, metres, and whether their unit is stated."""
     if recording.moving != "both":
         if recording.receivers is not None:
-            raise ParameterError("receivers", f"expected none unless both ends move, found some beside moving {recording.moving}")
+            raise ParameterError(
+                "receivers", f"expected none unless both ends move, found some beside moving {recording.moving}"
+            )
         positions, unit_stated = _positions(arrays, recording, recording.positions, said)
         return positions, None, unit_stated
     columns = [each for each in arrays if arrays[each].ndim == 1 and RECEIVER_COLUMN.fullmatch(each.strip())]

@@ -78,12 +78,16 @@ class Simulation(Places):
         drawn = self.positions is None
         if self.transmitters is not None:
             if self.moving != "both":
-                raise ParameterError("transmitters", f"expected none unless both ends move, found some beside moving {self.moving}")
+                raise ParameterError(
+                    "transmitters", f"expected none unless both ends move, found some beside moving {self.moving}"
+                )
             if not drawn:
                 raise ParameterError("transmitters", "expected none beside positions, which are theirs, found some")
             require_whole(LEAST_TRANSMITTERS, min(self.n, MOST_TRANSMITTERS), transmitters=self.transmitters)
         elif self.moving == "both" and drawn:
-            raise ParameterError("transmitters", "expected how many places the transmitter has, since both ends move, found none")
+            raise ParameterError(
+                "transmitters", "expected how many places the transmitter has, since both ends move, found none"
+            )
         if self.receivers is not None and self.moving != "both":
             found = f"found some beside moving {self.moving}"
             raise ParameterError("receivers", f"expected none unless both ends move, {found}")

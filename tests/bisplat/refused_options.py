@@ -66,7 +66,7 @@ REFUSED: dict[str, str] = {
     "simulate data -o out --receivers places.csv --positions places.csv --moving both": f"--receivers: {AGAIN}",
     "simulate closet -o out --moving both": "--transmitters: expected how many places the transmitter has, since both",
     "simulate closet -o out --transmitters 2": "--transmitters: expected none unless both ends move, found some beside",
-    "simulate closet -o out --receivers places.csv": "--receivers: expected none unless both ends move, found some beside moving",
+    "simulate closet -o out --receivers places.csv": "--receivers: expected none unless both ends move, found some",
     "simulate closet -o out --moving both --positions places.csv": "--receivers: expected the array's places beside",
     "simulate closet -o out --moving both --transmitters 2 --engine fullwave": (
         "--moving: expected transmitter or receiver in full wave, found both; --moving receiver solves one transmitter"

@@ -355,7 +355,7 @@ def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_pat
     changed = shutil.copytree(finished, tmp_path / "changed")
     lines = (changed / "tx_pos.csv").read_text().splitlines()
     (changed / "tx_pos.csv").write_text("\n".join([*lines[:-1], "0,0,1"]) + "\n")
-    with pytest.raises(InputError, match="found another positions"):
+    with pytest.raises(InputError, match="expected the positions that the dataset was made with, found a change"):
         read_request(changed)
 
 

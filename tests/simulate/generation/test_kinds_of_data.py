@@ -1,6 +1,7 @@
 """Datasets over a band, of several frequencies, and of a receiver that moves: what is written, and read again."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -149,6 +150,24 @@ def test_folder_of_one_frequency_needs_no_choice(scene, tmp_path):
 def test_check_tells_of_several_frequencies(of_three):
     found = check(of_three)
     assert found.valid and any("915 MHz, 1 GHz, 2.4 GHz" in each for each in found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda lines: None, "found no such file"),
+        (lambda lines: lines[::-1], "found another order"),
+        (lambda lines: ["0.9", *lines[1:]], "found 900 MHz, 915 MHz, 1 GHz, 2.4 GHz"),
+    ],
+)
+def test_frequencies_that_differ_from_those_simulated_are_a_problem(of_three, tmp_path, fault, words):
+    folder = shutil.copytree(of_three, tmp_path / "data")
+    lines = fault((folder / "freq.txt").read_text().split())
+    (folder / "freq.txt").unlink() if lines is None else (folder / "freq.txt").write_text("\n".join(lines))
+    expected = "freq.txt: expected 915 MHz, 1 GHz, 2.4 GHz, as metadata.json lists, "
+    assert any(expected in each and each.endswith(words) for each in check(folder).problems)
+    with pytest.raises(InputError, match=expected):
+        read_dataset(folder, "2.4 GHz")
 
 
 def test_one_frequency_becomes_a_dataset_of_its_own(of_three, tmp_path):
