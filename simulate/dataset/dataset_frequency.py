@@ -88,8 +88,9 @@ def frequency_of(
         folder: the folder.
         metadata: content of its metadata.json, from ``read_metadata_file``.
         rows: row of each picture in freq.txt, from 0.
-        problems: a sentence is appended if freq.txt is faulty, lists several frequencies of which none is wanted, or
-            contradicts metadata.json, or is missing although that lists several; or if the folder has no pictures of the wanted frequency.
+        problems: a sentence is appended if freq.txt is faulty, contradicts metadata.json, is missing although that lists
+            several frequencies, or lists several of which none is wanted; or if the folder has no pictures of the
+            wanted frequency.
         wanted: the frequency, Hz, whose pictures are wanted. None: the folder should have only one.
     """
     simulated = metadata.get("frequencies_hz", [])
@@ -110,9 +111,9 @@ def frequency_of(
     except InputError as error:
         problems.append(str(error))
         return Chosen(stated or Frequency(), every)
-    if len(simulated) > 1 and (found := _differing(listed, np.array(simulated))):
+    if len(simulated) > 1 and (other := _differing(listed, np.array(simulated))):
         problems.append(
-            f"{path}: expected {named(np.array(simulated))}, as metadata.json lists, one after the other, found {found}"
+            f"{path}: expected {named(np.array(simulated))}, as metadata.json lists, one after the other, found {other}"
         )
     if wanted is not None:
         chosen = np.flatnonzero(np.abs(listed / wanted - 1) <= SAME)
