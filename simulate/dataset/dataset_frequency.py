@@ -88,9 +88,9 @@ def frequency_of(
         folder: the folder.
         metadata: content of its metadata.json, from ``read_metadata_file``.
         rows: row of each picture in freq.txt, from 0.
-        problems: a sentence is appended if freq.txt is faulty, contradicts metadata.json, is missing although that lists
-            several frequencies, or lists several of which none is wanted; or if the folder has no pictures of the
-            wanted frequency.
+        problems: a sentence is appended if freq.txt is faulty, contradicts metadata.json, is missing although that
+            lists several frequencies, or lists several of which none is wanted; or if the folder has no pictures of
+            the wanted frequency.
         wanted: the frequency, Hz, whose pictures are wanted. None: the folder should have only one.
     """
     simulated = metadata.get("frequencies_hz", [])
