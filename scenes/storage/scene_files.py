@@ -70,7 +70,8 @@ def mesh_names(scene: Scene) -> list[str]:
 
 
 def yaml_of(scene: Scene) -> bytes:
-    """Return the content of scene.yaml."""
+    """Return the content of scene.yaml. Materials that no object has are left out, as reading leaves them out."""
+    used = {item.material for item in scene.objects}
     further = {name: _gateway_entry(gateway) for name, gateway in scene.further_gateways.items()}
     values = {
         "name": scene.name,
@@ -81,7 +82,11 @@ def yaml_of(scene: Scene) -> bytes:
             "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
             **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},
         },
-        "materials": {name: _material_entry(material, scene.frequency) for name, material in scene.materials.items()},
+        "materials": {
+            name: _material_entry(material, scene.frequency)
+            for name, material in scene.materials.items()
+            if name in used
+        },
         "objects": [
             {"name": item.name, "mesh": mesh, "material": item.material}
             | ({} if item.thickness is None else {"thickness": item.thickness})

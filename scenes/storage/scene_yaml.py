@@ -263,14 +263,15 @@ def read_scene(path: str | Path) -> Scene:
     known = {
         str(name): _material(str(name), value, frequency, source) for name, value in (file.materials or {}).items()
     }
-    materials = {}
     for index, item in enumerate(objects):
         try:
             if item.material not in known:
                 known[item.material] = _p2040(item.material, known, frequency)
-            materials[item.material] = known[item.material]
         except InputError as error:
             raise InputError(f"{source}: objects[{index}] ({named(item.name)}): {error}") from None
+    used = {item.material for item in objects}
+    # In the order of the file, so that a scene that is read and written again has the same bytes.
+    materials = {name: material for name, material in known.items() if name in used}
 
     gateways = {}
     for name, value in (file.further_gateways or {}).items():

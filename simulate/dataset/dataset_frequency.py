@@ -88,8 +88,9 @@ def frequency_of(
         folder: the folder.
         metadata: content of its metadata.json, from ``read_metadata_file``.
         rows: row of each picture in freq.txt, from 0.
-        problems: a sentence is appended if freq.txt is faulty, lists several frequencies of which none is wanted, or
-            contradicts metadata.json; or if the folder has no pictures of the wanted frequency.
+        problems: a sentence is appended if freq.txt is faulty, contradicts metadata.json, is missing although that
+            lists several frequencies, or lists several of which none is wanted; or if the folder has no pictures of
+            the wanted frequency.
         wanted: the frequency, Hz, whose pictures are wanted. None: the folder should have only one.
     """
     simulated = metadata.get("frequencies_hz", [])
@@ -98,7 +99,11 @@ def frequency_of(
     path, every = folder / FREQUENCIES, np.arange(len(rows))
     if not os.path.lexists(path):
         found = stated or Frequency()
-        if wanted is not None and abs(found.hertz / wanted - 1) > SAME:
+        if len(simulated) > 1:
+            problems.append(
+                f"{path}: expected {named(np.array(simulated))}, as metadata.json lists, found no such file"
+            )
+        elif wanted is not None and abs(found.hertz / wanted - 1) > SAME:
             problems.append(f"{folder}: expected pictures of {Frequency(wanted)}, found those of {found}")
         return Chosen(found, every)
     try:
@@ -106,6 +111,10 @@ def frequency_of(
     except InputError as error:
         problems.append(str(error))
         return Chosen(stated or Frequency(), every)
+    if len(simulated) > 1 and (other := _differing(listed, np.array(simulated))):
+        problems.append(
+            f"{path}: expected {named(np.array(simulated))}, as metadata.json lists, one after the other, found {other}"
+        )
     if wanted is not None:
         chosen = np.flatnonzero(np.abs(listed / wanted - 1) <= SAME)
         if not len(chosen):
@@ -120,6 +129,14 @@ def frequency_of(
     elif stated is not None and abs(stated.hertz / lowest.hertz - 1) > SAME:
         problems.append(f"{path}: expected the {stated} of metadata.json, found {lowest}")
     return Chosen(stated or lowest, every)
+
+
+def _differing(listed: Float[np.ndarray, " K"], simulated: Float[np.ndarray, " F"]) -> str | None:
+    """How the frequencies of the pictures differ from those that a simulation wrote; None if they do not."""
+    nearest = np.abs(listed[:, None] / simulated - 1)
+    if nearest.min(axis=1).max(initial=0.0) > SAME:
+        return named(listed)
+    return "another order" if (np.diff(nearest.argmin(axis=1)) < 0).any() else None
 
 
 def named(hertz: Float[np.ndarray, " K"]) -> str:

@@ -35,5 +35,5 @@ def require_fixed_end(dataset: Dataset) -> None:
     if dataset.moving == "both":
         raise InputError(
             f"{dataset.folder}: expected spectra of a link with one end that stands still, found some whose "
-            "transmitter and receiver both move"
+            "transmitter and receiver both move; simulate --moving receiver makes spectra of one transmitter"
         )

@@ -39,12 +39,16 @@ def not_spectra(folder: Path) -> str | None:
     >>> not_spectra(hall)
     >>> _ = (hall / "csidata.npy").write_bytes(b"")
     >>> not_spectra(hall).removeprefix(str(hall))
-    ': expected a dataset of spectra, found channels over subcarriers (CSI); bisplat check describes them'
+    ': expected a dataset of spectra, found channels over subcarriers (CSI), which bisplat check describes and bisplat \
+dataset turns into spectra if their positions are known'
     """
     if is_rssi(folder):
-        found = "received powers (RSSI)"
+        found = "received powers (RSSI), which bisplat check describes"
     elif is_csi(folder):
-        found = "channels over subcarriers (CSI)"
+        found = (
+            "channels over subcarriers (CSI), which bisplat check describes and bisplat dataset turns into spectra if "
+            "their positions are known"
+        )
     else:
         return None
-    return f"{folder}: expected a dataset of spectra, found {found}; bisplat check describes them"
+    return f"{folder}: expected a dataset of spectra, found {found}"

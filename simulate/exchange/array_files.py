@@ -146,7 +146,10 @@ def _number(cell: str) -> complex:
 
 
 def _numbers(path: Path, name: str, cells: list[str]) -> np.ndarray:
-    """A column of numbers; an empty array if it holds other texts."""
+    """A column of numbers, NaN where a cell is blank; an empty array if it holds other texts, or nothing."""
+    if not any(cells):
+        return np.zeros(0)
+    cells = [cell or "nan" for cell in cells]
     try:
         values = np.array([_number(cell) for cell in cells])
     except ValueError:

@@ -149,7 +149,7 @@ def require_receivers(
     """
     if receivers is None:
         if moving == "both":
-            raise ParameterError("receivers", "expected the array's positions beside moving both, found none")
+            raise ParameterError("receivers", "expected the array's positions, since both ends move, found none")
         return None
     if moving != "both":
         raise ParameterError("receivers", f"expected none unless both ends move, found some beside moving {moving}")

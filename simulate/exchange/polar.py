@@ -18,8 +18,12 @@ ABOVE_A_TURN = 2 * np.pi + 1e-6
 
 
 def has_phases(arrays: Arrays) -> bool:
-    """Whether a recording has complex numbers, or an array that is named after phases."""
-    return any(np.iscomplexobj(each) or name.lower() in PHASES for name, each in arrays.items())
+    """Whether a recording has complex numbers, or an array that is named after phases.
+
+    >>> has_phases({"mag1": np.ones(2), "phase1": np.ones(2)}), has_phases({"rssi1": np.ones(2)})
+    (True, False)
+    """
+    return any(np.iscomplexobj(each) or name.lower().rstrip("0123456789_- ") in PHASES for name, each in arrays.items())
 
 
 def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] | None:

@@ -88,7 +88,7 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
         arrays: all arrays of the recording's files.
         recording: how to read them.
         elements: number of elements of the receiving array.
-        hertz: the frequency. Rows of others are left out, and so are rows that lack a response at some element.
+        hertz: the frequency. Rows of others are left out, and so are rows that lack a position or a response.
 
     Raises:
         InputError: they are not there, cannot be told, or do not fit each other.
@@ -102,10 +102,10 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
         responses = _over_band(arrays, recording, len(places), elements, said)
     kept = rows_of_frequency(arrays, len(places), hertz, said)
     places, responses = places[kept], responses[kept]
-    complete = complete_rows(responses, said)
+    receivers = None if receivers is None else receivers[kept]
+    complete = complete_rows(places if receivers is None else np.hstack([places, receivers]), responses, said)
     places, responses = places[complete], responses[complete]
-    if receivers is not None:
-        receivers = receivers[kept][complete]
+    receivers = None if receivers is None else receivers[complete]
     if recording.round_trip:
         responses = one_way(responses, said)
     return Found(places, responses, unit_stated, receivers, said)
@@ -117,7 +117,9 @@ def _places(
     """The positions, those of the receivers if both ends move, metres, and whether their unit is stated."""
     if recording.moving != "both":
         if recording.receivers is not None:
-            raise ParameterError("receivers", f"expected --moving both beside it, found {recording.moving}")
+            raise ParameterError(
+                "receivers", f"expected none unless both ends move, found some beside moving {recording.moving}"
+            )
         positions, unit_stated = _positions(arrays, recording, recording.positions, said)
         return positions, None, unit_stated
     columns = [each for each in arrays if arrays[each].ndim == 1 and RECEIVER_COLUMN.fullmatch(each.strip())]
@@ -175,7 +177,7 @@ def _positions(
         said.append(f"transposed {name}, which has 3 rows")
         found = found.T
     if _is_flat(found):
-        said.append(f"took the height 0 for all positions, since {name} has x and y alone")
+        said.append(f"took the height 0 for all positions, since there are only x and y ({name})")
         found = np.column_stack([found, np.zeros(len(found))])
     if found.ndim != 2 or found.shape[1] != 3 or np.iscomplexobj(found):
         raise InputError(f"{name}: expected positions, K × 3 real numbers, found shape {found.shape}")
@@ -183,7 +185,8 @@ def _positions(
         raise InputError(f"{name}: expected no other unit than that of the columns, {stated}, found --unit {unit}")
     known = unit or stated
     metres = METRES[known or "m"]
-    spread = float(np.ptp(found, axis=0).max()) * metres
+    finite = found[np.isfinite(found).all(axis=1)]
+    spread = float(np.ptp(finite, axis=0).max()) * metres if len(finite) else 0.0
     if known is None and spread > FAR:
         raise InputError(
             f"{name}: expected positions in metres, found a spread of {spread:,.0f}; state --unit mm or cm"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool, Complex
+from jaxtyping import Bool, Complex, Float
 
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_frequency import SAME, Frequency, named
@@ -41,23 +41,32 @@ def rows_of_frequency(arrays: Arrays, count: int, hertz: float, said: list[str])
     return np.ones(count, bool)
 
 
-def complete_rows(responses: Complex[np.ndarray, "K elements *band"], said: list[str]) -> Bool[np.ndarray, " K"]:
-    """Whether each row has a finite response at every element.
+def complete_rows(
+    places: Float[np.ndarray, "K coordinates"], responses: Complex[np.ndarray, "K elements *band"], said: list[str]
+) -> Bool[np.ndarray, " K"]:
+    """Whether each row has finite positions, and a finite response at every element.
 
     Args:
+        places: positions of the transmitter, or those of transmitter and array.
         responses: element responses.
-        said: a sentence on rows that are left out is appended.
+        said: sentences on rows that are left out are appended.
 
     Raises:
         InputError: no row has.
     """
+    placed = np.isfinite(places).all(axis=1)
     complete = np.isfinite(responses).reshape(len(responses), -1).all(axis=1)
-    if not complete.any():
-        raise InputError(f"expected rows with a finite response at every element, found none among {len(responses)}")
+    if not (placed & complete).any():
+        raise InputError(
+            f"expected rows with a finite position, and a finite response at every element, found none among "
+            f"{len(complete)}"
+        )
+    if not placed.all():
+        said.append(f"left out {int((~placed).sum())} of {len(placed)} rows, which lack a finite position")
     if not complete.all():
         left = int((~complete).sum())
         said.append(f"left out {left} of {len(complete)} rows, which lack a finite response at some element")
-    return complete
+    return placed & complete
 
 
 def one_way(responses: Complex[np.ndarray, "K elements"], said: list[str]) -> Complex[np.ndarray, "K elements"]:

@@ -153,10 +153,22 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     for key in ("seed", *wanted):  # the seed first, since propagation and measurement contain seeds, too
         if found.get(key) != wanted[key]:
             raise InputError(
-                f"{folder}: expected a new folder or one that this command began, found a dataset whose {key} is "
-                f"{found.get(key)}, not {wanted[key]}"
+                f"{folder}: expected a new folder or one that this command began, found a dataset whose "
+                f"{_difference(key, found.get(key), wanted[key])}"
             )
     return True
+
+
+def _difference(key: str, found: Any, wanted: Any) -> str:
+    """A setting that differs; of a group of settings, the first one that does.
+
+    >>> _difference("propagation", {"los": True, "max_depth": 2}, {"los": True, "max_depth": 3})
+    'propagation.max_depth is 2, not 3'
+    """
+    if isinstance(found, dict) and isinstance(wanted, dict) and found.keys() == wanted.keys():
+        inner = next(each for each in wanted if found[each] != wanted[each])
+        return _difference(f"{key}.{inner}", found[inner], wanted[inner])
+    return f"{key} is {found}, not {wanted}"
 
 
 def _make_parts(

@@ -231,9 +231,12 @@ def read_request(folder: Path) -> Request:
     found = seed_of_rays(metadata)
     if isinstance(request.engine, Rays) and found != request.seed:
         raise InputError(f"{path}: expected propagation.seed to be the seed {request.seed}, found {found}")
-    for key, value in request.metadata().items():
+    made = request.metadata()
+    for key in {**made, **{key: None for key in metadata if key.endswith("sha256")}}:
+        value = made.get(key)
         if key.endswith("sha256") and value != metadata.get(key):
-            raise InputError(f"{path}: expected the files that the dataset was made with, found another {key[:-7]}")
+            what = key.removesuffix("_sha256")
+            raise InputError(f"{path}: expected the {what} that the dataset was made with, found a change")
         if key in ("frequency_hz", "array") and value != metadata.get(key, value):
             stored = shown(metadata[key])
             raise InputError(f"{path}: {key}: expected {value}, as in {metadata['scene_file']}, found {stored}")

@@ -78,15 +78,21 @@ class Simulation(Places):
         drawn = self.positions is None
         if self.transmitters is not None:
             if self.moving != "both":
-                raise ParameterError("transmitters", f"expected moving both beside it, found {self.moving}")
+                raise ParameterError(
+                    "transmitters", f"expected none unless both ends move, found some beside moving {self.moving}"
+                )
             if not drawn:
                 raise ParameterError("transmitters", "expected none beside positions, which are theirs, found some")
             require_whole(LEAST_TRANSMITTERS, min(self.n, MOST_TRANSMITTERS), transmitters=self.transmitters)
         elif self.moving == "both" and drawn:
-            raise ParameterError("transmitters", "expected the number of their places beside moving both, found none")
-        if self.receivers is not None and (self.moving != "both" or drawn):
-            missing = "positions of transmitters" if drawn else "moving both"
-            raise ParameterError("receivers", f"expected {missing} beside them, found none")
+            raise ParameterError(
+                "transmitters", "expected how many places the transmitter has, since both ends move, found none"
+            )
+        if self.receivers is not None and self.moving != "both":
+            found = f"found some beside moving {self.moving}"
+            raise ParameterError("receivers", f"expected none unless both ends move, {found}")
+        if self.receivers is not None and drawn:
+            raise ParameterError("receivers", "expected positions of the transmitter beside them, found none")
         if self.receivers is None and self.moving == "both" and not drawn:
             raise ParameterError(
                 "receivers", "expected the array's places beside the transmitters' positions, found none"

@@ -64,9 +64,9 @@ REFUSED: dict[str, str] = {
     "simulate data -o out --moving receiver": f"--moving: {AGAIN}",
     "simulate data -o out --transmitters 2 --moving both": f"--transmitters: {AGAIN}",
     "simulate data -o out --receivers places.csv --positions places.csv --moving both": f"--receivers: {AGAIN}",
-    "simulate closet -o out --moving both": "--transmitters: expected the number of their places beside moving both",
-    "simulate closet -o out --transmitters 2": "--transmitters: expected moving both beside it, found transmitter",
-    "simulate closet -o out --receivers places.csv": "--receivers: expected positions of transmitters beside them",
+    "simulate closet -o out --moving both": "--transmitters: expected how many places the transmitter has, since both",
+    "simulate closet -o out --transmitters 2": "--transmitters: expected none unless both ends move, found some beside",
+    "simulate closet -o out --receivers places.csv": "--receivers: expected none unless both ends move, found some",
     "simulate closet -o out --moving both --positions places.csv": "--receivers: expected the array's places beside",
     "simulate closet -o out --moving both --transmitters 2 --engine fullwave": (
         "--moving: expected transmitter or receiver in full wave, found both; --moving receiver solves one transmitter"
@@ -75,7 +75,7 @@ REFUSED: dict[str, str] = {
         "others.csv: expected a row for each of the 2 positions, found 1"
     ),
     "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out --receivers elsewhere": (
-        "--receivers: expected --moving both beside it, found transmitter"
+        "--receivers: expected none unless both ends move, found some beside moving transmitter"
     ),
     "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out --moving both --gateway 1 1 1": (
         "--gateway: expected none beside --moving both, where the receivers' positions are those of the array"

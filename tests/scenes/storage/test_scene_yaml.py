@@ -190,6 +190,17 @@ def test_same_scene_same_bytes(scene, tmp_path):
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
 
 
+def test_a_scene_that_is_read_and_written_again_has_the_same_bytes(folder, tmp_path):
+    """Materials stay in the order of the file, not in that in which objects use them; P.2040's follow."""
+    last_first = YARD.replace("  felt:", "  mine: {p2040: brick}\n  felt:")  # which no object has
+    for given in (read(folder, last_first), load_scene("closet"), load_scene("lab"), load_scene("bedroom")):
+        first = write_scene(given, tmp_path / given.name)
+        assert write_scene(read_scene(first), tmp_path / f"{given.name} again").read_bytes() == first.read_bytes()
+    assert list(read(folder, last_first).materials) == ["felt", "block", "wood"]
+    more = replace(given, materials=given.materials | {"unused": next(iter(given.materials.values()))})
+    assert write_scene(more, tmp_path / "more").read_bytes() == first.read_bytes()
+
+
 def test_names_that_are_no_file_names(scene, tmp_path):
     floor, crate = scene.objects
     names = [

@@ -242,7 +242,8 @@ def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, cap
         main()
     assert stop.value.code == 1
     assert re.fullmatch(  # train makes the path absolute
-        r"bisplat: \S*mimo: expected a dataset of spectra, found channels over subcarriers \(CSI\); bisplat .* them\n",
+        r"bisplat: \S*mimo: expected a dataset of spectra, found channels over subcarriers \(CSI\), which bisplat "
+        r"check describes and bisplat dataset turns into spectra if their positions are known\n",
         capsys.readouterr().err,
     )
     assert not Path("out").exists()

@@ -14,6 +14,7 @@ from scenes.files.errors import InputError, ParameterError
 from simulate.dataset.metadata import read_metadata_file
 from simulate.engines.engine_table import ENGINES
 from simulate.generation.simulation import simulate
+from tests.folders import contents
 from tests.simulate.engines.free_space import FreeSpace, FreeSpaceField
 
 ROOT = Path(__file__).parents[3]
@@ -21,6 +22,7 @@ ROOT = Path(__file__).parents[3]
 COMMAND = """
 import sys
 from simulate.engines.engine_table import ENGINES
+from tests.folders import contents
 from tests.simulate.engines.free_space import FreeSpace
 ENGINES[FreeSpace.name] = FreeSpace  # the one line
 from bisplat.__main__ import main
@@ -31,12 +33,6 @@ main()
 @pytest.fixture
 def known(monkeypatch):
     monkeypatch.setitem(ENGINES, FreeSpace.name, FreeSpace)
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """All files but the scene's YAML, which states a material's numbers where the scene was read from a file."""
-    files = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    return {name: content for name, content in files.items() if name != "scene/scene.yaml"}
 
 
 def command(*words: object) -> str:

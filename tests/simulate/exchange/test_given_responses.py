@@ -128,7 +128,7 @@ def test_one_transmitter_and_many_receivers_are_pairs(tmp_path):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"moving": "both"}, "receivers: expected the array's positions beside moving both, found none"),
+        ({"moving": "both"}, "receivers: expected the array's positions, since both ends move, found none"),
         ({"receivers": PLACES}, "receivers: expected none unless both ends move, found some beside moving transmitter"),
         ({"moving": "both", "receivers": PLACES[:3]}, "receivers: expected a row for each of the 4 positions, found 3"),
         ({"moving": "both", "receivers": 1e6 * PLACES}, "receivers: expected coordinates within ±100000 m, found"),

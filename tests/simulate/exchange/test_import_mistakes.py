@@ -128,10 +128,24 @@ def test_complex_columns_by_either_order_of_their_names(tmp_path, names):
     parts = np.stack([RIGHT.real, RIGHT.imag], axis=-1).reshape(40, 30)
     table(tmp_path / "log.csv", header, 100 * PLACES[:, :2], parts)
     said = "\n".join(record([tmp_path / "log.csv"], tmp_path / "out", GATEWAY, "2.4 GHz"))
-    assert "took the height 0 for all positions, since x [cm], y [cm] has x and y alone" in said
+    assert "took the height 0 for all positions, since there are only x and y (x [cm], y [cm])" in said
     assert "40 in cm" in said
     made = bisplat.read_dataset(tmp_path / "out")
     np.testing.assert_allclose(np.abs(made.responses), MAGNITUDE, rtol=1e-4)
+
+
+def test_blank_cells_of_a_table_are_missing_values(tmp_path):
+    """As spreadsheets and pandas write them. Columns of other texts, and of nothing, are left out as ever."""
+    parts = np.stack([RIGHT.real, RIGHT.imag], axis=-1).reshape(40, 30)
+    rows = [[f"{each:.9g}" for each in row] for row in np.column_stack([PLACES, parts])]
+    rows[2][1], rows[7][5:9] = "", [""] * 4
+    header = ",".join(["x", "y", "z", *(f"h{n}_{part}" for n in range(15) for part in ("re", "im")), "note"])
+    (tmp_path / "log.csv").write_text("\n".join([header, *(",".join([*row, ""]) for row in rows)]))
+    said = "\n".join(record([tmp_path / "log.csv"], tmp_path / "out", GATEWAY, "2.4 GHz"))
+    assert "left out 1 of 40 rows, which lack a finite position" in said
+    assert "left out 1 of 40 rows, which lack a finite response at some element" in said
+    kept = np.delete(np.arange(40), [2, 7])
+    np.testing.assert_allclose(bisplat.read_dataset(tmp_path / "out").responses, RIGHT[kept], rtol=1e-4)
 
 
 def test_element_positions_in_a_text_file(tmp_path):

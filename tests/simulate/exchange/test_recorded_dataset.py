@@ -164,13 +164,17 @@ def test_rows_that_lack_a_response_are_left_out(tmp_path):
     broken[[3, 7], 2] = np.nan
     made, said = recorded(tmp_path, pos=PLACES, H=broken)
     assert "left out 2 of 40 rows, which lack a finite response at some element" in said and len(made) == 38
-    with pytest.raises(InputError, match="expected rows with a finite response at every element, found none among 40"):
+    lost = PLACES.copy()
+    lost[[2, 3], 1] = np.nan
+    made, said = recorded(tmp_path, pos=lost, H=broken)
+    assert "left out 2 of 40 rows, which lack a finite position" in said and len(made) == 37
+    with pytest.raises(InputError, match="and a finite response at every element, found none among 40"):
         recorded(tmp_path, pos=PLACES, H=np.full((40, 15), np.nan + 0j))
 
 
 def test_positions_in_a_plane(tmp_path):
     made, said = recorded(tmp_path, position=PLACES[:, :2], H=RIGHT)
-    assert "took the height 0 for all positions, since position has x and y alone" in said
+    assert "took the height 0 for all positions, since there are only x and y (position)" in said
     np.testing.assert_allclose(made.positions, np.column_stack([PLACES[:, :2], np.zeros(40)]))
 
 
@@ -239,7 +243,7 @@ def test_both_ends_move(arrays, recording, sentence, tmp_path):
 @pytest.mark.parametrize(
     ("arrays", "recording", "message"),
     [
-        ({"rx_pos": APART}, {}, "receivers: expected --moving both beside it, found transmitter"),
+        ({"rx_pos": APART}, {}, "receivers: expected none unless both ends move, found some beside moving transmitter"),
         ({}, {}, "expected an array of the receivers' positions, or --receivers NAME, beside --moving both, found pos"),
         ({"rx_pos": APART[:-1]}, {}, "rx_pos: expected a row for each of the 40 positions, found 39"),
         ({"rx_pos": 1e3 * APART}, {}, "rx_pos: expected positions in metres, found a spread of"),

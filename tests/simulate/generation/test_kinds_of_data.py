@@ -1,6 +1,7 @@
 """Datasets over a band, of several frequencies, and of a receiver that moves: what is written, and read again."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from simulate.rays.core.reflection_chains import reversed_chains
 from simulate.rays.tracer import Found, Tracer
 from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
+from tests.folders import contents
 from tests.small_scene import small_scene
 
 SIGHT = Propagation(max_depth=0)
@@ -62,6 +64,22 @@ def test_band_is_in_the_folder(over_band):
     np.testing.assert_array_equal(over_band.band_responses[..., 3], over_band.responses)
     assert "6 subcarriers over 20 MHz" in repr(over_band)
     assert "delay spread" in check(over_band.folder).description()["band"]
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {"bandwidth": "20 MHz", "subcarriers": 3},
+        {"frequencies": ("2.4 GHz", "5 GHz"), "moving": "receiver"},
+        {"moving": "both", "transmitters": 2, "power_db": True},
+        {"measurement": Measurement(snr_db=20, phase_noise_deg=5), "placement": "path"},
+    ],
+)
+def test_each_kind_is_made_again_to_the_last_byte(kind, tmp_path):
+    """With a place whose objects do not use the materials in the order in which they are listed."""
+    simulate("closet", tmp_path / "first", 4, propagation=SIGHT, **kind)
+    simulate(tmp_path / "first", tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "first")
 
 
 def test_band_is_made_again_and_repaired(over_band, tmp_path):
@@ -132,6 +150,24 @@ def test_folder_of_one_frequency_needs_no_choice(scene, tmp_path):
 def test_check_tells_of_several_frequencies(of_three):
     found = check(of_three)
     assert found.valid and any("915 MHz, 1 GHz, 2.4 GHz" in each for each in found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda lines: None, "found no such file"),
+        (lambda lines: lines[::-1], "found another order"),
+        (lambda lines: ["0.9", *lines[1:]], "found 900 MHz, 915 MHz, 1 GHz, 2.4 GHz"),
+    ],
+)
+def test_frequencies_that_differ_from_those_simulated_are_a_problem(of_three, tmp_path, fault, words):
+    folder = shutil.copytree(of_three, tmp_path / "data")
+    lines = fault((folder / "freq.txt").read_text().split())
+    (folder / "freq.txt").unlink() if lines is None else (folder / "freq.txt").write_text("\n".join(lines))
+    expected = "freq.txt: expected 915 MHz, 1 GHz, 2.4 GHz, as metadata.json lists, "
+    assert any(expected in each and each.endswith(words) for each in check(folder).problems)
+    with pytest.raises(InputError, match=expected):
+        read_dataset(folder, "2.4 GHz")
 
 
 def test_one_frequency_becomes_a_dataset_of_its_own(of_three, tmp_path):

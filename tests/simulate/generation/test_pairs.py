@@ -187,19 +187,25 @@ def test_paths_of_pairs_are_not_exported(pairs, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({}, "transmitters: expected the number of their places beside moving both, found none"),
+        ({}, "transmitters: expected how many places the transmitter has, since both ends move, found none"),
         ({"transmitters": 1}, "transmitters: expected a whole number of at least 2, found 1"),
         ({"transmitters": 5}, "transmitters: expected a whole number of at most 4, found 5"),
-        ({"transmitters": 2, "moving": "receiver"}, "transmitters: expected moving both beside it, found receiver"),
+        (
+            {"transmitters": 2, "moving": "receiver"},
+            "transmitters: expected none unless both ends move, found some beside moving receiver",
+        ),
         (
             {"transmitters": 2, "engine": "fullwave"},
             "moving: expected transmitter or receiver in full wave, found both",
         ),
         ({"positions": "two"}, "receivers: expected the array's places beside the transmitters' positions,"),
         ({"positions": "two", "receivers": "two", "transmitters": 2}, "transmitters: expected none beside positions"),
-        ({"receivers": "two"}, "transmitters: expected the number of their places"),
-        ({"receivers": "two", "transmitters": 2}, "receivers: expected positions of transmitters beside them"),
-        ({"positions": "two", "receivers": "two", "moving": "receiver"}, "receivers: expected moving both beside"),
+        ({"receivers": "two"}, "transmitters: expected how many places the transmitter has"),
+        ({"receivers": "two", "transmitters": 2}, "receivers: expected positions of the transmitter beside them"),
+        (
+            {"positions": "two", "receivers": "two", "moving": "receiver"},
+            "receivers: expected none unless both ends move, found some",
+        ),
         ({"positions": "two", "receivers": "three"}, "receivers: expected a row for each of the 2 positions, found 3"),
         ({"positions": "same", "receivers": "same"}, "positions: expected at least two different pairs, found 2 alike"),
         (
@@ -255,5 +261,10 @@ def test_folder_that_lacks_an_end_is_refused(change, message, pairs, tmp_path):
 def test_pairs_that_have_changed_are_not_made_again(pairs, tmp_path):
     folder = Path(shutil.copytree(pairs.folder, tmp_path / "data"))
     write_positions(folder / "rx_pos.csv", pairs.receivers + 0.01)
-    with pytest.raises(InputError, match="expected the files that the dataset was made with, found another receivers"):
+    with pytest.raises(InputError, match="expected the receivers that the dataset was made with, found a change"):
         simulate(folder, tmp_path / "again")
+    shutil.copytree(pairs.folder, tmp_path / "other")
+    metadata = tmp_path / "other/metadata.json"
+    metadata.write_text(metadata.read_text().replace('"both"', '"receiver"'))
+    with pytest.raises(InputError, match="expected the receivers that the dataset was made with, found a change"):
+        simulate(tmp_path / "other", tmp_path / "again")

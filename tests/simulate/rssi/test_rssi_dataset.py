@@ -284,7 +284,8 @@ def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, cap
         main()
     printed = capsys.readouterr()
     assert re.fullmatch(  # train makes the path absolute
-        r"bisplat: \S*hall: expected a dataset of spectra, found received powers \(RSSI\); bisplat check .* them\n",
+        r"bisplat: \S*hall: expected a dataset of spectra, found received powers \(RSSI\), which bisplat check "
+        r"describes\n",
         printed.err,
     )
     assert not Path("out").exists()
