@@ -39,7 +39,7 @@ Json = Annotated[bool, arg(help="print the table as JSON.")]
 
 def compare(
     dataset: Annotated[Positional[Path], arg(help="NeRF² dataset folder, or one of received powers (RSSI).")],
-    output: Output | None = None,
+    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
     models: Annotated[tuple[str, ...], arg(aliases=["--methods"])] = (),
     split: Split = "files",
     guard: Guard = 0.0,

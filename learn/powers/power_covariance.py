@@ -1,10 +1,10 @@
 """The covariance of received powers in dB over the position: slow change of the local mean, fading, and noise.
 
 Fading is the interference of paths. Where many of them arrive, the response y is about a circular complex Gaussian
-field [cook1955]. Two powers |y|² whose responses have the correlation κ then have logarithms with the covariance
-(10 / ln 10)² Li₂(|κ|²), where Li₂ is the dilogarithm: the joint density of two correlated powers [reed1962] is the
-product of their exponential densities times Σ |κ|²ᵏ L_k(u) L_k(v) with Laguerre polynomials L_k, and the coefficient of
-−ln u on L_k is 1 / k, so that the covariance is Σ |κ|²ᵏ / k². A single power deviates by 10 / ln 10 · π / √6 = 5.57 dB.
+field [cook1955]. The logarithms of two powers |y|² whose responses have the correlation κ then have the covariance
+(10 / ln 10)² Li₂(|κ|²) with the dilogarithm Li₂. For by the formula of Hille and Hardy, the joint density of two such
+powers u, v of mean 1 is exp(−u − v) Σ |κ|²ᵏ L_k(u) L_k(v), with Laguerre polynomials L_k. The mean of ln(u) L_k(u) is
+−1 / k, so the covariance of ln u and ln v is Σ |κ|²ᵏ / k² over k ≥ 1. A single power deviates by 5.57 dB.
 """
 
 from __future__ import annotations

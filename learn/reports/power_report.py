@@ -31,7 +31,7 @@ def write_power_comparison(comparison: PowerComparison, folder: Path) -> None:
     facts = {**comparison.facts(), "provenance": made.facts()}
     write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
     write_tables({row["label"]: row for row in comparison.table()}, COLUMNS, folder, made)
-    _draw_errors(comparison, folder / "error_cdf.png", made)
+    draw_errors(comparison, folder / "error_cdf.png", made)
 
 
 def power_provenance(comparison: PowerComparison) -> Provenance:
@@ -53,7 +53,14 @@ def power_provenance(comparison: PowerComparison) -> Provenance:
 
 
 @at_paper_size()
-def _draw_errors(comparison: PowerComparison, path: Path, made: Provenance) -> None:
+def draw_errors(comparison: PowerComparison, path: Path, made: Provenance) -> None:
+    """Draw the distribution of the absolute error of each method, all gateways together.
+
+    Args:
+        comparison: the result of ``compare_powers``.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
+        made: where the figure comes from.
+    """
     errors = {row["label"]: comparison.errors[row["label"]] for row in comparison.table()}
     received = {label: each[~np.isnan(each)] for label, each in errors.items()}
     figure = Figure(figsize=(COLUMN, 3.2), layout="constrained")
@@ -61,6 +68,6 @@ def _draw_errors(comparison: PowerComparison, path: Path, made: Provenance) -> N
     if all(each.size for each in received.values()):
         plot_cdf(received, axis, "absolute error (dB)")
         axis.set_xlim(0, max(float(np.percentile(each, SHOWN)) for each in received.values()) or 1)
-        figure.legend(loc="outside upper center", ncols=2)
+        figure.legend(loc="outside upper center", ncols=2, handlelength=2.2, columnspacing=1)
     axis.set_ylabel("share of received powers")
     save(figure, path, made)
