@@ -139,7 +139,7 @@ def test_nothing_received_at_the_test_positions(command, tmp_path):
     powers = np.full((30, 1), np.nan)
     powers[0] = -50
     bisplat.write_rssi(tmp_path / "far", places, powers, {"far": (90, 0, 0)}, "2.4 GHz")
-    status, out, err = command(tmp_path / "far", "--split", "blocked", "-o", "out")
+    status, _, err = command(tmp_path / "far", "--split", "blocked", "-o", "out")
     assert status == 0, err
     facts = json.loads((tmp_path / "out" / "results.json").read_text())
     assert all(each["error_median_db"] is None for each in facts["methods"].values())

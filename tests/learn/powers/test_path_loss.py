@@ -19,7 +19,7 @@ def known(positions: np.ndarray, powers: np.ndarray, floor: float = -100.0) -> K
 
 
 def test_a_law_is_recovered_exactly_and_extrapolated():
-    near, far = places(20), places(5, seed=1) + [20, 0, 0]
+    near, far = places(20), places(5, seed=1) + np.array([20, 0, 0])
     law = lambda at: np.array([-40, -45]) + [2.5, 3.1] * decades(known(at, np.zeros((1, 2))).distances(at))  # noqa: E731
     task = known(near, law(near))
     assert task.law.level == pytest.approx([-40, -45]) and task.law.exponent == pytest.approx([2.5, 3.1])

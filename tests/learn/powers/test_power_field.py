@@ -29,7 +29,7 @@ def task(at: np.ndarray, powers: np.ndarray, floor: float = -100.0) -> KnownPowe
 
 @pytest.mark.parametrize("method", [Kriging, PowerField])
 def test_known_powers_without_noise_are_reproduced(method):
-    at, powers = drawn(60, noise=0.0)
+    at, _ = drawn(60, noise=0.0)
     smooth = -40 + 2.5 * decades(np.linalg.norm(at[:, None] - GATEWAYS, axis=-1)) + 3 * np.sin(3 * at[:, :1])
     made = method()
     made.fit(task(at, smooth))
