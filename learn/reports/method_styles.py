@@ -28,8 +28,6 @@ KNOWN: dict[str, tuple[str, Any, str]] = {
     "mean-picture": ("#9a7d00", SPARSE, "d"),
     "nearest": ("#1fa5c9", DASH_DOT_DOT, "p"),
     "inverse-distance": ("#8c564b", SHORT, "h"),
-    "mean": ("#9a7d00", DOTTED, "d"),
-    "mri": ("#637939", DASH_DOT, "s"),
 }
 """Colour, dash and marker of the methods of this package."""
 
