@@ -12,8 +12,8 @@ from learn.powers.power_covariance import PowerCovariance, squared_separations
 FITTED_ON = 400
 """Largest number of positions to which the covariance is fitted; predictions use all of them."""
 
-ITERATIONS = 60
-"""Most steps of the search."""
+ITERATIONS, WITHIN = 60, 5.0
+"""Most steps of the search, and how far it goes from the middles of the priors, in their standard deviations."""
 
 JITTER = 1e-8
 """Added to the diagonal of a covariance of variance 1, so that it can be factorised."""
@@ -65,7 +65,8 @@ def fit_covariance(
         away = (given - middle) / WIDTHS
         return value + 0.5 * float(away @ away), gradient + away / WIDTHS
 
-    found = minimize(cost, middle, jac=True, method="L-BFGS-B", options={"maxiter": ITERATIONS})
+    bounds = np.stack([middle - WITHIN * WIDTHS, middle + WITHIN * WIDTHS], axis=1)
+    found = minimize(cost, middle, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
     return PowerCovariance.of(found.x)
 
 

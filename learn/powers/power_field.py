@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.special import ndtri
 
 from learn.powers.covariance_fit import JITTER, fit_covariance
 from learn.powers.known_powers import KnownPowers, PredictedPowers
 from learn.powers.path_loss import decades
 from learn.powers.power_baselines import by_inverse_distance
+from learn.powers.power_covariance import FADING_DB
 from scenes.files.plain_text import say
 
 MOST_KNOWN = 5000
@@ -20,6 +22,9 @@ MOST_KNOWN = 5000
 
 QUANTILES = (0.05, 0.5, 0.95)
 """Of the predicted distribution: ends of the 90 % interval, and the median."""
+
+LEAST_ERRORS = 20
+"""Fewer left-out errors tell no quantiles; then those of the normal distribution are taken."""
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of inverse-distance weighting that are tried."""
@@ -68,7 +73,7 @@ class PowerField:
         if size[self.share] > (1 - LEAST_GAIN) * size[0.0]:
             self.share = 0.0
         stated = mixed[self.share] / np.maximum(deviations[heard], JITTER)
-        self._quantiles = np.quantile(stated, QUANTILES) if stated.size else np.zeros(3)
+        self._quantiles = np.quantile(stated, QUANTILES) if stated.size >= LEAST_ERRORS else ndtri(QUANTILES)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
         near = self.covariance(positions, self._positions)
@@ -105,8 +110,9 @@ class _Gateway:
         # Leaving out a known power needs no new fit [dubrule1983].
         explained = np.einsum("nt,tu,nu->n", self._weighted_trend, self._uncertainty, self._weighted_trend)
         precision = np.maximum(np.diag(inverse) - explained, JITTER)
-        free = max(len(power) - 2, 1)
-        self._deviation = np.sqrt(max(float((power - trend @ self._law) @ self._weights) / free, 0.0))
+        free = len(power) - trend.shape[1]
+        squares = max(float((power - trend @ self._law) @ self._weights), 0.0)
+        self._deviation = np.sqrt(squares / free) if free > 0 else FADING_DB  # two powers tell none
         self.left_out_error = self._weights / precision
         self.left_out_deviation = self._deviation / np.sqrt(precision)
 
