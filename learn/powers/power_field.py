@@ -7,7 +7,7 @@ covariance of fading is left of the wave.
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.special import ndtri
 
 from learn.powers.covariance_fit import JITTER, fit_covariance
@@ -49,23 +49,25 @@ class PowerField:
         chosen = _at_most(len(known.positions), known.seed)
         if len(chosen) < len(known.positions):
             say(f"helmholtz learns from {len(chosen)} of the {len(known.positions)} known positions")
-        self._known, self._positions, powers = known, known.positions[chosen], known.filled[chosen]
-        decade = decades(known.distances(self._positions))
-        left = powers - known.law(known.distances(self._positions))
+        self._known, self._positions, self._powers = known, known.positions[chosen], known.filled[chosen]
+        distances = known.distances(self._positions)
+        left = self._powers - known.law(distances)
         self.covariance = fit_covariance(self._positions, left, known.wavelength, known.seed)
         whole = self.covariance(self._positions, self._positions)
         whole[np.diag_indices_from(whole)] += self.covariance.shares[2] + JITTER
         self._inverse = np.linalg.inv(whole)
-        self._powers = powers
-        gateways = [_Gateway(self._inverse, *each) for each in zip(decade.T, powers.T, strict=True)]
-        self._gateways = gateways
-        errors = np.stack([each.left_out_error for each in gateways], axis=1)
-        self._stack(errors, np.stack([each.left_out_deviation for each in gateways], axis=1))
+        columns = zip(decades(distances).T, self._powers.T, strict=True)
+        self._gateways = [_Gateway(self._inverse, *each) for each in columns]
+        self._stack(~np.isnan(known.powers[chosen]))
 
-    def _stack(self, errors: Float[np.ndarray, "n G"], deviations: Float[np.ndarray, "n G"]) -> None:
-        """Choose the share of inverse-distance weighting, and the quantiles of the errors. Known powers that were not
-        received do not count, since only a bound of them is known."""
-        heard = ~np.isnan(self._known.powers[_at_most(len(self._known.positions), self._known.seed)])
+    def _stack(self, heard: Bool[np.ndarray, "n G"]) -> None:
+        """Choose the share of inverse-distance weighting, and the quantiles of the left-out errors.
+
+        Args:
+            heard: which known powers were received. Of the others only a bound is known, so they do not count.
+        """
+        errors = np.stack([each.left_out_error for each in self._gateways], axis=1)
+        deviations = np.stack([each.left_out_deviation for each in self._gateways], axis=1)
         others = self._powers - by_inverse_distance(self._positions, self._powers, self._positions, leave_out=True)
         mixed = {share: ((1 - share) * errors + share * others)[heard] for share in SHARES}
         size = {share: float(np.abs(each).mean()) if each.size else 0.0 for share, each in mixed.items()}
