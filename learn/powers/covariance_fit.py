@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
@@ -12,8 +14,13 @@ from learn.powers.power_covariance import PowerCovariance, squared_separations
 FITTED_ON = 400
 """Largest number of positions to which the covariance is fitted; predictions use all of them."""
 
-ITERATIONS, WITHIN = 60, 5.0
-"""Most steps of the search, and how far it goes from the middles of the priors, in their standard deviations."""
+FIRST, ITERATIONS, WITHIN = 15, 60, 5.0
+"""Most steps from each start and from the best one on, and how far they go from the middles of the priors, in their
+standard deviations."""
+
+LONGER = 8.0
+"""Factor of the length of fading along one axis in the starts besides the middles of the priors. Where paths arrive
+near the horizon, fading is slow along the vertical, and a search from equal lengths may end at another axis."""
 
 JITTER = 1e-8
 """Added to the diagonal of a covariance of variance 1, so that it can be factorised."""
@@ -65,9 +72,12 @@ def fit_covariance(
         away = (given - middle) / WIDTHS
         return value + 0.5 * float(away @ away), gradient + away / WIDTHS
 
+    search = partial(minimize, cost, jac=True, method="L-BFGS-B")
     bounds = np.stack([middle - WITHIN * WIDTHS, middle + WITHIN * WIDTHS], axis=1)
-    found = minimize(cost, middle, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
-    return PowerCovariance.of(found.x)
+    starts = [middle, *(middle + np.log(LONGER) * axis for axis in np.eye(8)[5:])]
+    ends = [search(start, bounds=bounds, options={"maxiter": FIRST}) for start in starts]
+    best = min(ends, key=lambda end: end.fun)
+    return PowerCovariance.of(search(best.x, bounds=bounds, options={"maxiter": ITERATIONS}).x)
 
 
 def negative_log_likelihood(
