@@ -15,6 +15,7 @@ from learn.localisation.locate import locate as locate
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
+from learn.powers.compare_powers import compare_powers as compare_powers
 from learn.reports.plots import plot_cdf as plot_cdf
 from learn.reports.plots import plot_polar as plot_polar
 from learn.reports.plots import plot_spectrum as plot_spectrum

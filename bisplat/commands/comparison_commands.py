@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
+from bisplat.commands.compared_powers import compare_received_powers
 from bisplat.commands.given_options import refuse_given
+from bisplat.commands.output_file import Force
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.training.registry import DEFAULT_MODEL, MODELS
-from scenes.files.errors import printable
+from scenes.files.errors import InputError, printable
 from scenes.files.text_tables import print_rows
+from simulate.dataset.folder_kinds import is_rssi
 
 if TYPE_CHECKING:
     ModelName = str
@@ -35,14 +38,15 @@ Json = Annotated[bool, arg(help="print the table as JSON.")]
 
 
 def compare(
-    dataset: DatasetFolder,
-    output: Output,
-    models: tuple[str, ...] = (),
+    dataset: Annotated[Positional[Path], arg(help="NeRF² dataset folder, or one of received powers (RSSI).")],
+    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
+    models: Annotated[tuple[str, ...], arg(aliases=["--methods"])] = (),
     split: Split = "files",
     guard: Guard = 0.0,
     budget: Budget = 5.0,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Compare models and baselines on one dataset.
@@ -50,9 +54,16 @@ def compare(
     The same command again adds missing rows and redraws the figures.
 
     Args:
-        output: folder for the table, its figure, the scores and the runs.
+        output: folder for the table, its figure, the scores and the runs. Of powers, the table is printed without it.
         models: names (documentation: Train and compare models), or module:Class for your own. Default: all.
+        force: replace existing output files of received powers.
     """
+    if is_rssi(dataset):
+        compare_received_powers(dataset, output, models, split, guard, force, json)
+        return
+    refuse_given(["--force", "--no-force"], "received powers, found none; a comparison of spectra is continued")
+    if output is None:
+        raise InputError("-o: expected a folder for the results beside spectra, found none")
     if models:
         _refuse_idle_budget(models)
     from learn.comparison.compare import compare as compare_methods

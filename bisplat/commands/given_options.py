@@ -18,6 +18,7 @@ SHORT = re.compile("-[a-z]")
 
 SAME = {
     "-o": "--output",
+    "--methods": "--models",
     "--spectra": "-n",
     "--number": "-n",
     "--positions": "-n",  # the number of positions, or of the spectra at them; or a file with as many

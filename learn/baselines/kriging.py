@@ -51,6 +51,13 @@ class Interpolator:
         normalised_values = self._process.predict(positions).reshape(len(positions), -1)
         return normalised_values * self._scale + self._mean
 
+    def with_deviation(
+        self, positions: Float[np.ndarray, "K 3"]
+    ) -> tuple[Float[np.ndarray, "K outputs"], Float[np.ndarray, "K outputs"]]:
+        """Interpolated values at positions in metres, and their standard deviations, noise included."""
+        mean, deviation = (each.reshape(len(positions), -1) for each in self._process.predict(positions, True))
+        return mean * self._scale + self._mean, np.broadcast_to(deviation * self._scale, mean.shape)
+
 
 def krige_spectra(
     positions: Float[np.ndarray, "n 3"], spectra: Float[np.ndarray, "n 90 360"], seed: int

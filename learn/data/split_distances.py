@@ -72,8 +72,8 @@ class SplitDistances:
             return None
         return (
             f"{self.near} of {len(self.distance)} test positions are nearer than half a wavelength to a known one, so "
-            "copying predicts part of their spectra; --guard 0.5 leaves such known positions out, and --split area "
-            "tests whole areas"
+            "copying predicts part of what was measured there; --guard 0.5 leaves such known positions out, and "
+            "--split area tests whole areas"
         )
 
 

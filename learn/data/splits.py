@@ -29,6 +29,9 @@ from simulate.positions.given_positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.dataset.dataset_folder import Dataset
+    from simulate.rssi.rssi_dataset import RssiDataset
+
+    Recorded = Dataset | RssiDataset
 
 SplitKind = Literal["files", "random", "blocked", "area"]
 SPLITS: tuple[str, ...] = get_args(SplitKind)
@@ -78,7 +81,7 @@ class Split:
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
-def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0) -> Split:
+def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0) -> Split:
     """Split a dataset into a training, a validation and a test part.
 
     There are four kinds of split:
@@ -97,7 +100,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     whole areas.
 
     Args:
-        dataset: the spectra.
+        dataset: the spectra, or received powers, whose positions are then split by the same rules.
         kind: how the test part is chosen.
         seed: seed of the test part of ``random`` and ``area``, and of the validation part.
         train_size: number of training spectra to keep. A smaller part is contained in every larger one. The validation
@@ -122,15 +125,17 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     """
     from simulate.dataset.dataset_folder import Dataset  # slow to import
     from simulate.dataset.fixed_array import require_fixed_end
+    from simulate.rssi.rssi_dataset import RssiDataset
 
-    require_instance(Dataset, dataset=dataset)
+    require_instance(Dataset, RssiDataset, dataset=dataset)
     require_word(SPLITS, kind=kind)
     require_seed(seed=seed)
     if train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=train_size)
     require_within(0, GUARD_MOST, "wavelengths", guard=guard)
-    require_fixed_end(dataset)  # here, since all that learns or scores splits its dataset first
-    count = len(dataset.names)
+    if isinstance(dataset, Dataset):
+        require_fixed_end(dataset)  # here, since all that learns or scores splits its dataset first
+    count, things = len(dataset.positions), "spectra" if isinstance(dataset, Dataset) else "positions"
     generator = np.random.default_rng(seed)
     block = np.arange(count) // BLOCK
     if kind == "files":
@@ -138,7 +143,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         if not (len(known) or len(test)):
             raise InputError(
                 f"{dataset.folder}: expected train_index.txt and test_index.txt for the split files, found neither; "
-                "use the split random (or blocked, from 21 spectra on)"
+                f"use the split random (or blocked, from 21 {things} on)"
             )
     elif kind == "random":
         order = generator.permutation(count)
@@ -158,29 +163,30 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         in_validation = np.isin(unit, chosen)
     train, validation = known[~in_validation], known[in_validation]
     if guard:
-        train, validation = _guarded(dataset, train, validation, test, guard, kind)
+        train, validation = _guarded(dataset, train, validation, test, guard, kind, things)
     if train_size is not None:
         if train_size > len(train):
-            raise InputError(f"{dataset.folder}: expected {train_size} spectra to train on, found {len(train)}")
+            raise InputError(f"{dataset.folder}: expected {train_size} {things} to train on, found {len(train)}")
         share = train_size / len(train)
         train = np.sort(generator.permutation(train)[:train_size])
         validation = np.sort(generator.permutation(validation)[: max(1, round(share * len(validation)))])
     result = Split(train=train, validation=validation, test=test)
     if not (len(result.train) and len(result.test)):
         raise InputError(
-            f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test part, "
+            f"{dataset.folder}: expected enough {things} for a {kind} split into training, validation and test part, "
             f"found {count}, which give {len(result.train)}, {len(result.validation)} and {len(result.test)}"
         )
     return result
 
 
 def _guarded(
-    dataset: Dataset,
+    dataset: Recorded,
     train: Int[np.ndarray, " n_train"],
     validation: Int[np.ndarray, " n_validation"],
     test: Int[np.ndarray, " n_test"],
     guard: float,
     kind: SplitKind,
+    things: str,
 ) -> list[Int[np.ndarray, " n"]]:
     """The training and the validation spectra that are at least ``guard`` wavelengths from every test position.
 
@@ -199,14 +205,14 @@ def _guarded(
         possible = f"{most:g} wavelengths is the largest that does" if most else "none does"
         hint = "" if kind == "area" else "; the split area often allows a larger one"
         raise InputError(
-            f"{dataset.folder}: expected a guard that leaves training and validation spectra, found {guard:g} "
+            f"{dataset.folder}: expected a guard that leaves training and validation {things}, found {guard:g} "
             f"wavelengths, which leaves {len(kept[0])} of {len(train)} and {len(kept[1])} of {len(validation)} of "
             f"them; {possible}{hint}"
         )
     return kept
 
 
-def _areas(dataset: Dataset, generator: np.random.Generator) -> Int[np.ndarray, " n"]:
+def _areas(dataset: Recorded, generator: np.random.Generator) -> Int[np.ndarray, " n"]:
     """Number of the area in which each position lies. Spectra at the same position lie in the same area.
 
     Raises:

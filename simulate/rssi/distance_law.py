@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.rssi.power_range import NOT_RECEIVED
-from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset
 
 LEAST_POWERS, LEAST_RATIO = 10, 2.0
 """A gateway tells an exponent if it has received so many powers, from distances that differ by such a factor."""
@@ -19,9 +18,6 @@ USUAL_POWER = 20.0
 
 BELIEVED = 10.0
 """dB by which the median power may exceed that of free space. Metres taken for millimetres add 60 dB."""
-
-USUAL_FREQUENCY = 2.4e9
-"""Hertz; if no frequency is stated."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +108,8 @@ def _too_strong(dataset: RssiDataset) -> list[str]:
     hertz = USUAL_FREQUENCY if dataset.frequency is None else dataset.frequency.hertz
     stated = dataset.metadata.get("receiver", {}).get("tx_power_dbm")
     sent = USUAL_POWER if stated is None else float(stated)
-    distance = np.maximum(dataset.distances, SPEED_OF_LIGHT / hertz)
-    excess = np.nanmedian(dataset.rssi_dbm - sent - 20 * np.log10(SPEED_OF_LIGHT / hertz / (4 * np.pi * distance)))
+    distance = np.maximum(dataset.distances, dataset.wavelength)
+    excess = np.nanmedian(dataset.rssi_dbm - sent - 20 * np.log10(dataset.wavelength / (4 * np.pi * distance)))
     if excess <= BELIEVED:
         return []
     return [

@@ -64,7 +64,7 @@ class RssiCheck:
             "not received": f"{1 - heard.mean():.1%} of the powers, {NOT_RECEIVED:g} in the file",
             "powers (dBm)": self._range(),
             "distance law": "too few powers or distances to tell" if law is None else str(law),
-            "can be used": "by bisplat.read_rssi, export --hdf5, NeRF² and GSRF; no model of bisplat learns from it",
+            "can be used": "by bisplat compare, read_rssi and export --hdf5, NeRF² and GSRF",
         }
 
     def _range(self) -> str:

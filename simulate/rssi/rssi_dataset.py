@@ -17,6 +17,7 @@ from msgspec import Meta, Struct
 from scenes.files.errors import InputError, named, require_path
 from scenes.files.input_file import what_is_at
 from scenes.files.schema import conform
+from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_reader import read_metadata
@@ -27,6 +28,9 @@ from simulate.rssi.power_range import NOT_RECEIVED, STRONGEST, fault_of_powers
 from simulate.rssi.rssi_files import read_gateway_positions, read_powers
 
 GATEWAYS = "gateway_position.yml"
+
+USUAL_FREQUENCY = 2.4e9
+"""Hertz; if no frequency is stated."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,11 @@ class RssiDataset:
         """The carrier frequency (``hertz``), as metadata.json states it; None if it does not."""
         stated = self.metadata.get("frequency_hz")
         return None if stated is None else Frequency(read_frequency(stated), "metadata")
+
+    @property
+    def wavelength(self) -> float:
+        """Wavelength, metres; at ``USUAL_FREQUENCY`` if no frequency is stated."""
+        return SPEED_OF_LIGHT / (USUAL_FREQUENCY if self.frequency is None else self.frequency.hertz)
 
     @property
     def distances(self) -> Float[np.ndarray, "K G"]:

@@ -72,6 +72,9 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         **{"dataset": "data", "models": ["nearest"], "split": "files", "budget": 1.0, "seeds": 1},
         **{"test_spectra": 1, "output": "out"},
     },
+    "compare_powers": lambda: {
+        **{"dataset": "powers", "methods": ["mean"], "split": "random", "train_size": 3, "seed": 0, "guard": 0.0}
+    },
     "crossvalidate": lambda: {"run": "network", "scene": "closet", "positions": 2, "seed": 1, "field": "field"},
     "plan": lambda: {"run_or_scene": "kriged", "n": 2, "tour": False, "seed": 0},
     "locate": lambda: {"runs": [], "pictures": []},

@@ -109,6 +109,11 @@ POWERS = (
         output=("out.h5",),
         then="export powers --hdf5 out.h5",
     ),
+    *victims_of(
+        "powers",
+        [("gateway_rssi.csv", TEXT), ("gateway_position.yml", YAML), ("tx_pos.csv", TEXT)],
+        "compare powers -o out --split random --methods inverse-distance log-distance helmholtz",
+    ),
     Victim(
         "gateways.yml",
         "rssi room/scene.yaml -o out --gateways gateways.yml -n 3 --max-depth 0",

@@ -66,6 +66,7 @@ MLP = "train data -o out --model mlp-responses --steps 2 --batch-size 2"
 TRAIN = "learn.training.train:train_run"
 LOCATED = "learn.evaluation.locations:heard_by"
 CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
+COMPARED_POWERS = "learn.powers.compare_powers:compare_powers"
 NEAREST = "compare others -o out --models nearest"
 ABLATE = "ablate data -o out --models bisplat-aperture --steps 1 --seeds 1"
 RECORDED = "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out"
@@ -243,6 +244,9 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(NEAREST, [("--models mean-picture", "--models nearest"), "--split random", "--seeds 2", "--json"]),
         *_trials(NEAREST, ["--test-spectra 1", ("-o out2", "-o out")]),
         *_trials("compare data -o out --models mlp", ["--budget 1", "--guard 0.1"], "learn.comparison.compare:compare"),
+        *_trials("compare heard -o out --models nearest", ["--force"], there="out/table.csv"),
+        *_trials("compare heard", ["--models mean", "--split random", "--guard 0.1"], COMPARED_POWERS),
+        *_trials("compare heard --models mean", ["--json", "-o out"]),
     ],
     "ablate": [
         Trial(ABLATE, "--json", stops_at="bisplat.commands.comparison_commands:print_averages"),

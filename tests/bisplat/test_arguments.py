@@ -342,6 +342,14 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "compare": Call(
             bisplat.compare, {"dataset": data, "models": ["nearest"]}, COMPARED | ALSO | {"models": NAMES[:6]}
         ),
+        "compare_powers": Call(
+            bisplat.compare_powers,
+            {"dataset": file.with_name("powers"), "methods": ["mean"], "split": "random"},
+            {
+                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD, "train_size": WHOLE[:6],
+                "seed": SEED, "guard": (*NUMBER, -1),
+            },
+        ),
         "ablate": Call(
             bisplat.ablate,
             {"dataset": data},
@@ -488,6 +496,8 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
     run = bisplat.train(tiny, tmp_path_factory.mktemp("runs") / "mlp", model="mlp", steps=1)
     file = tmp_path_factory.mktemp("meshes") / "floor.ply"
     bisplat.shapes.sheet((0, 0, 0), (9, 0, 0), (0, 9, 0)).export(file)
+    places = np.random.default_rng(0).uniform(0, 3, (12, 3))
+    bisplat.write_rssi(file.with_name("powers"), places, -50 - 10 * places[:, :1], {"door": (0, 0, 1)}, 2.4e9)
     return calls(run, tiny, bisplat.load_scene("closet"), file)
 
 

@@ -44,6 +44,7 @@ DRAWN = (
     "learn.reports.comparison_report:write_ablation",
     "learn.reports.comparison_report:write_sweep",
     "learn.reports.engines_report:draw_plane",
+    "learn.reports.power_report:draw_errors",
     "learn.evaluation.engines_plane:compare_on_plane",
     "learn.comparison.experiment:array_ceiling",
 )
@@ -100,6 +101,8 @@ def place(tmp_path_factory) -> Path:
     (folder / "gateways.yml").write_text("door: [0.5, 0.3, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
     (folder / "far.yml").write_text("door: [0.5, 0.9, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
     write_rssi(folder / "powers", [[1, 0, 1], [2, 0, 1]], [[-50.0], [-60.0]], {"door": (0, 0, 1)}, 2.4e9)
+    heard = np.random.default_rng(0).uniform(0, 3, (12, 3))
+    write_rssi(folder / "heard", heard, -50 - 10 * heard[:, :1], {"door": (0, 0, 1)}, 2.4e9)
     angles = 2 * np.pi * np.arange(16) / 16
     write_positions(folder / "elements.csv", 0.1 * np.stack([np.cos(angles), np.sin(angles), 0.1 * angles], axis=1))
     write_positions(folder / "same.csv", np.zeros((2, 3)))

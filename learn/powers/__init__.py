@@ -1,0 +1,1 @@
+"""Methods that predict received powers (RSSI) at new positions, their scores, and the table that compares them."""

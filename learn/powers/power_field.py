@@ -1,0 +1,136 @@
+"""The method helmholtz for received powers: a Gaussian process in dB about the log-distance law, with fading.
+
+The name is that of the model of spectra that also knows how fields fade; a power has no phase, so here only the
+covariance of fading is left of the wave.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.special import ndtri
+
+from learn.powers.covariance_fit import JITTER, fit_covariance
+from learn.powers.known_powers import KnownPowers, PredictedPowers
+from learn.powers.path_loss import decades
+from learn.powers.power_baselines import by_inverse_distance
+from learn.powers.power_covariance import FADING_DB
+from scenes.files.plain_text import say
+
+MOST_KNOWN = 5000
+"""Largest number of known positions; of more, so many are drawn. The factorisation takes the cube of the number."""
+
+QUANTILES = (0.05, 0.5, 0.95)
+"""Of the predicted distribution: ends of the 90 % interval, and the median."""
+
+LEAST_ERRORS = 20
+"""Fewer left-out errors tell no quantiles; then those of the normal distribution are taken."""
+
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Shares of inverse-distance weighting that are tried."""
+
+LEAST_GAIN = 0.01
+"""A smaller gain in the mean left-out error, as a share of it, can be due to chance."""
+
+
+class PowerField:
+    """Universal kriging in dB: the law of each gateway is estimated together with what it leaves.
+
+    Fading in dB is skewed, with deep fades, and a Gaussian process is not. So the errors at known positions that are
+    left out one by one, in stated standard deviations, give the median and the interval. By the same errors,
+    inverse-distance weighting gets a share of the prediction where it predicts better [wolpert1992].
+
+    Attributes:
+        covariance: the fitted covariance.
+        share: share of inverse-distance weighting, 0…1.
+    """
+
+    def fit(self, known: KnownPowers) -> None:
+        chosen = _at_most(len(known.positions), known.seed)
+        if len(chosen) < len(known.positions):
+            say(f"helmholtz learns from {len(chosen)} of the {len(known.positions)} known positions")
+        self._known, self._positions, self._powers = known, known.positions[chosen], known.filled[chosen]
+        distances = known.distances(self._positions)
+        left = self._powers - known.law(distances)
+        self.covariance = fit_covariance(self._positions, left, known.wavelength, known.seed)
+        whole = self.covariance(self._positions, self._positions)
+        whole[np.diag_indices_from(whole)] += self.covariance.shares[2] + JITTER
+        self._inverse = np.linalg.inv(whole)
+        columns = zip(decades(distances).T, self._powers.T, strict=True)
+        self._gateways = [_Gateway(self._inverse, *each) for each in columns]
+        self._stack(~np.isnan(known.powers[chosen]))
+
+    def _stack(self, heard: Bool[np.ndarray, "n G"]) -> None:
+        """Choose the share of inverse-distance weighting, and the quantiles of the left-out errors.
+
+        Args:
+            heard: which known powers were received. Of the others only a bound is known, so they do not count.
+        """
+        errors = np.stack([each.left_out_error for each in self._gateways], axis=1)
+        deviations = np.stack([each.left_out_deviation for each in self._gateways], axis=1)
+        others = self._powers - by_inverse_distance(self._positions, self._powers, self._positions, leave_out=True)
+        mixed = {share: ((1 - share) * errors + share * others)[heard] for share in SHARES}
+        size = {share: float(np.abs(each).mean()) if each.size else 0.0 for share, each in mixed.items()}
+        self.share = min(SHARES, key=lambda share: size[share])
+        if size[self.share] > (1 - LEAST_GAIN) * size[0.0]:
+            self.share = 0.0
+        stated = mixed[self.share] / np.maximum(deviations[heard], JITTER)
+        self._quantiles = np.quantile(stated, QUANTILES) if stated.size >= LEAST_ERRORS else ndtri(QUANTILES)
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
+        near = self.covariance(positions, self._positions)
+        explained = np.einsum("kn,kn->k", near @ self._inverse, near)
+        decade = decades(self._known.distances(positions))
+        each = [
+            gateway.predict(near, explained, column) for gateway, column in zip(self._gateways, decade.T, strict=True)
+        ]
+        mean, deviation = (np.stack(values, axis=1) for values in zip(*each, strict=True))
+        if self.share:
+            others = by_inverse_distance(self._positions, self._powers, positions)
+            mean = (1 - self.share) * mean + self.share * others
+        low, median, high = (mean + quantile * deviation for quantile in self._quantiles)
+        return PredictedPowers(median, low, high)
+
+
+class _Gateway:
+    """Universal kriging of the powers of one gateway, with a law of level and exponent.
+
+    Args:
+        inverse: inverse covariance of the known powers, up to their variance.
+        decade: −10 log₁₀ of the distances of the known positions.
+        power: known powers, dBm.
+    """
+
+    def __init__(
+        self, inverse: Float[np.ndarray, "n n"], decade: Float[np.ndarray, " n"], power: Float[np.ndarray, " n"]
+    ):
+        trend = np.stack([np.ones_like(decade), decade], axis=1)
+        self._weighted_trend = inverse @ trend
+        self._uncertainty = np.linalg.pinv(trend.T @ self._weighted_trend)
+        self._law = self._uncertainty @ self._weighted_trend.T @ power
+        self._weights = inverse @ (power - trend @ self._law)
+        # Leaving out a known power needs no new fit [dubrule1983].
+        explained = np.einsum("nt,tu,nu->n", self._weighted_trend, self._uncertainty, self._weighted_trend)
+        precision = np.maximum(np.diag(inverse) - explained, JITTER)
+        free = len(power) - trend.shape[1]
+        squares = max(float((power - trend @ self._law) @ self._weights), 0.0)
+        self._deviation = np.sqrt(squares / free) if free > 0 else FADING_DB  # two powers tell none
+        self.left_out_error = self._weights / precision
+        self.left_out_deviation = self._deviation / np.sqrt(precision)
+
+    def predict(
+        self, near: Float[np.ndarray, "K n"], explained: Float[np.ndarray, " K"], decade: Float[np.ndarray, " K"]
+    ) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+        """Mean and standard deviation, dBm and dB; ``explained`` is the variance that the known powers explain."""
+        trend = np.stack([np.ones_like(decade), decade], axis=1)
+        mean = trend @ self._law + near @ self._weights
+        open_trend = trend - near @ self._weighted_trend
+        of_law = np.einsum("kt,tu,ku->k", open_trend, self._uncertainty, open_trend)
+        return mean, self._deviation * np.sqrt(np.maximum(1 - explained + of_law, 0))
+
+
+def _at_most(count: int, seed: int) -> Int[np.ndarray, " n"]:
+    """The known positions that are used: all, or ``MOST_KNOWN`` that are drawn."""
+    if count <= MOST_KNOWN:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(seed).permutation(count)[:MOST_KNOWN])
