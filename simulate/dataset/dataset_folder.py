@@ -19,7 +19,7 @@ from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
-from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
+from simulate.dataset.dataset_reader import changed_places, read_gateway, read_metadata, read_receivers
 from simulate.dataset.folder_kinds import not_spectra, unfinished
 from simulate.dataset.index_files import read_split
 from simulate.dataset.metadata import band_of
@@ -348,6 +348,7 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     responses, retrieved = found.channels, found.retrieved
     if problems or positions is None:
         return Inspection(problems, warnings, None)
+    warnings.extend(changed_places(metadata, positions, receivers))
     of_pictures = over_band = None
     if responses is not None:
         of_pictures = responses[rows]

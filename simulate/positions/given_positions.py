@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 from collections.abc import Iterator
 from io import StringIO
 from pathlib import Path
@@ -88,6 +89,15 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
     if not points:
         raise InputError(f"{path}: expected at least one position after the header, found none")
     return np.array(points, dtype=float)
+
+
+def points_digest(points: Float[np.ndarray, "n 3"]) -> str:
+    """SHA-256 of positions, which tells whether two files hold the same ones.
+
+    Args:
+        points: metres, in double precision, as ``read_points`` returns them.
+    """
+    return hashlib.sha256(np.ascontiguousarray(points).data).hexdigest()
 
 
 def check_points(positions: ArrayLike, parameter: str = "positions") -> Float[np.ndarray, "n 3"]:
