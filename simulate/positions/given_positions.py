@@ -70,7 +70,7 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
     header = next(rows, [])
     if [name.strip() for name in header] != ["x", "y", "z"]:
         found = shown(",".join(header)) if header else "an empty file or line"
-        raise InputError(f"{path}, line 1: expected the header x,y,z, found {found}")
+        raise InputError(f"{path}, line 1: expected the header x,y,z, of numbers in metres, found {found}")
     points = []
     for number, row in enumerate(rows, start=1):
         if number > MOST_POSITIONS:

@@ -176,3 +176,14 @@ def test_element_positions_in_a_text_file(tmp_path):
         InputError, match=r"expected a file of element positions whose name ends in \.csv, with the head"
     ):
         array_option(str(tmp_path / "layout.txt"))
+
+
+def test_element_positions_of_another_unit(tmp_path):
+    from bisplat.commands.array_option import array_option
+
+    (tmp_path / "layout.csv").write_text("x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n")
+    with pytest.raises(InputError, match=r"the header x,y,z, of numbers in metres, found 'x \[mm\],y"):
+        array_option(str(tmp_path / "layout.csv"))
+    (tmp_path / "layout.csv").write_text("x,y,z\n0,0,0\n160,0,0\n")
+    with pytest.raises(InputError, match=r"found element 1 at \[160.0, 0.0, 0.0\]; are they in metres\?"):
+        array_option(str(tmp_path / "layout.csv"))
