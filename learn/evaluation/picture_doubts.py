@@ -41,11 +41,12 @@ def picture_doubts(dataset: Dataset) -> list[str]:
 
 
 def _of_azimuths(dataset: Dataset) -> list[str]:
-    """A sentence if the maxima would point at the transmitters if the azimuths were others."""
-    doubt = bearing_of(dataset).doubt(dataset.grid)
+    """A sentence if the maxima would point at the transmitters if the azimuths were others, or have grating lobes."""
+    bearing = bearing_of(dataset)
+    doubt = bearing.doubt(dataset.grid)
     if doubt is None or "scene_file" in dataset.metadata:
         return []
-    if dataset.responses is None:
+    if dataset.responses is None or bearing.grating is not None:
         return [doubt]
     of_responses = "have the responses in channels.npz phases of the other sign, or another order of elements?"
     return [f"{doubt.partition(':')[0]}; {of_responses}"]

@@ -87,7 +87,7 @@ def plan(
         run_or_scene: a finished run or its folder; or a scene, the name of a built-in one, or a scene YAML.
         n: number of positions, 1…1000. None: as many as the target needs, but at most 1000; 50 without a target.
         target: a median SSIM of ``helmholtz`` between the known positions. The plan then tells how many more spectra it
-            needs, by the curve of measured rooms, for an array of 4 × 4 elements.
+            needs, by the curve of measured rooms, for an array of 4 × 4 elements half a wavelength apart.
         tour: return the positions as a short walk instead of in the order of usefulness.
         seed: seed of the candidates, and of the traced positions.
         propagation: the mechanisms that the rays follow in a scene.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from learn.expectation.expected_score import ELEMENTS, Expected, score_curve
+from learn.expectation.expected_score import Expected, is_as_measured, score_curve
 from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import ParameterError, require_within
 from scenes.scene.description import Gateway
@@ -63,13 +63,17 @@ def spectra_needed(
 
     Raises:
         ParameterError: the curve does not have the target; the known positions promise it already; an array does not
-            have 4 × 4 elements; or the region is a line, smaller than half a wavelength, or known along a path alone.
+            have 4 × 4 elements about half a wavelength apart; or the region is a line, smaller than half a wavelength,
+            or known along a path alone.
     """
     for array in arrays:
         planar = isinstance(array, PlanarArray) or (isinstance(array, Gateway) and array.elements is None)
-        if not planar or (array.rows, array.columns) != ELEMENTS:  # type: ignore[union-attr]
-            found = f"{array.rows} × {array.columns}" if planar else "elements at given positions"  # type: ignore[union-attr]
-            raise ParameterError("target", f"expected an array of 4 × 4 elements, as the curve has it, found {found}")
+        if not planar or not is_as_measured(array.rows, array.columns, array.spacing):  # type: ignore[union-attr]
+            found = array.in_words if isinstance(array, Array) else array.array_in_words
+            raise ParameterError(
+                "target",
+                f"expected an array of 4 × 4 elements half a wavelength apart, as the curve has it, found {found}",
+            )
     whole, before = Spacing.between(region, wavelength), Spacing.between(known, wavelength)
     if whole is None:
         raise ParameterError("target", "expected ten positions or more that are half a wavelength apart, found fewer")

@@ -31,6 +31,9 @@ from scenes.scene.element_positions import MOST_ELEMENTS, fault_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import THICKEST
 
+LARGE_ARRAY = 2.0
+"""Metres. Given elements that are farther from the gateway's position may be in millimetres."""
+
 
 def validate(scene: Scene, source: str) -> None:
     """Check a scene's numbers, names and materials, and that every gateway is in the open.
@@ -182,10 +185,11 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
     found = obstruction(gateway, scene.wavelength, scene.objects)
     if found is not None:
         reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
+        doubt = "; are they in metres?" if gateway.elements is not None and reach > LARGE_ARRAY else ""
         refuse(
             f"{label}.position {_point(gateway.position)}: expected all elements of the array in the open, found one "
             f"at {_point(found.element)}, {found.where} object {named(found.object)} "
-            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {_plain(reach)} m from the position)"
+            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {_plain(reach)} m from the position{doubt})"
         )
     if blockers[0] is not None and set(blockers) == {blockers[0]}:
         refuse(

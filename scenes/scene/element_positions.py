@@ -46,7 +46,7 @@ def fault_of(positions: Positions) -> str | None:
     >>> fault_of(((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.0)))
     'expected each element at a place of its own, found elements 0 and 2 at one place, [0.0, 0.0, 0.0]'
     >>> fault_of(((0.0, 0.0, 160.0),))
-    'expected elements within ±100 m of the gateway, in metres, found element 0 at [0.0, 0.0, 160.0]'
+    'expected elements within ±100 m of the gateway, found element 0 at [0.0, 0.0, 160.0]; are they in metres?'
     """
     if not 1 <= len(positions) <= MOST_ELEMENTS:
         return f"expected 1 to {MOST_ELEMENTS} elements, found {len(positions)}"
@@ -59,7 +59,7 @@ def fault_of(positions: Positions) -> str | None:
     if far.any():
         first = int(far.argmax())
         found = f"element {first} at {rows[first].tolist()}"
-        return f"expected elements within ±{FARTHEST_ELEMENT:g} m of the gateway, in metres, found {found}"
+        return f"expected elements within ±{FARTHEST_ELEMENT:g} m of the gateway, found {found}; are they in metres?"
     pairs = cKDTree(rows).query_pairs(SAME_PLACE)
     if pairs:
         first, second = min(pairs)

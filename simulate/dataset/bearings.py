@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.angular_grid import AngularGrid, direction
 from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.element_array import uniform
 from simulate.spectra.spectrum import evenly
 
 EXAMINED = 400
@@ -31,6 +32,10 @@ ALIKE = 1e-3
 
 FARTHER = 3.0
 """Another reading is believed if the angle as it is is this many times that angle, and above twice ``POINTS``."""
+
+GRATING = 0.75
+"""Wavelengths between neighbouring elements from which most directions have a grating lobe: a copy is in view beyond a
+sine of 1 / spacing − 1 from the boresight, which is a third. The strongest of the copies is then chance."""
 
 
 @dataclass(frozen=True)
@@ -108,15 +113,29 @@ class Bearing:
         error_after: median angle after the best turn, degrees.
         error_if_moved: median angle if the array is at the positions and the transmitter at the gateway's, degrees;
             None if that is not believed, or if the folder states what moves.
+        grating: distance between neighbouring elements, wavelengths, if they are so far apart that grating lobes tell
+            nothing of turns and moves; otherwise None.
     """
 
     error: float
     turn: Turn | None
     error_after: float
     error_if_moved: float | None = None
+    grating: float | None = None
 
     def doubt(self, grid: AngularGrid) -> str | None:
-        """A sentence if the azimuths of pictures on a grid seem to be others, or if the array seems to have moved."""
+        """A sentence if the azimuths of pictures on a grid seem to be others, or if the array seems to have moved.
+
+        >>> Bearing(48.0, None, 48.0, grating=2.7).doubt(AngularGrid()).partition(":")[0]
+        'the strongest directions are 48° from those of the transmitters (median)'
+        """
+        if self.grating is not None:
+            if not self.error > 2 * POINTS:
+                return None
+            return (
+                f"the strongest directions are {self.error:.0f}° from those of the transmitters (median): elements "
+                f"{self.grating:.3g} wavelengths apart have grating lobes, copies of a direction that are as bright"
+            )
         found = []
         if self.turn is not None:
             found.append(
@@ -148,21 +167,27 @@ def bearing_of(dataset: Dataset) -> Bearing:
     units = towards[chosen] / distance[chosen, None]
     angles = np.stack([dataset.grid.dominant_angles(dataset.pictures[index]) for index in chosen])
     azimuth, elevation = np.radians(angles).T
-    turns = turns_of(dataset.array)
+    grating = _grating_spacing(dataset.array)
+    turns = turns_of(dataset.array) if grating is None else [Turn()]
     errors = []
     for turn in turns:
         maxima = direction(np.radians(turn.by) + (-azimuth if turn.mirrored else azimuth), elevation)
         errors.append(float(np.median(dataset.array.angle_between(maxima, units))))
     moved = None
-    if "moving" not in dataset.metadata:
+    if "moving" not in dataset.metadata and grating is None:
         moved = float(np.median(dataset.array.angle_between(direction(azimuth, elevation), -units)))
         moved = moved if _believed(moved, errors[0]) else None
     if len(turns) == 1:
-        return Bearing(errors[0], None, errors[0], moved)
+        return Bearing(errors[0], None, errors[0], moved, grating)
     best = 1 + int(np.argmin(errors[1:]))
     line = dataset.array.is_line  # whose maxima are the same on both sides of it
     believed = _believed(errors[best], errors[0]) and not line
     return Bearing(errors[0], turns[best] if believed else None, errors[best], moved)
+
+
+def _grating_spacing(array: Array) -> float | None:
+    planar = uniform(array)
+    return planar.spacing if planar is not None and planar.elements > 1 and planar.spacing >= GRATING else None
 
 
 def _believed(error: float, as_it_is: float) -> bool:

@@ -19,8 +19,8 @@ from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
-from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
-from simulate.dataset.folder_kinds import not_spectra
+from simulate.dataset.dataset_reader import changed_places, read_gateway, read_metadata, read_receivers
+from simulate.dataset.folder_kinds import not_spectra, unfinished
 from simulate.dataset.index_files import read_split
 from simulate.dataset.metadata import band_of
 from simulate.dataset.moving import Moving
@@ -295,7 +295,7 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     warnings: list[str] = []
     if not folder.is_dir():
         return Inspection([f"{folder}: expected a dataset folder, found {what_is_at(folder)}"], [], None)
-    if other := not_spectra(folder):
+    if other := not_spectra(folder) or unfinished(folder):
         return Inspection([other], [], None)
 
     positions = None
@@ -346,8 +346,10 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
             problems.append(f"{folder / 'metadata.json'}: band.{error}")
     found = read_responses(folder / "channels.npz", rows_known, elements, problems, band)
     responses, retrieved = found.channels, found.retrieved
+    warnings.extend(found.oddities)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
+    warnings.extend(changed_places(metadata, positions, receivers))
     of_pictures = over_band = None
     if responses is not None:
         of_pictures = responses[rows]

@@ -20,7 +20,7 @@ from scenes.files.yaml_file import read_yaml
 from scenes.scene.description import UNIT_TOLERANCE
 from simulate.dataset.metadata import read_metadata_file
 from simulate.dataset.moving import Moving
-from simulate.positions.given_positions import FARTHEST, read_points
+from simulate.positions.given_positions import FARTHEST, points_digest, read_points
 
 GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 
@@ -97,3 +97,28 @@ def read_receivers(
         problems.append(f"{path}: expected {count} rows, as in tx_pos.csv, found {len(found)}")
         return None
     return found
+
+
+def changed_places(
+    metadata: dict[str, Any], positions: Float[np.ndarray, "K 3"], receivers: Float[np.ndarray, "K 3"] | None
+) -> list[str]:
+    """A sentence if the rows of tx_pos.csv or rx_pos.csv are not those that a folder was simulated with.
+
+    Args:
+        metadata: content of metadata.json. Without digests of the positions there is no sentence.
+        positions: rows of tx_pos.csv. At several frequencies the same ones follow for each.
+        receivers: rows of rx_pos.csv; None: there is no such file.
+    """
+    made = {"tx_pos.csv": metadata.get("positions_sha256"), "rx_pos.csv": metadata.get("receivers_sha256")}
+    frequencies = max(1, len(metadata.get("frequencies_hz", ())))
+    found = {
+        name: {points_digest(each) for each in np.array_split(rows, frequencies)}
+        for name, rows in (("tx_pos.csv", positions), ("rx_pos.csv", receivers))
+        if rows is not None and made[name]
+    }
+    changed = [name for name, digests in found.items() if digests != {made[name]}]
+    if not changed:
+        return []
+    if len(changed) == 2 and found["tx_pos.csv"] == {made["rx_pos.csv"]}:
+        return ["tx_pos.csv and rx_pos.csv are exchanged: metadata.json has the digest of each other's positions"]
+    return [f"{' and '.join(changed)} changed since the simulation: metadata.json has the digest of other positions"]

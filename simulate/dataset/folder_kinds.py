@@ -1,4 +1,4 @@
-"""Tell the kinds of dataset folders: spectra, received powers (RSSI), and channels over subcarriers (CSI)."""
+"""Tell the kinds of dataset folders: spectra, received powers (RSSI), channels (CSI), and unfinished ones."""
 
 from __future__ import annotations
 
@@ -29,6 +29,23 @@ def is_csi(folder: Path) -> bool:
     """
     others = (POWERS, "spectrum")
     return os.path.lexists(folder / CHANNELS) and not any(os.path.lexists(folder / name) for name in others)
+
+
+def unfinished(folder: Path) -> str | None:
+    """The sentence on a simulation of spectra that was interrupted; None if the folder is none.
+
+    The index files are written last, after the parts that become the responses.
+
+    >>> from tempfile import mkdtemp
+    >>> hall = Path(mkdtemp())
+    >>> _ = (hall / "metadata.json").write_text("{}"), (hall / "parts").mkdir()
+    >>> unfinished(hall).removeprefix(str(hall))
+    ': expected a finished simulation, found an unfinished one: run the same command again to finish it'
+    """
+    begun = os.path.isdir(folder / "parts") and os.path.lexists(folder / "metadata.json")
+    if not begun or all(os.path.lexists(folder / f"{part}_index.txt") for part in ("train", "test")):
+        return None
+    return f"{folder}: expected a finished simulation, found an unfinished one: run the same command again to finish it"
 
 
 def not_spectra(folder: Path) -> str | None:

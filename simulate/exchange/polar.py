@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from simulate.exchange.array_files import Arrays
@@ -13,6 +15,11 @@ MAGNITUDES = (
 PHASES = ("phase", "phases", "phase_rad", "phase_deg", "angle", "angles", "angle_rad", "angle_deg")
 """Usual names, without regard to case. Of several, the first is taken."""
 
+OF_ELEMENT = re.compile(
+    r"(?P<stem>[a-z_]*[a-z])[ _.\-]?[\[(]?(?P<number>\d+)[\])]?(?:[ _.\-]?(?P<unit>dbm?|rad|deg))?", re.IGNORECASE
+)
+"""The name of the column of one element: a usual name with its number, such as mag0, phase_deg_3 or rssi1_dbm."""
+
 ABOVE_A_TURN = 2 * np.pi + 1e-6
 """Radians."""
 
@@ -23,11 +30,14 @@ def has_phases(arrays: Arrays) -> bool:
     >>> has_phases({"mag1": np.ones(2), "phase1": np.ones(2)}), has_phases({"rssi1": np.ones(2)})
     (True, False)
     """
-    return any(np.iscomplexobj(each) or name.lower().rstrip("0123456789_- ") in PHASES for name, each in arrays.items())
+    named = any(name.lower() in PHASES or _of_element(name)[0] in PHASES for name in arrays)
+    return named or any(np.iscomplexobj(each) for each in arrays.values())
 
 
 def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] | None:
     """Responses from an array of magnitudes and one of phases of the same shape; None if there are none.
+
+    Instead of an array, a table may have a column for each element, in the order of their numbers.
 
     Args:
         arrays: all arrays of the recording.
@@ -44,17 +54,44 @@ def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] |
     >>> said
     ['took RSSI for decibels, as its name says', 'took phase_deg for degrees, as its name says']
     """
+    columns = _columns_of_elements(arrays)
+    listed = {name: f"{names[0]} to {names[-1]}" for name, names in columns.items()}
+    stacked = {name: np.stack([arrays[each] for each in names], axis=1) for name, names in columns.items()}
+    arrays = stacked | arrays
     by_name = {each.lower(): each for each in arrays}
     sizes = [by_name[each] for each in MAGNITUDES if each in by_name]
     angles = [by_name[each] for each in PHASES if each in by_name]
     if not sizes or not angles or arrays[sizes[0]].shape != arrays[angles[0]].shape:
         return None
+    numbers = [[_of_element(each)[1] for each in columns[name]] for name in (sizes[0], angles[0]) if name in columns]
+    if len(numbers) == 2 and numbers[0] != numbers[1]:
+        return None
     for taken, others in ((sizes[0], sizes[1:]), (angles[0], angles[1:])):
         if others:
             said.append(f"took {taken} and left out {', '.join(others)}")
-    return f"{sizes[0]} and {angles[0]}", _magnitudes(sizes[0], arrays, said) * np.exp(
-        1j * _radians(angles[0], arrays, said)
-    )
+    called = " and ".join(listed.get(each, each) for each in (sizes[0], angles[0]))
+    return called, _magnitudes(sizes[0], arrays, said) * np.exp(1j * _radians(angles[0], arrays, said))
+
+
+def _of_element(name: str) -> tuple[str, int]:
+    """The usual name and the number in the name of an element's column; an empty one if it is none."""
+    match = OF_ELEMENT.fullmatch(name.strip())
+    if match is None:
+        return "", 0
+    unit = f"_{match['unit']}" if match["unit"] else ""
+    return (match["stem"] + unit).lower(), int(match["number"])
+
+
+def _columns_of_elements(arrays: Arrays) -> dict[str, list[str]]:
+    """The columns with numbers by their usual name, in the order of the numbers, unless an array has this name."""
+    found: dict[str, dict[int, str]] = {}
+    taken = {each.lower() for each in arrays}
+    for each, values in arrays.items():
+        name, number = _of_element(each)
+        if values.ndim == 1 and not np.iscomplexobj(values) and name in MAGNITUDES + PHASES and name not in taken:
+            found.setdefault(name, {})[number] = each
+    names = {name: [columns[number] for number in sorted(columns)] for name, columns in found.items()}
+    return {name: each for name, each in names.items() if len({len(arrays[column]) for column in each}) == 1}
 
 
 def _magnitudes(name: str, arrays: Arrays, said: list[str]) -> np.ndarray:

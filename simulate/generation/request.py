@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -29,7 +28,7 @@ from simulate.generation.moving_pairs import AtPairs
 from simulate.generation.moving_receiver import AtElements
 from simulate.generation.reciprocal import element_offsets, reciprocal
 from simulate.generation.same_array import with_same_array
-from simulate.positions.given_positions import read_points
+from simulate.positions.given_positions import points_digest, read_points
 from simulate.positions.placement import AT_IT
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.band import Band
@@ -171,8 +170,8 @@ class Request:
             **({} if self.band is None else {"band": asdict(self.band)}),
             "spectra": len(self),
             "placement": self.placement,
-            "positions_sha256": _digest(self.positions),
-            **({} if self.receivers is None else {"receivers_sha256": _digest(self.receivers)}),
+            "positions_sha256": points_digest(self.positions),
+            **({} if self.receivers is None else {"receivers_sha256": points_digest(self.receivers)}),
             **self.engine.metadata(self.setting),
             "measurement": asdict(self.measurement) | {"seed": self.measurement_seed},
             "power": self.power,
@@ -180,10 +179,6 @@ class Request:
             "picture": "magnitude, min-max normalised per spectrum, 8 bit",
             "versions": self.engine.versions(),
         }
-
-
-def _digest(places: Float[np.ndarray, "K 3"]) -> str:
-    return hashlib.sha256(places.tobytes()).hexdigest()
 
 
 def read_request(folder: Path) -> Request:

@@ -14,7 +14,7 @@ from tyro.conf import arg
 from scenes.files.errors import ParameterError, require_whole, shown
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.moving import Moving
-from simulate.positions.places import Places
+from simulate.positions.places import NO_FILE, Places
 from simulate.spectra.band import Band, stated_band
 from simulate.spectra.measurement import Measurement
 
@@ -60,7 +60,9 @@ class Simulation(Places):
     frequencies: tuple[float | str, ...] = ()
     moving: Moving = "transmitter"
     transmitters: int | None = None
-    receivers: Annotated[Float[np.ndarray, "K 3"] | str | Path | None, arg(constructor=Path, metavar="PATH")] = None
+    receivers: Annotated[
+        Float[np.ndarray, "K 3"] | str | Path | None, arg(constructor=Path, metavar="PATH", help_behavior_hint=NO_FILE)
+    ] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 from collections.abc import Iterator
 from io import StringIO
 from pathlib import Path
@@ -69,7 +70,7 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
     header = next(rows, [])
     if [name.strip() for name in header] != ["x", "y", "z"]:
         found = shown(",".join(header)) if header else "an empty file or line"
-        raise InputError(f"{path}, line 1: expected the header x,y,z, found {found}")
+        raise InputError(f"{path}, line 1: expected the header x,y,z, of numbers in metres, found {found}")
     points = []
     for number, row in enumerate(rows, start=1):
         if number > MOST_POSITIONS:
@@ -88,6 +89,15 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
     if not points:
         raise InputError(f"{path}: expected at least one position after the header, found none")
     return np.array(points, dtype=float)
+
+
+def points_digest(points: Float[np.ndarray, "n 3"]) -> str:
+    """SHA-256 of positions, which tells whether two files hold the same ones.
+
+    Args:
+        points: metres, in double precision, as ``read_points`` returns them.
+    """
+    return hashlib.sha256(np.ascontiguousarray(points).data).hexdigest()
 
 
 def check_points(positions: ArrayLike, parameter: str = "positions") -> Float[np.ndarray, "n 3"]:

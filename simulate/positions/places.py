@@ -17,6 +17,9 @@ from simulate.positions.given_positions import MOST_POSITIONS
 LEAST_POSITIONS = 2
 """Fewest positions of a dataset: one to train on and one to test on."""
 
+NO_FILE = "(default: None)"
+"""What the help says of a file that need not be given. The help of tyro would say ['None'], for its constructor."""
+
 
 @dataclass(frozen=True)
 class Places:
@@ -35,7 +38,9 @@ class Places:
 
     n: Annotated[int, arg(name="number", aliases=["-n"])] = 6000
     placement: Literal["uniform", "grid", "path"] = "uniform"
-    positions: Annotated[Float[np.ndarray, "K 3"] | str | Path | None, arg(constructor=Path, metavar="PATH")] = None
+    positions: Annotated[
+        Float[np.ndarray, "K 3"] | str | Path | None, arg(constructor=Path, metavar="PATH", help_behavior_hint=NO_FILE)
+    ] = None
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -49,6 +49,7 @@ def test_help_of_a_command_names_no_file_of_the_documentation(monkeypatch, capsy
     out = capsys.readouterr().out
     assert ended.value.code == 0 and summary(COMMANDS[name]) in out
     assert "docs/" not in out and ".py" not in out
+    assert "['None']" not in " ".join(out.replace("│", " ").split())
 
 
 def test_version(monkeypatch, capsys):

@@ -9,7 +9,7 @@ from PIL import Image
 
 from learn.evaluation.check import check
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_gateway, write_positions
+from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
 from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
 from simulate.spectra import explanation
@@ -117,6 +117,14 @@ def test_other_azimuths_are_told_by_the_positions(write, tmp_path):
     options = shlex.split(re.search(r"bisplat convert (--azimuths \S+ \S+)", warning)[1])
     convert(folder, tmp_path / "mended", Conversion(azimuths=(float(options[1]), float(options[2]))))
     assert not [each for each in check(tmp_path / "mended").warnings if "strongest directions" in each]
+
+
+def test_grating_lobes_of_elements_far_apart_are_told(write):
+    array = PlanarArray(spacing=2.7)
+    folder = write(picture(Beamformer(array).spectrum(RESPONSES)))
+    write_metadata(folder / "metadata.json", {"array": array.stated()})
+    (warning,) = [each for each in check(folder).warnings if "strongest directions" in each]
+    assert "elements 2.7 wavelengths apart have grating lobes" in warning and "bisplat convert" not in warning
 
 
 def test_array_that_moves_is_told_by_the_positions(write, tmp_path):

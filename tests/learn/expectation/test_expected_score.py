@@ -86,8 +86,10 @@ def test_expectation_in_words(spacing, said):
 @pytest.mark.usefixtures("curve")
 def test_expectation_is_of_the_array_that_was_measured():
     spacing = Spacing(80, "volume", 20.0)
-    assert expectation(spacing, PlanarArray(8, 8)).endswith("known of arrays of 4 × 4 elements alone")
-    assert facts(spacing, PlanarArray(8, 8))["expected_ssim"] is None
+    for other in (PlanarArray(8, 8), PlanarArray(spacing=2.7), PlanarArray(spacing=0.3)):
+        assert expectation(spacing, other).endswith("known of 4 × 4 elements half a wavelength apart alone")
+        assert facts(spacing, other)["expected_ssim"] is None
+    assert facts(spacing, PlanarArray(spacing=0.491))["expected_ssim"] == [0.7, 0.8, 0.85]
     assert facts(spacing, PlanarArray())["expected_ssim"] == [0.7, 0.8, 0.85]
 
 
@@ -112,7 +114,8 @@ def test_needed_spectra_count_from_the_known_ones():
         (0.95, BOX, NOTHING, PlanarArray(), "that the curve of measured rooms has, from 0.6 to 0.9, found 0.95"),
         (0.3, BOX, NOTHING, PlanarArray(), "from 0.6 to 0.9, found 0.3"),
         (0.7, BOX, BOX[:100], PlanarArray(), "a score above 0.80, which 100 known spectra promise already, found 0.7"),
-        (0.8, BOX, NOTHING, PlanarArray(8, 8), "an array of 4 × 4 elements, as the curve has it, found 8 × 8"),
+        (0.8, BOX, NOTHING, PlanarArray(8, 8), "an array of 4 × 4 elements half .*, found 8 × 8"),
+        (0.8, BOX, NOTHING, PlanarArray(spacing=2.7), "half a wavelength apart.*, found 4 × 4 .* 2.7"),
         (0.8, BOX, BOX[BOX[:, 0].argsort()] * [1, 0, 0], PlanarArray(), "that fill a region, .* found a path"),
         (0.8, BOX[:5], NOTHING, PlanarArray(), "ten positions or more that are half a wavelength apart, found fewer"),
     ],

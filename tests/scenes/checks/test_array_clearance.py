@@ -73,6 +73,11 @@ def test_a_higher_frequency_has_a_smaller_array(scene):
     validate(replace(near, frequency=9e9, materials=p2040_materials(near.materials, 9e9)), "outdoors")
 
 
+def test_elements_in_millimetres_are_told(scene):
+    with pytest.raises(InputError, match=r"elements are up to 80.0 m from the position; are they in metres\?\)"):
+        validate(scene.with_elements([[0, 0, 0], [0, -80, 0]]), "outdoors")
+
+
 def test_further_gateway_is_named(scene):
     both = replace(scene, further_gateways={"low": replace(scene.gateway, position=(4.0, 0.0, 0.1))})
     with pytest.raises(InputError, match=r"outdoors: further_gateways.low.position .* object \"floor\""):

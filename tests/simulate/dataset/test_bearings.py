@@ -65,6 +65,16 @@ def test_positions_in_sight_show_a_turn_and_its_option_undoes_it(turn):
     assert found.turn.option(dataset.grid) in found.doubt(dataset.grid)
 
 
+def test_grating_lobes_are_named_instead_of_a_turn():
+    dataset = line_of_sight(PlanarArray(spacing=1.0))
+    for pictures in (dataset.pictures, turned(dataset.pictures, Turn(by=90))):
+        found = bearing_of(replace(dataset, pictures=pictures))
+        assert found.turn is None and found.error_if_moved is None and found.grating == 1
+        if found.error > 30:
+            assert "elements 1 wavelengths apart have grating lobes" in found.doubt(dataset.grid)
+    assert found.error > 30
+
+
 def test_out_of_sight_nothing_is_believed():
     dataset = line_of_sight(PlanarArray())
     shuffled = np.random.default_rng(0).integers(0, 256, dataset.pictures.shape, dtype=np.uint8)

@@ -11,6 +11,7 @@ import yaml
 from PIL import Image
 
 from scenes.files.errors import InputError
+from scenes.files.npz_file import write_arrays
 from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_writer import (
     encode_picture,
@@ -253,6 +254,14 @@ def test_what_is_odd_but_readable_is_a_warning(folder):
     assert found.problems == []
     assert len(found.warnings) == 3  # a row without a picture, a name twice, spectra in neither index
     assert found.dataset.train.tolist() == [0, 2]
+
+
+def test_band_that_metadata_does_not_state_is_a_warning(folder):
+    write_arrays(folder / "channels.npz", {"channels": RESPONSES, "band": np.stack([RESPONSES] * 3, axis=-1)})
+    (warning,) = inspect(folder).warnings
+    assert "array band in channels.npz is not read" in warning
+    write_metadata(folder / "metadata.json", METADATA | {"band": {"bandwidth": 2e7, "subcarriers": 3}})
+    assert inspect(folder).warnings == [] and inspect(folder).dataset.band_responses.shape == (COUNT, 16, 3)
 
 
 def test_metadata_keeps_names_that_are_not_ascii(folder):

@@ -134,6 +134,26 @@ def test_complex_columns_by_either_order_of_their_names(tmp_path, names):
     np.testing.assert_allclose(np.abs(made.responses), MAGNITUDE, rtol=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("magnitudes", "phases", "said"),
+    [
+        ("mag{}", "phase{}", "responses: mag1 to mag15 and phase1 to phase15, 40 × 15"),
+        ("rssi_{}_dbm", "phase_deg_{}", "took phase_deg for degrees, as its name says"),
+        ("Amplitude [{}]", "angle({})", "responses: Amplitude [1] to Amplitude [15] and angle(1) to angle(15)"),
+    ],
+)
+def test_a_magnitude_and_a_phase_column_for_each_element(tmp_path, magnitudes, phases, said):
+    """The columns may be in any order: that of their numbers is that of the elements."""
+    sizes = 20 * np.log10(MAGNITUDE) if "dbm" in magnitudes else MAGNITUDE
+    angles = np.degrees(PHASE) if "deg" in phases else PHASE
+    values = {f"{axis} [mm]": 1000 * PLACES[:, index] for index, axis in enumerate("xyz")}
+    for n in np.random.default_rng(1).permutation(15):
+        values |= {magnitudes.format(n + 1): sizes[:, n], phases.format(n + 1): angles[:, n]}
+    table(tmp_path / "log.csv", ",".join(values), *values.values())
+    told = record([tmp_path / "log.csv"], tmp_path / "out", GATEWAY, "2.4 GHz")
+    assert any(said in each for each in told) and same(bisplat.read_dataset(tmp_path / "out"))
+
+
 def test_blank_cells_of_a_table_are_missing_values(tmp_path):
     """As spreadsheets and pandas write them. Columns of other texts, and of nothing, are left out as ever."""
     parts = np.stack([RIGHT.real, RIGHT.imag], axis=-1).reshape(40, 30)
@@ -156,3 +176,14 @@ def test_element_positions_in_a_text_file(tmp_path):
         InputError, match=r"expected a file of element positions whose name ends in \.csv, with the head"
     ):
         array_option(str(tmp_path / "layout.txt"))
+
+
+def test_element_positions_of_another_unit(tmp_path):
+    from bisplat.commands.array_option import array_option
+
+    (tmp_path / "layout.csv").write_text("x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n")
+    with pytest.raises(InputError, match=r"the header x,y,z, of numbers in metres, found 'x \[mm\],y"):
+        array_option(str(tmp_path / "layout.csv"))
+    (tmp_path / "layout.csv").write_text("x,y,z\n0,0,0\n160,0,0\n")
+    with pytest.raises(InputError, match=r"found element 1 at \[160.0, 0.0, 0.0\]; are they in metres\?"):
+        array_option(str(tmp_path / "layout.csv"))

@@ -215,6 +215,20 @@ def test_damaged_part_of_an_unfinished_dataset_is_made_again(
         assert sentence.endswith("; the spectra 00003 to 00004 are made again")
 
 
+@pytest.mark.parametrize("place", ["make_part", "write_responses", "write_positions", "write_index"])
+def test_unfinished_dataset_is_told(place, request_of, tmp_path, monkeypatch, quick):
+    with monkeypatch.context() as patch:
+        killed_at(patch, module, place, int(place in ("make_part", "write_index")))
+        with pytest.raises(KeyboardInterrupt):
+            generate(request_of, tmp_path / "killed")
+    (problem,) = inspect(tmp_path / "killed").problems
+    assert problem.startswith(f"{tmp_path / 'killed'}: ") and problem.endswith(
+        "run the same command again to finish it"
+    )
+    generate(request_of, tmp_path / "killed")
+    assert not inspect(tmp_path / "killed").problems
+
+
 @pytest.mark.parametrize(
     ("name", "fault", "again"),
     [

@@ -102,6 +102,17 @@ def test_pairs_are_made_again_and_repaired(scene, pairs, tmp_path):
             assert (made / path.relative_to(pairs.folder)).read_bytes() == path.read_bytes(), path
 
 
+def test_exchanged_and_changed_positions_are_told(pairs, tmp_path):
+    folder = tmp_path / "data"
+    shutil.copytree(pairs.folder, folder)
+    assert not [each for each in check(folder).warnings if "digest" in each]
+    kept = {name: (folder / name).read_bytes() for name in ("tx_pos.csv", "rx_pos.csv")}
+    (folder / "tx_pos.csv").write_bytes(kept["rx_pos.csv"])
+    assert any(each.startswith("tx_pos.csv changed since the simulation") for each in check(folder).warnings)
+    (folder / "rx_pos.csv").write_bytes(kept["tx_pos.csv"])
+    assert any(each.startswith("tx_pos.csv and rx_pos.csv are exchanged") for each in check(folder).warnings)
+
+
 def test_workers_make_the_same(scene, pairs):
     wanted = Simulation(n=7, moving="both", transmitters=3)
     request = request_for(scene, wanted, Rays(REFLECTED), 0)
@@ -142,6 +153,7 @@ def test_pairs_over_a_band_and_at_several_frequencies(scene, tmp_path):
     with pytest.raises(InputError, match="expected spectra of a link with one end that stands still"):
         export_csi(wide, tmp_path / "csi")
     simulate(scene, tmp_path / "two", frequencies=(915e6, 1e9), **given)
+    assert not [each for each in check(tmp_path / "two").warnings if "digest" in each]
     second = read_dataset(tmp_path / "two", 1e9)
     np.testing.assert_array_equal(second.receivers, given["receivers"])
     elements = second.receivers[:, None] + element_offsets(scene.gateway, scene.wavelength)
