@@ -209,7 +209,7 @@ def test_what_has_no_paths_is_refused_in_one_sentence(plain, tmp_path):
         (several, r"several: expected one dataset, found one for each gateway; give .*several/door"),
         (tmp_path / "nowhere", r"nowhere: expected a dataset folder, found nothing there"),
         (edited(plain, tmp_path / "deep", propagation=depth), r"max_depth of at most 15, .* found 16"),
-        (edited(plain, tmp_path / "other", positions_sha256="x"), r"expected the positions that the dataset was made with"),
+        (edited(plain, tmp_path / "other", positions_sha256="x"), r"positions that the dataset was made with"),
         (
             edited(plain, tmp_path / "waves", engine="fullwave", fullwave=fullwave),
             r"simulated by rays, found one of the engine fullwave",
