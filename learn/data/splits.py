@@ -28,6 +28,7 @@ from scenes.files.schema import conform
 from simulate.positions.given_positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
+    from simulate.csi.csi_dataset import CsiDataset
     from simulate.dataset.dataset_folder import Dataset
     from simulate.rssi.rssi_dataset import RssiDataset
 
@@ -81,7 +82,9 @@ class Split:
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
-def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0) -> Split:
+def split(
+    dataset: Recorded | CsiDataset, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0
+) -> Split:
     """Split a dataset into a training, a validation and a test part.
 
     There are four kinds of split:
