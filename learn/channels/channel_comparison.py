@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -55,7 +55,7 @@ class ChannelComparison(ScoreTable):
         ChannelComparison('ramps': 2 methods, 16 known and 4 test rows, split random)
     """
 
-    COLUMNS = {
+    COLUMNS: ClassVar[Mapping[str, str]] = {
         "snr_median_db": "median SNR (dB)",
         "snr_mean_db": "mean SNR (dB)",
         "snr_p10_db": "10th % (dB)",

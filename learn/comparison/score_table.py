@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from html import escape
-from typing import Any
+from typing import Any, ClassVar
 
 from scenes.files.errors import ParameterError, require_instance, require_word, shown
 
@@ -12,7 +12,7 @@ from scenes.files.errors import ParameterError, require_instance, require_word, 
 class ScoreTable:
     """Base of the comparisons that score each method once: its rows as a sequence, as text and as HTML."""
 
-    COLUMNS: Mapping[str, str]
+    COLUMNS: ClassVar[Mapping[str, str]]
     """Headings of a printed table, by the keys of a row. Set by the subclass."""
 
     rows: list[dict[str, Any]]

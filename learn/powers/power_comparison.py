@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -13,6 +13,7 @@ from jaxtyping import Float
 from learn.comparison.score_table import ScoreTable, without
 from learn.data.split_distances import SplitDistances
 from learn.data.splits import SplitKind
+
 
 @dataclass(frozen=True)
 class PowerComparison(ScoreTable):
@@ -56,7 +57,7 @@ class PowerComparison(ScoreTable):
         PowerComparison('law': 2 methods, 1 gateway, 32 known and 8 test positions, split random)
     """
 
-    COLUMNS = {
+    COLUMNS: ClassVar[Mapping[str, str]] = {
         "error_median_db": "median error (dB)",
         "error_p90_db": "90th % (dB)",
         "rmse_db": "RMSE (dB)",
