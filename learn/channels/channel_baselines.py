@@ -36,8 +36,7 @@ class Nearest:
     """
 
     def fit(self, known: KnownChannels) -> None:
-        rows = known.alike.reshape(len(known.alike), -1, 2 * known.subcarriers)
-        self._up, self._down = rows[..., : known.subcarriers], rows[..., known.subcarriers :]
+        self._up, self._down = np.split(known.alike, 2, axis=2)
 
     def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
         if not len(self._up):

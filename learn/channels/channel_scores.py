@@ -63,16 +63,16 @@ def score_channels(predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.nd
           there is no such row;
         - "correlation_median": of the correlation.
     """
-    heard = truth.any(axis=(1, 2))
+    snr = snr_db(predicted, truth)
+    heard = ~np.isnan(snr)
     if not heard.any():
         names = ("snr_median_db", "snr_mean_db", "snr_p10_db", "correlation_median")
         return {"rows": 0, **dict.fromkeys(names)}
-    snr = snr_db(predicted[heard], truth[heard])
     return {
         "rows": int(heard.sum()),
-        "snr_median_db": float(np.median(snr)),
-        "snr_mean_db": float(snr.mean()),
-        "snr_p10_db": float(np.quantile(snr, 0.1)),
+        "snr_median_db": float(np.median(snr[heard])),
+        "snr_mean_db": float(snr[heard].mean()),
+        "snr_p10_db": float(np.quantile(snr[heard], 0.1)),
         "correlation_median": float(np.median(correlation(predicted[heard], truth[heard]))),
     }
 

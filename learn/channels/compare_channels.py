@@ -7,6 +7,9 @@ from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Complex
+
 from learn.channels.channel_baselines import Copy, Nearest, Ramp
 from learn.channels.channel_comparison import ChannelComparison
 from learn.channels.channel_scores import score_channels, snr_db
@@ -28,6 +31,12 @@ CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
     "helmholtz": JointChannels,
 }
 """The methods by name."""
+
+MOST_KNOWN = 5000
+"""With more known rows, so many of them are drawn, and the methods learn from these alone."""
+
+BLOCK = 1000
+"""Rows that are predicted at once."""
 
 
 def compare_channels(
@@ -79,15 +88,25 @@ def compare_channels(
     parts = split_rows(dataset, split, seed, train_size)
     if dataset.frequencies is None:
         say(f"{dataset.folder}: assumed that the downlink's subcarriers follow the uplink's at the same distance")
-    known = KnownChannels(dataset.uplink[parts.known], dataset.downlink[parts.known])
-    uplink, truth = dataset.uplink[parts.test], dataset.downlink[parts.test]
+    taught = parts.known
+    if len(taught) > MOST_KNOWN:
+        say(f"the methods learn from {MOST_KNOWN} of the {len(taught)} known rows")
+        taught = np.sort(np.random.default_rng(seed).permutation(taught)[:MOST_KNOWN])
+    level = _largest(dataset.uplink, dataset.downlink)  # so that no square of a channel is out of a float's range
+    known = KnownChannels(dataset.uplink[taught] / level, dataset.downlink[taught] / level)
+    uplink, truth = dataset.uplink[parts.test] / level, dataset.downlink[parts.test] / level
     rows, ratios = [], {}
     for name in names:
         begun = time.perf_counter()
         method = CHANNEL_METHODS[name]()
         method.fit(known)
-        predicted = method.predict(uplink)
+        predicted = np.concatenate([method.predict(uplink[at : at + BLOCK]) for at in range(0, len(uplink), BLOCK)])
         seconds = time.perf_counter() - begun
         rows.append({"label": name, **score_channels(predicted, truth), "seconds": round(seconds, 3)})
         ratios[name] = snr_db(predicted, truth)
     return ChannelComparison(dataset.folder, split, seed, len(parts.known), len(parts.test), rows, ratios)
+
+
+def _largest(*links: Complex[np.ndarray, "K A S"]) -> float:
+    """The largest absolute real or imaginary part."""
+    return max(float(np.abs(part).max()) for link in links for part in (link.real, link.imag))

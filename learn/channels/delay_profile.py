@@ -22,7 +22,7 @@ FINER = 8
 STEPS = 300
 """Steps of the fit of the profile."""
 
-LEAST_NOISE = 1e-9
+LEAST_NOISE = 1e-8
 """Smallest power of the noise, as a share of the mean power of the channels."""
 
 
@@ -99,7 +99,7 @@ def fit_profile(rows: Complex[np.ndarray, "n A N"]) -> tuple[Complex[np.ndarray,
         inverse = np.linalg.inv(_covariance(paths, power, noise))
         seen = inverse @ found @ inverse
         power = power * np.sqrt(_along(seen, paths) / _along(inverse, paths))
-        noise = max(noise * float(np.sqrt(np.trace(seen).real / np.trace(inverse).real)), LEAST_NOISE)
+        noise = max(noise * float(np.sqrt(max(np.trace(seen).real, 0) / np.trace(inverse).real)), LEAST_NOISE)
     return _covariance(paths, power, noise), noise
 
 

@@ -76,8 +76,8 @@ def _chosen(rows: Complex[np.ndarray, "n A 2S"]) -> tuple[float, float]:
 
 def _in_links(rows: Complex[np.ndarray, "n A 2S"]) -> Complex[np.ndarray, "n 2AS"]:
     """Each row as one vector: all of the uplink, then all of the downlink."""
-    count = rows.shape[2] // 2
-    return np.stack([rows[..., :count], rows[..., count:]], axis=1).reshape(len(rows), -1)
+    _, antennas, both = rows.shape
+    return np.stack(np.split(rows, 2, axis=2), axis=1).reshape(len(rows), antennas * both)
 
 
 def _sample(rows: Complex[np.ndarray, "n A 2S"]) -> Complex[np.ndarray, "2AS AS"]:

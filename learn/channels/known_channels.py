@@ -30,10 +30,10 @@ class KnownChannels:
 
         So each row counts the same: a linear estimate does not depend on the level of a row.
         """
-        heard = self.uplink.any(axis=(1, 2)) & self.downlink.any(axis=(1, 2))
+        level, other = (np.linalg.norm(link.reshape(len(link), -1), axis=1) for link in (self.uplink, self.downlink))
+        heard = (level > 0) & (other > 0)
         both = np.concatenate([self.uplink, self.downlink], axis=-1)[heard].astype(complex)
-        level = np.sqrt(np.square(np.abs(self.uplink[heard])).mean(axis=(1, 2), keepdims=True))
-        return both / level
+        return both / level[heard, None, None] * np.sqrt(self.uplink[0].size)
 
     def rows(self, aligned: bool) -> Complex[np.ndarray, "n A 2S"]:
         """``alike``, with the strongest delay of each row's uplink taken off if ``aligned``."""
