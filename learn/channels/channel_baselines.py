@@ -42,6 +42,8 @@ class Nearest:
         if not len(self._up):
             return uplink
         known = self._up.reshape(len(self._up), -1)
-        fitted = uplink.reshape(len(uplink), -1) @ known.conj().T / known.shape[1]  # known rows have mean square 1
-        best = np.abs(fitted).argmax(axis=1)
-        return fitted[np.arange(len(uplink)), best, None, None] * self._down[best]
+        level = np.linalg.norm(known, axis=1)
+        along = uplink.reshape(len(uplink), -1) @ (known / level[:, None]).conj().T
+        best = np.abs(along).argmax(axis=1)
+        factor = along[np.arange(len(uplink)), best] / level[best]
+        return factor[:, None, None] * self._down[best]

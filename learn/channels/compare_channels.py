@@ -38,6 +38,9 @@ MOST_KNOWN = 5000
 BLOCK = 1000
 """Rows that are predicted at once."""
 
+SMALLEST = 1e-290
+"""Smallest number that channels are divided by: complex division by smaller ones overflows."""
+
 
 def compare_channels(
     dataset: CsiDataset | Path | str,
@@ -108,5 +111,6 @@ def compare_channels(
 
 
 def _largest(*links: Complex[np.ndarray, "K A S"]) -> float:
-    """The largest absolute real or imaginary part."""
-    return max(float(np.abs(part).max()) for link in links for part in (link.real, link.imag))
+    """The largest absolute real or imaginary part, or ``SMALLEST``."""
+    largest = max(float(np.abs(part).max()) for link in links for part in (link.real, link.imag))
+    return max(largest, SMALLEST)

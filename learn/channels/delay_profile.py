@@ -34,7 +34,7 @@ class Delays:
 
     Attributes:
         aligned: whether the strongest delay is taken off. Set by ``fit``, as the next.
-        covariance: that of the subcarriers of both links, with the noise, in units of the uplink's power.
+        covariance: that of the subcarriers of both links, with the noise, in units of the rows' mean power.
     """
 
     aligned: bool

@@ -13,7 +13,7 @@ SHARES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97)
 """Shares of the known rows' own covariance to choose from; the rest is that of the model."""
 
 NOISES = (1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1)
-"""Powers of the noise to choose from, as shares of the mean power of the uplink."""
+"""Powers of the noise to choose from, as shares of the mean power of the rows."""
 
 FOLDS = 3
 """Parts of the known rows, each of which is predicted from the others to choose the share and the noise."""
@@ -35,7 +35,7 @@ class JointChannels:
     Attributes:
         aligned: whether each row's strongest delay is taken off, as in ``Delays``. Set by ``fit``, as the next.
         share: chosen share of the known rows' own covariance.
-        noise: chosen power of the noise, as a share of the mean power of the uplink.
+        noise: chosen power of the noise, as a share of the mean power of the rows.
     """
 
     aligned: bool

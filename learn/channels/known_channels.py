@@ -26,14 +26,14 @@ class KnownChannels:
 
     @cached_property
     def alike(self) -> Complex[np.ndarray, "n A 2S"]:
-        """Both links, each row divided by the uplink's root mean square. Rows with a link of zeros are left out.
+        """Both links, each row divided by their root mean square. Rows with a link of zeros are left out.
 
         So each row counts the same: a linear estimate does not depend on the level of a row.
         """
-        level, other = (np.linalg.norm(link.reshape(len(link), -1), axis=1) for link in (self.uplink, self.downlink))
-        heard = (level > 0) & (other > 0)
+        up, down = (np.linalg.norm(link.reshape(len(link), -1), axis=1) for link in (self.uplink, self.downlink))
+        heard = (up > 0) & (down > 0)
         both = np.concatenate([self.uplink, self.downlink], axis=-1)[heard].astype(complex)
-        return both / level[heard, None, None] * np.sqrt(self.uplink[0].size)
+        return both / np.sqrt(np.square(np.abs(both)).mean(axis=(1, 2), keepdims=True))
 
     def rows(self, aligned: bool) -> Complex[np.ndarray, "n A 2S"]:
         """``alike``, with the strongest delay of each row's uplink taken off if ``aligned``."""
