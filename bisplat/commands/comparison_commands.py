@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.compared_powers import compare_received_powers
+from bisplat.commands.compared_quantities import compare_channels_of_links, compare_received_powers
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force
 from bisplat.commands.simulate_command import Output
@@ -18,7 +18,7 @@ from learn.data.splits import SplitKind
 from learn.training.registry import DEFAULT_MODEL, MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.text_tables import print_rows
-from simulate.dataset.folder_kinds import is_rssi
+from simulate.dataset.folder_kinds import is_csi, is_rssi
 
 if TYPE_CHECKING:
     ModelName = str
@@ -38,7 +38,7 @@ Json = Annotated[bool, arg(help="print the table as JSON.")]
 
 
 def compare(
-    dataset: Annotated[Positional[Path], arg(help="NeRF² dataset folder, or one of received powers (RSSI).")],
+    dataset: Annotated[Positional[Path], arg(help="NeRF² dataset folder, or one of powers (RSSI) or channels (CSI).")],
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
     models: Annotated[tuple[str, ...], arg(aliases=["--methods"])] = (),
     split: Split = "files",
@@ -54,12 +54,15 @@ def compare(
     The same command again adds missing rows and redraws the figures.
 
     Args:
-        output: folder for the table, its figure, the scores and the runs. Of powers, the table is printed without it.
+        output: folder for the table, its figure, the scores and the runs. RSSI and CSI do without one.
         models: names (documentation: Train and compare models), or module:Class for your own. Default: all.
-        force: replace existing output files of received powers.
+        force: replace existing output files of received powers or channels.
     """
     if is_rssi(dataset):
         compare_received_powers(dataset, output, models, split, guard, force, json)
+        return
+    if is_csi(dataset):
+        compare_channels_of_links(dataset, output, models, split, force, json)
         return
     refuse_given(["--force", "--no-force"], "received powers, found none; a comparison of spectra is continued")
     if output is None:

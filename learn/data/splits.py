@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from msgspec import Struct
 
 from scenes.files.errors import (
     InputError,
+    ParameterError,
     require_instance,
     require_seed,
     require_whole,
@@ -28,6 +29,7 @@ from scenes.files.schema import conform
 from simulate.positions.given_positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
+    from simulate.csi.csi_dataset import CsiDataset
     from simulate.dataset.dataset_folder import Dataset
     from simulate.rssi.rssi_dataset import RssiDataset
 
@@ -81,7 +83,9 @@ class Split:
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
-def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0) -> Split:
+def split(
+    dataset: Recorded | CsiDataset, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0
+) -> Split:
     """Split a dataset into a training, a validation and a test part.
 
     There are four kinds of split:
@@ -100,7 +104,7 @@ def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None 
     whole areas.
 
     Args:
-        dataset: the spectra, or received powers, whose positions are then split by the same rules.
+        dataset: the spectra, or received powers or channels, whose rows are then split by the same rules.
         kind: how the test part is chosen.
         seed: seed of the test part of ``random`` and ``area``, and of the validation part.
         train_size: number of training spectra to keep. A smaller part is contained in every larger one. The validation
@@ -112,10 +116,10 @@ def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None 
 
     Raises:
         InputError: the dataset has too few spectra for three parts, has fewer training spectra than ``train_size``, or
-            lacks the index files that ``files`` needs; ``guard`` leaves no training or no validation spectrum; or both
-            ends of the link move.
+            lacks the index files that ``files`` needs, or the positions for ``area``; ``guard`` leaves no training or
+            no validation spectrum; or both ends of the link move.
         ParameterError: no split has this name, the seed or ``train_size`` is not a whole number in its range, or
-            ``guard`` is not from 0 to ``GUARD_MOST``.
+            ``guard`` is not from 0 to ``GUARD_MOST``, or not 0 for channels.
 
     Example:
         >>> import bisplat
@@ -123,11 +127,12 @@ def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None 
         >>> parts.test.tolist()
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
-    from simulate.dataset.dataset_folder import Dataset  # slow to import
+    from simulate.csi.csi_dataset import CsiDataset  # these are slow to import
+    from simulate.dataset.dataset_folder import Dataset
     from simulate.dataset.fixed_array import require_fixed_end
     from simulate.rssi.rssi_dataset import RssiDataset
 
-    require_instance(Dataset, RssiDataset, dataset=dataset)
+    require_instance(Dataset, RssiDataset, CsiDataset, dataset=dataset)
     require_word(SPLITS, kind=kind)
     require_seed(seed=seed)
     if train_size is not None:
@@ -135,7 +140,8 @@ def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None 
     require_within(0, GUARD_MOST, "wavelengths", guard=guard)
     if isinstance(dataset, Dataset):
         require_fixed_end(dataset)  # here, since all that learns or scores splits its dataset first
-    count, things = len(dataset.positions), "spectra" if isinstance(dataset, Dataset) else "positions"
+    count = len(dataset)
+    things = "spectra" if isinstance(dataset, Dataset) else "rows" if isinstance(dataset, CsiDataset) else "positions"
     generator = np.random.default_rng(seed)
     block = np.arange(count) // BLOCK
     if kind == "files":
@@ -150,7 +156,7 @@ def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None 
         tested = round(TEST_FRACTION * count)
         known, test = np.sort(order[tested:]), np.sort(order[:tested])
     else:
-        block = _areas(dataset, generator) if kind == "area" else block
+        block = _areas(dataset.positions, dataset.folder, generator) if kind == "area" else block
         held_out = _about(TEST_FRACTION, block, generator) if kind == "area" else block % EVERY == 1
         known, test = np.flatnonzero(~held_out), np.flatnonzero(held_out)
 
@@ -163,6 +169,8 @@ def split(dataset: Recorded, kind: SplitKind, seed: int, train_size: int | None 
         in_validation = np.isin(unit, chosen)
     train, validation = known[~in_validation], known[in_validation]
     if guard:
+        if isinstance(dataset, CsiDataset):
+            raise ParameterError("guard", f"expected 0 for channels, which are not predicted by place, found {guard:g}")
         train, validation = _guarded(dataset, train, validation, test, guard, kind, things)
     if train_size is not None:
         if train_size > len(train):
@@ -212,19 +220,21 @@ def _guarded(
     return kept
 
 
-def _areas(dataset: Recorded, generator: np.random.Generator) -> Int[np.ndarray, " n"]:
+def _areas(
+    positions: Float[np.ndarray, "n 3"] | None, folder: Path, generator: np.random.Generator
+) -> Int[np.ndarray, " n"]:
     """Number of the area in which each position lies. Spectra at the same position lie in the same area.
 
     Raises:
-        InputError: there are not two positions for each area.
+        InputError: there are not two positions for each area, or none are known.
     """
     from sklearn.cluster import KMeans  # slow to import
 
-    places, place, spectra = np.unique(dataset.positions, axis=0, return_inverse=True, return_counts=True)
+    if positions is None:
+        raise InputError(f"{folder}: expected positions (tx_pos.csv) for the split area, found none")
+    places, place, spectra = np.unique(positions, axis=0, return_inverse=True, return_counts=True)
     if len(places) < 2 * AREAS:
-        raise InputError(
-            f"{dataset.folder}: expected at least {2 * AREAS} positions for the split area, found {len(places)}"
-        )
+        raise InputError(f"{folder}: expected at least {2 * AREAS} positions for the split area, found {len(places)}")
     moved = places + NUDGE * np.ptp(places) * generator.uniform(-1, 1, places.shape)
     means = KMeans(AREAS, n_init=4, random_state=int(generator.integers(2**31)))
     return means.fit_predict(moved, sample_weight=spectra)[place.ravel()]

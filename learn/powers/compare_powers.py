@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
+from learn.comparison.score_table import chosen_methods
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_positions
@@ -15,7 +15,6 @@ from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, 
 from learn.powers.power_comparison import PowerComparison
 from learn.powers.power_field import PowerField
 from learn.powers.power_scores import absolute_errors, of_gateway, score_powers
-from scenes.files.errors import ParameterError, require_instance, require_word, shown
 from scenes.files.plain_text import say
 from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset, read_rssi
 
@@ -75,7 +74,7 @@ def compare_powers(
         >>> scores[0]["label"], round(scores[0]["error_median_db"], 3)
         ('log-distance', 0.0)
     """
-    names = _names(methods)
+    names = chosen_methods(methods, POWER_METHODS)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     parts = split_positions(dataset, split, seed, train_size, guard)
     known, places, truth = parts.known, dataset.positions[parts.test], dataset.rssi_dbm[parts.test]
@@ -106,18 +105,3 @@ def compare_powers(
         errors[name] = absolute_errors(predicted, truth)
     counts = len(known), len(parts.test)
     return PowerComparison(dataset.folder, split, seed, guard, *counts, rows, gateway_rows, errors, distances)
-
-
-def _names(given: Any) -> list[str]:
-    """The names of the methods, each once."""
-    if given is None:
-        return list(POWER_METHODS)
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ParameterError("methods", f"expected a list of names, found {shown(given)}")
-    names = list(given)
-    if not names:
-        raise ParameterError("methods", "expected at least one method, found none")
-    for name in names:
-        require_instance(str, methods=name)
-        require_word(POWER_METHODS, methods=name)
-    return list(dict.fromkeys(names))

@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
+from learn.comparison.score_table import ScoreTable, without
 from learn.data.split_distances import SplitDistances
 from learn.data.splits import SplitKind
 
-COLUMNS = {
-    "error_median_db": "median error (dB)",
-    "error_p90_db": "90th % (dB)",
-    "rmse_db": "RMSE (dB)",
-    "received_rightly": "received or not, right",
-    "coverage_90": "in 90 % interval",
-    "seconds": "seconds",
-}
-"""Headings of a printed table, by the keys of a row."""
-
 
 @dataclass(frozen=True)
-class PowerComparison:
+class PowerComparison(ScoreTable):
     """Rows measured by ``compare_powers``.
 
     ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows them, the best first, and a
@@ -67,6 +57,15 @@ class PowerComparison:
         PowerComparison('law': 2 methods, 1 gateway, 32 known and 8 test positions, split random)
     """
 
+    COLUMNS: ClassVar[Mapping[str, str]] = {
+        "error_median_db": "median error (dB)",
+        "error_p90_db": "90th % (dB)",
+        "rmse_db": "RMSE (dB)",
+        "received_rightly": "received or not, right",
+        "coverage_90": "in 90 % interval",
+        "seconds": "seconds",
+    }
+
     folder: Path
     split: SplitKind
     seed: int
@@ -77,12 +76,6 @@ class PowerComparison:
     gateway_rows: list[dict[str, Any]]
     errors: Mapping[str, Float[np.ndarray, "K G"]]
     distances: SplitDistances
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def __iter__(self) -> Iterator[dict[str, Any]]:
-        return iter(self.rows)
 
     def __repr__(self) -> str:
         count = len({row["gateway"] for row in self.gateway_rows})
@@ -107,10 +100,10 @@ class PowerComparison:
             "known": self.known,
             "test": self.test,
             **self.distances.facts(),
-            "methods": {row["label"]: _without(row, "label") for row in table},
+            "methods": {row["label"]: without(row, "label") for row in table},
             "gateways": {
                 row["label"]: {
-                    each["gateway"]: _without(each, "label", "gateway")
+                    each["gateway"]: without(each, "label", "gateway")
                     for each in self.gateway_rows
                     if each["label"] == row["label"]
                 }
@@ -118,34 +111,5 @@ class PowerComparison:
             },
         }
 
-    def __str__(self) -> str:
-        lines = power_cells(self.table())
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
-
-    def _repr_html_(self) -> str:
-        """The table as a notebook shows it."""
-        head, *body = power_cells(self.table())
-        rows = ["".join(f"<th>{cell}</th>" for cell in head)]
-        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
-        return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
-
 
 _ORDER = ("error_median_db", "rmse_db")
-
-
-def _without(row: Mapping[str, Any], *keys: str) -> dict[str, Any]:
-    return {key: value for key, value in row.items() if key not in keys}
-
-
-def power_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """The texts of a table's cells, headings first. Columns without any value are left out.
-
-    Args:
-        rows: rows of a comparison.
-    """
-    keys = [key for key in COLUMNS if any(row[key] is not None for row in rows)]
-    lines = [["", *(COLUMNS[key] for key in keys)]]
-    for row in rows:
-        lines.append([row["label"], *("" if row[key] is None else f"{row[key]:.3g}" for key in keys)])
-    return lines

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from learn.evaluation.origin import split_words
-from learn.powers.power_comparison import COLUMNS, PowerComparison
+from learn.powers.power_comparison import PowerComparison
 from learn.reports.paper import COLUMN, at_paper_size, save
 from learn.reports.plots import plot_cdf
 from learn.reports.provenance import Provenance
-from learn.reports.table_files import write_tables
-from scenes.files.atomic import write_atomically
+from learn.reports.table_files import write_scores
 
 SHOWN = 95
 """Percentile of the errors of the worst method at which the figure's axis ends."""
@@ -28,9 +26,7 @@ def write_power_comparison(comparison: PowerComparison, folder: Path) -> None:
         folder: folder to write to; it must exist.
     """
     made = power_provenance(comparison)
-    facts = {**comparison.facts(), "provenance": made.facts()}
-    write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
-    write_tables({row["label"]: row for row in comparison.table()}, COLUMNS, folder, made)
+    write_scores(comparison, folder, made)
     draw_errors(comparison, folder / "error_cdf.png", made)
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Mapping
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.comparison.score_table import ScoreTable
 from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable
@@ -63,6 +65,19 @@ def write_tables(
     present = {key: title for key, title in columns.items() if any(row.get(key) is not None for row in rows.values())}
     write_atomically(folder / LATEX, _latex(rows, present, provenance, note).encode())
     write_atomically(folder / CSV, _csv(rows, present).encode())
+
+
+def write_scores(comparison: ScoreTable, folder: Path, provenance: Provenance) -> None:
+    """Write results.json, with all scores and where they come from, and their table.tex and table.csv.
+
+    Args:
+        comparison: the scores.
+        folder: folder to write to; it must exist.
+        provenance: where they come from.
+    """
+    facts = {**comparison.facts(), "provenance": provenance.facts()}
+    write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
+    write_tables({row["label"]: row for row in comparison.table()}, comparison.COLUMNS, folder, provenance)
 
 
 def _latex(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str], provenance: Provenance, note: str) -> str:

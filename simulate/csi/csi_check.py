@@ -45,7 +45,7 @@ class CsiCheck:
             return {}
         antennas, each = dataset.uplink.shape[1:]
         split = f"{len(dataset.train)} / {len(dataset.test)}"
-        use = "by bisplat.read_csi, NeRF² and GSRF; no model of bisplat learns from it"
+        use = "by bisplat compare, which predicts the downlink, by bisplat.read_csi, NeRF² and GSRF"
         if dataset.positions is not None:
             use += "; bisplat dataset makes spectra of csidata.npy and tx_pos.csv"
         return {

@@ -56,17 +56,20 @@ ELEMENTS = (
     ),
 )
 
-CHANNELS = victims_of(
-    "csi",
-    [
-        ("csidata.npy", NPY),
-        ("base-station.yml", YAML),
-        ("tx_pos.csv", TEXT),
-        ("train_index.txt", TEXT),
-        ("metadata.json", JSON),
-    ],
-    "check csi",
-    output=(),
+CHANNELS = (
+    *victims_of(
+        "csi",
+        [
+            ("csidata.npy", NPY),
+            ("base-station.yml", YAML),
+            ("tx_pos.csv", TEXT),
+            ("train_index.txt", TEXT),
+            ("metadata.json", JSON),
+        ],
+        "check csi",
+        output=(),
+    ),
+    *victims_of("csi", [("csidata.npy", NPY), ("test_index.txt", TEXT)], "compare csi -o out"),
 )
 
 LOGS = tuple(

@@ -12,7 +12,7 @@ from tests.attack.victims import Victim
 
 pytestmark = pytest.mark.attack
 
-NEEDS = ("data", "network", "kriged", "field", "meshes", "powers")
+NEEDS = ("data", "network", "kriged", "field", "meshes", "powers", "csi")
 
 
 def _changes(name: str) -> st.SearchStrategy[tuple[str, dict[str, str]]]:

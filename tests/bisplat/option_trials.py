@@ -67,6 +67,7 @@ TRAIN = "learn.training.train:train_run"
 LOCATED = "learn.evaluation.locations:heard_by"
 CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
 COMPARED_POWERS = "learn.powers.compare_powers:compare_powers"
+COMPARED_CHANNELS = "learn.channels.compare_channels:compare_channels"
 NEAREST = "compare others -o out --models nearest"
 ABLATE = "ablate data -o out --models bisplat-aperture --steps 1 --seeds 1"
 RECORDED = "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out"
@@ -247,6 +248,8 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("compare heard -o out --models nearest", ["--force"], there="out/table.csv"),
         *_trials("compare heard", ["--models mean", "--split random", "--guard 0.1"], COMPARED_POWERS),
         *_trials("compare heard --models mean", ["--json", "-o out"]),
+        *_trials("compare links", ["--models copy", "--split random"], COMPARED_CHANNELS),
+        *_trials("compare links --models copy", ["--json", "-o out"]),
     ],
     "ablate": [
         Trial(ABLATE, "--json", stops_at="bisplat.commands.comparison_commands:print_averages"),

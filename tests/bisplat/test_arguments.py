@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import bisplat
+from tests.csi_folders import write_links
 
 AT_ONCE = 2.0
 """Seconds that a refusal may take. It may read a small dataset, but neither train nor trace."""
@@ -350,6 +351,14 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "seed": SEED, "guard": (*NUMBER, -1),
             },
         ),
+        "compare_channels": Call(
+            bisplat.compare_channels,
+            {"dataset": file.with_name("links"), "methods": ["copy"], "split": "random"},
+            {
+                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD, "train_size": WHOLE[:6],
+                "seed": SEED,
+            },
+        ),
         "ablate": Call(
             bisplat.ablate,
             {"dataset": data},
@@ -498,6 +507,7 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
     bisplat.shapes.sheet((0, 0, 0), (9, 0, 0), (0, 9, 0)).export(file)
     places = np.random.default_rng(0).uniform(0, 3, (12, 3))
     bisplat.write_rssi(file.with_name("powers"), places, -50 - 10 * places[:, :1], {"door": (0, 0, 1)}, 2.4e9)
+    write_links(file.with_name("links"), np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
     return calls(run, tiny, bisplat.load_scene("closet"), file)
 
 

@@ -32,6 +32,7 @@ from simulate.rssi.given_powers import write_rssi
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
 from tests.bisplat.refused_options import REFUSED
+from tests.csi_folders import write_links
 from tests.small_scene import small_scene
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
@@ -45,6 +46,7 @@ DRAWN = (
     "learn.reports.comparison_report:write_sweep",
     "learn.reports.engines_report:draw_plane",
     "learn.reports.power_report:draw_errors",
+    "learn.reports.channel_report:draw_ratios",
     "learn.evaluation.engines_plane:compare_on_plane",
     "learn.comparison.experiment:array_ceiling",
 )
@@ -103,6 +105,7 @@ def place(tmp_path_factory) -> Path:
     write_rssi(folder / "powers", [[1, 0, 1], [2, 0, 1]], [[-50.0], [-60.0]], {"door": (0, 0, 1)}, 2.4e9)
     heard = np.random.default_rng(0).uniform(0, 3, (12, 3))
     write_rssi(folder / "heard", heard, -50 - 10 * heard[:, :1], {"door": (0, 0, 1)}, 2.4e9)
+    write_links(folder / "links", np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
     angles = 2 * np.pi * np.arange(16) / 16
     write_positions(folder / "elements.csv", 0.1 * np.stack([np.cos(angles), np.sin(angles), 0.1 * angles], axis=1))
     write_positions(folder / "same.csv", np.zeros((2, 3)))

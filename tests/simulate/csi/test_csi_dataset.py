@@ -81,7 +81,7 @@ def test_check_describes_it(folder):
     assert described["holds"] == "channels (CSI): 6 rows × 4 antennas × 52 subcarriers"
     assert described["task"] == "the downlink (the last 26 subcarriers) from the uplink (the first 26)"
     assert (described["positions (m)"], described["frequency"]) == ("not stated", "not stated")
-    assert "no model of bisplat learns from it" in described["can be used"]
+    assert "bisplat compare, which predicts the downlink" in described["can be used"]
     assert found.figures()["subcarriers_of_each_link"] == 26
     (folder / "metadata.json").write_text('{"frequency_hz": "2.4 GHz"}')
     np.savetxt(folder / "tx_pos.csv", np.ones((COUNT, 3)), "%.1f", ",", header="x,y,z", comments="")
@@ -228,7 +228,7 @@ def test_check_warns_of_oddities(change, warning, folder):
 @pytest.mark.parametrize(
     "command",
     [
-        *("train mimo -o out", "compare mimo -o out --models nearest", "convert mimo -o out", "responses mimo"),
+        *("train mimo -o out", "sweep mimo -o out --sizes 3 --models nearest", "convert mimo -o out", "responses mimo"),
         *("simulate mimo -o out", "export mimo --deepmimo out", "export mimo --hdf5 out", "view mimo"),
         *("engines mimo -o out", "calibrate closet mimo -o out", "check mimo --split random"),
     ],

@@ -1,0 +1,49 @@
+"""Methods that take no statistics of the channels: the uplink as it is, a phase ramp, and the most similar row."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Complex
+
+from learn.channels.known_channels import KnownChannels
+from learn.channels.timing import strongest_ramp
+
+
+class Copy:
+    """The uplink as it is."""
+
+    def fit(self, known: KnownChannels) -> None:
+        pass
+
+    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+        return uplink
+
+
+class Ramp(Copy):
+    """The uplink of each antenna as one path, whose phase goes on evenly with the frequency."""
+
+    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+        count = uplink.shape[2]
+        step = strongest_ramp(uplink[:, :, None])[..., None]
+        gain = (uplink * np.exp(-1j * step * np.arange(count))).mean(axis=-1, keepdims=True)
+        return gain * np.exp(1j * step * np.arange(count, 2 * count))
+
+
+class Nearest:
+    """The downlink of the known row whose uplink is most alike, with the factor that fits the two uplinks.
+
+    Alike is what correlates most over all antennas and subcarriers, whatever its level and common phase.
+    """
+
+    def fit(self, known: KnownChannels) -> None:
+        self._up, self._down = np.split(known.alike, 2, axis=2)
+
+    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+        if not len(self._up):
+            return uplink
+        known = self._up.reshape(len(self._up), -1)
+        level = np.linalg.norm(known, axis=1)
+        along = uplink.reshape(len(uplink), -1) @ (known / level[:, None]).conj().T
+        best = np.abs(along).argmax(axis=1)
+        factor = along[np.arange(len(uplink)), best] / level[best]
+        return factor[:, None, None] * self._down[best]

@@ -1,0 +1,55 @@
+"""What a method learns from, and the interface of a method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Complex
+
+from learn.channels.timing import strongest_ramp, without_ramp
+
+
+@dataclass(frozen=True)
+class KnownChannels:
+    """Channels of n known rows, from which a method learns. The downlink's subcarriers follow the uplink's evenly.
+
+    Attributes:
+        uplink: channels of the uplink.
+        downlink: channels of the downlink.
+    """
+
+    uplink: Complex[np.ndarray, "n A S"]
+    downlink: Complex[np.ndarray, "n A S"]
+
+    @cached_property
+    def alike(self) -> Complex[np.ndarray, "n A 2S"]:
+        """Both links, each row divided by their root mean square. Rows with a link of zeros are left out.
+
+        So each row counts the same: a linear estimate does not depend on the level of a row.
+        """
+        up, down = (np.linalg.norm(link.reshape(len(link), -1), axis=1) for link in (self.uplink, self.downlink))
+        heard = (up > 0) & (down > 0)
+        both = np.concatenate([self.uplink, self.downlink], axis=-1)[heard].astype(complex)
+        return both / np.sqrt(np.square(np.abs(both)).mean(axis=(1, 2), keepdims=True))
+
+    def rows(self, aligned: bool) -> Complex[np.ndarray, "n A 2S"]:
+        """``alike``, with the strongest delay of each row's uplink taken off if ``aligned``."""
+        return without_ramp(self.alike, strongest_ramp(self.alike[..., : self.subcarriers])) if aligned else self.alike
+
+    @property
+    def subcarriers(self) -> int:
+        """Number of subcarriers of each link."""
+        return self.uplink.shape[2]
+
+
+class ChannelMethod(Protocol):
+    """A method that learns from known rows and predicts the downlink of others."""
+
+    def fit(self, known: KnownChannels) -> None:
+        """Learn from known rows."""
+
+    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+        """Predict the downlink of rows from their uplink."""

@@ -1,0 +1,43 @@
+"""Small folders of channels over subcarriers (CSI)."""
+
+from pathlib import Path
+
+import numpy as np
+
+
+def write_links(folder: Path, channels: np.ndarray) -> None:
+    """Write a folder as NeRF²'s MIMO data have it, with every fifth row for testing.
+
+    Args:
+        folder: the folder to make.
+        channels: [rows, antennas, subcarriers of both links].
+    """
+    folder.mkdir()
+    np.save(folder / "csidata.npy", channels)
+    antennas = "".join(f"  - [0.0, {0.06 * number:.2f}, 2.0]\n" for number in range(channels.shape[1]))
+    (folder / "base-station.yml").write_text("base_station:\n" + antennas)
+    rows = range(len(channels))
+    for name, part in {"train": [n for n in rows if n % 5], "test": [n for n in rows if n % 5 == 0]}.items():
+        (folder / f"{name}_index.txt").write_text("".join(f"{row}\n" for row in part))
+
+
+def paths(
+    delays: np.ndarray,
+    gains: np.ndarray,
+    subcarriers: int = 52,
+    directions: np.ndarray | None = None,
+    antennas: int = 4,
+) -> np.ndarray:
+    """Channels of a line of antennas: Σ gain exp(−i 2π (n delay + antenna direction)).
+
+    Args:
+        delays: [rows, paths] cycles per subcarrier.
+        gains: complex [rows, paths].
+        subcarriers: number of both links together.
+        directions: [rows, paths] cycles per antenna. None: zeros.
+        antennas: their number.
+    """
+    steps = np.zeros(delays.shape) if directions is None else directions
+    phase = delays[:, None, None] * np.arange(subcarriers)[:, None]
+    phase = phase + steps[:, None, None] * np.arange(antennas)[:, None, None]
+    return (gains[:, None, None] * np.exp(-2j * np.pi * phase)).sum(axis=-1)
