@@ -26,7 +26,7 @@ class ChannelComparison(ScoreTable):
     - "rows", the number of test rows that the scores refer to, those whose downlink is not zero;
     - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the signal-to-noise ratio of the predicted
       downlink, 10 log₁₀ ‖h‖² / ‖h − ĥ‖² for each row, dB, at most 200;
-    - "correlation_median", of |ĥ^H h| / (‖ĥ‖ ‖h‖), which a wrong level or common phase leaves as it is.
+    - "correlation_median", of ``|ĥ^H h|`` / (‖ĥ‖ ‖h‖), which a wrong level or common phase leaves as it is.
 
     They are None if no test row has a downlink.
 

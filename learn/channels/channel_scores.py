@@ -33,7 +33,7 @@ def snr_db(predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "
 def correlation(
     predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "K A S"]
 ) -> Float[np.ndarray, " K"]:
-    """Correlation |ĥ^H h| / (‖ĥ‖ ‖h‖) of each row, which a wrong level or common phase leaves as it is.
+    """Correlation ``|ĥ^H h|`` / (‖ĥ‖ ‖h‖) of each row, which a wrong level or common phase leaves as it is.
 
     It is 0 if zeros are predicted, and NaN for a link of zeros.
 
