@@ -64,7 +64,7 @@ def warnings() -> int:
         done = subprocess.run([*command, f"{folder}/site"], capture_output=True, text=True, cwd=ROOT)
     if done.returncode:
         raise SystemExit(done.stderr)
-    return len(re.findall("WARNING", done.stderr))
+    return len(re.findall("WARNING|ERROR", done.stderr))
 
 
 if __name__ == "__main__":
