@@ -10,13 +10,14 @@ import numpy as np
 
 from scenes.scene.shapes import bounding_box
 from simulate.csi.csi_dataset import OF_EACH, CsiDataset, inspect_csi
+from simulate.dataset.inspection import Inspection
 
 WIDE = 100.0
 """Metres. Antennas of a base station that spread over more are taken for a mistake of the unit."""
 
 
 @dataclass(frozen=True)
-class CsiCheck:
+class CsiCheck(Inspection[CsiDataset]):
     """Result of the check of a folder of channels over subcarriers.
 
     Attributes:
@@ -24,15 +25,6 @@ class CsiCheck:
         warnings: one sentence for each other oddity.
         dataset: the dataset. None: there are problems.
     """
-
-    problems: list[str]
-    warnings: list[str]
-    dataset: CsiDataset | None
-
-    @property
-    def valid(self) -> bool:
-        """Whether there are no problems."""
-        return not self.problems
 
     def description(self) -> dict[str, str]:
         """Describe the dataset in words.

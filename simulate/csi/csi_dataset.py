@@ -24,6 +24,7 @@ from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_reader import read_metadata
 from simulate.dataset.folder_kinds import CHANNELS, is_csi, is_rssi
+from simulate.dataset.inspection import Inspection
 from simulate.dataset.metadata import band_of
 from simulate.dataset.numbered_split import numbered_split
 from simulate.positions.given_positions import FARTHEST, read_points
@@ -123,21 +124,6 @@ class CsiDataset:
         return sentences
 
 
-@dataclass(frozen=True)
-class CsiInspection:
-    """Result of ``inspect_csi``.
-
-    Attributes:
-        problems: a sentence for each error that makes the folder unusable.
-        warnings: a sentence for each oddity of its files that does not.
-        dataset: the dataset; None if there are problems.
-    """
-
-    problems: list[str]
-    warnings: list[str]
-    dataset: CsiDataset | None
-
-
 def read_csi(folder: Path | str) -> CsiDataset:
     """Read and check a folder of channels over subcarriers (CSI): NeRF²'s MIMO data, or what ``export_csi`` wrote.
 
@@ -162,16 +148,13 @@ def read_csi(folder: Path | str) -> CsiDataset:
         scenes.files.errors.InputError: data/lab: expected channels (csidata.npy), found spectra
     """
     require_path(folder=folder)
-    inspection = inspect_csi(Path(folder))
-    if inspection.dataset is None:
-        more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
-        raise InputError(inspection.problems[0] + more)
-    for sentence in inspection.dataset.assumptions():
+    dataset = inspect_csi(Path(folder)).usable()
+    for sentence in dataset.assumptions():
         say(f"{folder}: {sentence}")
-    return inspection.dataset
+    return dataset
 
 
-def inspect_csi(folder: Path) -> CsiInspection:
+def inspect_csi(folder: Path) -> Inspection[CsiDataset]:
     """Read a folder and collect every problem, instead of stopping at the first.
 
     Args:
@@ -181,11 +164,11 @@ def inspect_csi(folder: Path) -> CsiInspection:
         The problems, the warnings, and the dataset where there are no problems.
     """
     if not folder.is_dir():
-        return CsiInspection([f"{folder}: expected a folder of channels, found {what_is_at(folder)}"], [], None)
+        return Inspection([f"{folder}: expected a folder of channels, found {what_is_at(folder)}"], [], None)
     if not is_csi(folder):
         spectra = "spectra" if (folder / "spectrum").exists() else "no such file"
         found = "received powers (RSSI)" if is_rssi(folder) else spectra
-        return CsiInspection([f"{folder}: expected channels ({CHANNELS}), found {found}"], [], None)
+        return Inspection([f"{folder}: expected channels ({CHANNELS}), found {found}"], [], None)
     problems: list[str] = []
     warnings: list[str] = []
     channels, antennas, positions = None, None, None
@@ -204,7 +187,7 @@ def inspect_csi(folder: Path) -> CsiInspection:
             problems.append(str(error))
     metadata = read_metadata(folder / "metadata.json", problems)
     if channels is None:
-        return CsiInspection(problems, warnings, None)
+        return Inspection(problems, warnings, None)
     count, elements, subcarriers = channels.shape
     if antennas is not None and len(antennas) != elements:
         problems.append(
@@ -219,10 +202,10 @@ def inspect_csi(folder: Path) -> CsiInspection:
     _check_band(folder / "metadata.json", metadata, subcarriers, problems)
     train, test = numbered_split(folder, count, problems, warnings)
     if problems or antennas is None:
-        return CsiInspection(problems, warnings, None)
+        return Inspection(problems, warnings, None)
     each = subcarriers // 2
     up, down = channels[..., :each], channels[..., each:]
-    return CsiInspection(problems, warnings, CsiDataset(folder, up, down, antennas, positions, train, test, metadata))
+    return Inspection(problems, warnings, CsiDataset(folder, up, down, antennas, positions, train, test, metadata))
 
 
 def _read_channels(path: Path) -> Complex[np.ndarray, "K A subcarriers"]:

@@ -22,6 +22,7 @@ from simulate.dataset.dataset_frequency import Frequency, frequency_of
 from simulate.dataset.dataset_reader import changed_places, read_gateway, read_metadata, read_receivers
 from simulate.dataset.folder_kinds import not_spectra, unfinished
 from simulate.dataset.index_files import read_split
+from simulate.dataset.inspection import Inspection
 from simulate.dataset.metadata import band_of
 from simulate.dataset.moving import Moving
 from simulate.dataset.oddities import oddities
@@ -220,21 +221,6 @@ class Dataset:
         return found
 
 
-@dataclass(frozen=True)
-class Inspection:
-    """Result of ``inspect``.
-
-    Attributes:
-        problems: a sentence for each error that makes the folder unusable.
-        warnings: a sentence for each oddity that does not.
-        dataset: the dataset; None if there are problems.
-    """
-
-    problems: list[str]
-    warnings: list[str]
-    dataset: Dataset | None
-
-
 def read_dataset(folder: Path | str, frequency: float | str | None = None) -> Dataset:
     """Read and check a NeRF² dataset folder, simulated or measured.
 
@@ -266,22 +252,19 @@ def read_dataset(folder: Path | str, frequency: float | str | None = None) -> Da
         scenes.files.errors.InputError: data/attic: expected a dataset folder, found nothing there
     """
     require_path(folder=folder)
-    inspection = inspect(Path(folder), None if frequency is None else read_frequency(frequency))
-    if inspection.dataset is None:
-        more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
-        raise InputError(inspection.problems[0] + more)
+    dataset = inspect(Path(folder), None if frequency is None else read_frequency(frequency)).usable()
     place = Path(folder).resolve()
-    for sentence in inspection.dataset.assumptions():
+    for sentence in dataset.assumptions():
         if (place, sentence) not in _SAID:  # many programs read a dataset more than once
             _SAID.add((place, sentence))
             say(f"warning: {folder}: {sentence}")
-    return inspection.dataset
+    return dataset
 
 
 _SAID: set[tuple[Path, str]] = set()
 
 
-def inspect(folder: Path, wanted: float | None = None) -> Inspection:
+def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
     """Read a folder and collect every problem, instead of stopping at the first.
 
     Args:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scenes.scene.shapes import bounding_box
+from simulate.dataset.inspection import Inspection
 from simulate.rssi.distance_law import DistanceLaw, oddities_of_powers
 from simulate.rssi.power_range import NOT_RECEIVED
 from simulate.rssi.rssi_dataset import RssiDataset, inspect_rssi
@@ -18,7 +19,7 @@ LISTED = 6
 
 
 @dataclass(frozen=True)
-class RssiCheck:
+class RssiCheck(Inspection[RssiDataset]):
     """Result of the check of a folder of received powers.
 
     Attributes:
@@ -26,15 +27,6 @@ class RssiCheck:
         warnings: one sentence for each other oddity.
         dataset: the dataset. None: there are problems.
     """
-
-    problems: list[str]
-    warnings: list[str]
-    dataset: RssiDataset | None
-
-    @property
-    def valid(self) -> bool:
-        """Whether there are no problems."""
-        return not self.problems
 
     def description(self) -> dict[str, str]:
         """Describe the dataset in words.

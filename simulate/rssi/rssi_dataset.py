@@ -22,6 +22,7 @@ from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_reader import read_metadata
 from simulate.dataset.folder_kinds import POWERS, is_rssi
+from simulate.dataset.inspection import Inspection
 from simulate.dataset.numbered_split import numbered_split
 from simulate.positions.given_positions import read_points
 from simulate.rssi.power_range import NOT_RECEIVED, STRONGEST, fault_of_powers
@@ -99,21 +100,6 @@ class RssiDataset:
         return np.linalg.norm(self.positions[:, None] - self.gateway_positions, axis=-1)
 
 
-@dataclass(frozen=True)
-class RssiInspection:
-    """Result of ``inspect_rssi``.
-
-    Attributes:
-        problems: a sentence for each error that makes the folder unusable.
-        warnings: a sentence for each oddity of its files that does not.
-        dataset: the dataset; None if there are problems.
-    """
-
-    problems: list[str]
-    warnings: list[str]
-    dataset: RssiDataset | None
-
-
 class StatedReceiver(Struct, frozen=True):
     """The entry receiver of metadata.json, whose other keys are not needed to read the powers."""
 
@@ -150,14 +136,10 @@ def read_rssi(folder: Path | str) -> RssiDataset:
         scenes.files.errors.InputError: data/lab: expected received powers (gateway_rssi.csv), found spectra
     """
     require_path(folder=folder)
-    inspection = inspect_rssi(Path(folder))
-    if inspection.dataset is None:
-        more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
-        raise InputError(inspection.problems[0] + more)
-    return inspection.dataset
+    return inspect_rssi(Path(folder)).usable()
 
 
-def inspect_rssi(folder: Path) -> RssiInspection:
+def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
     """Read a folder and collect every problem, instead of stopping at the first.
 
     Args:
@@ -167,10 +149,10 @@ def inspect_rssi(folder: Path) -> RssiInspection:
         The problems, the warnings, and the dataset where there are no problems.
     """
     if not folder.is_dir():
-        return RssiInspection([f"{folder}: expected a folder of received powers, found {what_is_at(folder)}"], [], None)
+        return Inspection([f"{folder}: expected a folder of received powers, found {what_is_at(folder)}"], [], None)
     if not is_rssi(folder):
         found = "spectra" if (folder / "spectrum").exists() else "no such file"
-        return RssiInspection([f"{folder}: expected received powers ({POWERS}), found {found}"], [], None)
+        return Inspection([f"{folder}: expected received powers ({POWERS}), found {found}"], [], None)
     problems: list[str] = []
     positions, places = np.zeros((0, 3)), {}
     names: list[str] = []
@@ -210,14 +192,14 @@ def inspect_rssi(folder: Path) -> RssiInspection:
         numbered_split(folder, len(positions), problems, warnings) if len(positions) else (np.zeros(0, int),) * 2
     )
     if problems:
-        return RssiInspection(problems, warnings, None)
+        return Inspection(problems, warnings, None)
     if list(places) != names:
         warnings.append(
             f"{GATEWAYS} has the gateways in another order than {POWERS}; bisplat and GSRF go by their names, "
             "but NeRF² goes by the order and would confuse them"
         )
     where = np.array([places[name] for name in names])
-    return RssiInspection(
+    return Inspection(
         problems,
         warnings,
         RssiDataset(folder, positions, names, where, powers, receiver.floor_dbm, train, test, metadata),
