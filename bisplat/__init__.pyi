@@ -17,6 +17,8 @@ from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
 from learn.powers.compare_powers import compare_powers as compare_powers
+from learn.powers.fit_powers import FittedPowers as FittedPowers
+from learn.powers.fit_powers import fit_powers as fit_powers
 from learn.reports.plots import plot_cdf as plot_cdf
 from learn.reports.plots import plot_polar as plot_polar
 from learn.reports.plots import plot_spectrum as plot_spectrum

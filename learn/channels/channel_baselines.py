@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 
 from learn.channels.known_channels import KnownChannels
 from learn.channels.timing import strongest_ramp
@@ -15,14 +15,18 @@ class Copy:
     def fit(self, known: KnownChannels) -> None:
         pass
 
-    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+    def predict(
+        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
+    ) -> Complex[np.ndarray, "K A S"]:
         return uplink
 
 
 class Ramp(Copy):
     """The uplink of each antenna as one path, whose phase goes on evenly with the frequency."""
 
-    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+    def predict(
+        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
+    ) -> Complex[np.ndarray, "K A S"]:
         count = uplink.shape[2]
         step = strongest_ramp(uplink[:, :, None])[..., None]
         gain = (uplink * np.exp(-1j * step * np.arange(count))).mean(axis=-1, keepdims=True)
@@ -38,7 +42,9 @@ class Nearest:
     def fit(self, known: KnownChannels) -> None:
         self._up, self._down = np.split(known.alike, 2, axis=2)
 
-    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+    def predict(
+        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
+    ) -> Complex[np.ndarray, "K A S"]:
         if not len(self._up):
             return uplink
         known = self._up.reshape(len(self._up), -1)

@@ -3,34 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Complex
 
-from learn.channels.channel_baselines import Copy, Nearest, Ramp
 from learn.channels.channel_comparison import ChannelComparison
+from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
-from learn.channels.delay_profile import Delays
-from learn.channels.joint_channels import JointChannels
-from learn.channels.known_channels import ChannelMethod, KnownChannels
+from learn.channels.known_channels import KnownChannels
 from learn.comparison.score_table import chosen_methods
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_rows
 from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
 from simulate.csi.csi_dataset import CsiDataset, read_csi
-
-CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
-    "copy": Copy,
-    "ramp": Ramp,
-    "nearest": Nearest,
-    "delays": Delays,
-    "helmholtz": JointChannels,
-}
-"""The methods by name."""
 
 MOST_KNOWN = 5000
 """With more known rows, so many of them are drawn, and the methods learn from these alone."""
@@ -53,8 +42,8 @@ def compare_channels(
     """Fit and score methods that predict the downlink of rows of channels (CSI) from their uplink.
 
     Every method learns from both links of the same known rows, those of the training and the validation part. It is
-    then given the uplink of the same test rows. The downlink's subcarriers are taken to follow the uplink's at the same
-    distance, as in the data of NeRF² and of ``export_csi``. No method uses positions.
+    then given the uplink of the same test rows, and their positions if the folder has them. The downlink's subcarriers
+    are taken to follow the uplink's at the same distance, as in the data of NeRF² and of ``export_csi``.
 
     Args:
         dataset: channels, or their folder.
@@ -96,14 +85,24 @@ def compare_channels(
         say(f"the methods learn from {MOST_KNOWN} of the {len(taught)} known rows")
         taught = np.sort(np.random.default_rng(seed).permutation(taught)[:MOST_KNOWN])
     level = _largest(dataset.uplink, dataset.downlink)  # so that no square of a channel is out of a float's range
-    known = KnownChannels(dataset.uplink[taught] / level, dataset.downlink[taught] / level)
+    places = dataset.positions
+    known = KnownChannels(
+        dataset.uplink[taught] / level,
+        dataset.downlink[taught] / level,
+        None if places is None else places[taught],
+        seed,
+    )
+    heard = None if places is None else places[parts.test]
     uplink, truth = dataset.uplink[parts.test] / level, dataset.downlink[parts.test] / level
     rows, ratios = [], {}
     for name in names:
         begun = time.perf_counter()
         method = CHANNEL_METHODS[name]()
         method.fit(known)
-        predicted = np.concatenate([method.predict(uplink[at : at + BLOCK]) for at in range(0, len(uplink), BLOCK)])
+        blocks = [slice(at, at + BLOCK) for at in range(0, len(uplink), BLOCK)]
+        predicted = np.concatenate(
+            [method.predict(uplink[block], None if heard is None else heard[block]) for block in blocks]
+        )
         seconds = time.perf_counter() - begun
         rows.append({"label": name, **score_channels(predicted, truth), "seconds": round(seconds, 3)})
         ratios[name] = snr_db(predicted, truth)

@@ -45,7 +45,9 @@ class Delays:
         self.aligned = scores[True] > scores[False]
         self.covariance, _ = fit_profile(known.rows(self.aligned))
 
-    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+    def predict(
+        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
+    ) -> Complex[np.ndarray, "K A S"]:
         return predict_aligned(lambda rows: _of_each(self.covariance, rows), uplink, self.aligned)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 
 from learn.channels.channel_scores import snr_db
 from learn.channels.delay_profile import Delays, fit_profile, predict_aligned, regression
@@ -50,7 +50,9 @@ class JointChannels:
         self.share, self.noise = _chosen(rows)
         self._covariance = _mixed(_model(rows), _sample(rows), self.share, self.noise)
 
-    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
+    def predict(
+        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
+    ) -> Complex[np.ndarray, "K A S"]:
         def of_all(rows: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
             return regression(self._covariance, rows.reshape(len(rows), -1)).reshape(rows.shape)
 

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 
 from learn.channels.timing import strongest_ramp, without_ramp
 
@@ -19,10 +19,16 @@ class KnownChannels:
     Attributes:
         uplink: channels of the uplink.
         downlink: channels of the downlink.
+        positions: positions of the end that moves, metres, world frame. None: they are not known.
+        seed: seed of everything that is random in a method.
+        minutes: training time of a method that is trained by steps.
     """
 
     uplink: Complex[np.ndarray, "n A S"]
     downlink: Complex[np.ndarray, "n A S"]
+    positions: Float[np.ndarray, "n 3"] | None = None
+    seed: int = 0
+    minutes: float = 5.0
 
     @cached_property
     def alike(self) -> Complex[np.ndarray, "n A 2S"]:
@@ -51,5 +57,7 @@ class ChannelMethod(Protocol):
     def fit(self, known: KnownChannels) -> None:
         """Learn from known rows."""
 
-    def predict(self, uplink: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
-        """Predict the downlink of rows from their uplink."""
+    def predict(
+        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
+    ) -> Complex[np.ndarray, "K A S"]:
+        """Predict the downlink of rows from their uplink, and from their positions (metres) where these are known."""

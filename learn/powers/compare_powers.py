@@ -3,31 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from learn.comparison.score_table import chosen_methods
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_positions
-from learn.powers.known_powers import KnownPowers, PowerMethod
-from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, Mean, Mri, Nearest
+from learn.powers.known_powers import KnownPowers
 from learn.powers.power_comparison import PowerComparison
-from learn.powers.power_field import PowerField
+from learn.powers.power_methods import POWER_METHODS
 from learn.powers.power_scores import absolute_errors, of_gateway, score_powers
 from scenes.files.plain_text import say
 from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset, read_rssi
-
-POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
-    "mean": Mean,
-    "nearest": Nearest,
-    "inverse-distance": InverseDistance,
-    "log-distance": LogDistance,
-    "mri": Mri,
-    "kriging": Kriging,
-    "helmholtz": PowerField,
-}
-"""The methods by name."""
 
 
 def compare_powers(
@@ -82,14 +70,7 @@ def compare_powers(
         say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
     distances = SplitDistances.between(dataset.positions[known], places, dataset.wavelength)
     say_distances(distances)
-    task = KnownPowers(
-        dataset.positions[known],
-        dataset.rssi_dbm[known],
-        dataset.gateway_positions,
-        dataset.floor_dbm,
-        dataset.wavelength,
-        seed,
-    )
+    task = KnownPowers.of(dataset, known, seed)
     rows, gateway_rows, errors = [], [], {}
     for name in names:
         begun = time.perf_counter()

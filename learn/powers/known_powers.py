@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from learn.powers.path_loss import PathLoss
+from simulate.rssi.rssi_dataset import RssiDataset
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class KnownPowers:
         floor: power below which a gateway receives nothing, dBm.
         wavelength: metres.
         seed: seed of everything that is random in a method.
+        minutes: training time of a method that is trained by steps.
     """
 
     positions: Float[np.ndarray, "n 3"]
@@ -31,6 +33,20 @@ class KnownPowers:
     floor: float
     wavelength: float
     seed: int = 0
+    minutes: float = 5.0
+
+    @classmethod
+    def of(cls, dataset: RssiDataset, known: Int[np.ndarray, " n"], seed: int = 0, minutes: float = 5.0) -> KnownPowers:
+        """The powers of a dataset at some of its positions.
+
+        Args:
+            dataset: received powers.
+            known: indices of the known positions.
+            seed: seed of everything that is random in a method.
+            minutes: training time of a method that is trained by steps.
+        """
+        positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
+        return cls(positions, powers, dataset.gateway_positions, dataset.floor_dbm, dataset.wavelength, seed, minutes)
 
     def distances(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         """Distance of positions from each gateway, metres."""

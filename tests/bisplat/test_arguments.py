@@ -351,6 +351,14 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "seed": SEED, "guard": (*NUMBER, -1),
             },
         ),
+        "fit_powers": Call(
+            bisplat.fit_powers,
+            {"dataset": file.with_name("powers"), "method": "mean"},
+            {
+                "dataset": (*PATH, "nowhere", data), "method": WORD, "seed": SEED,
+                "known": ("x", 3, [], [1.5], [-1], [12], [True], {"x": 1}),
+            },
+        ),
         "compare_channels": Call(
             bisplat.compare_channels,
             {"dataset": file.with_name("links"), "methods": ["copy"], "split": "random"},
@@ -493,6 +501,7 @@ NOT_CALLED = {
     "Dataset": "made by simulate and read_dataset",
     "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
     "CsiDataset": "made by read_csi",
+    "FittedPowers": "made by fit_powers",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",

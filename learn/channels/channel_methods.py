@@ -1,0 +1,19 @@
+"""The methods that predict the downlink's channels, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from learn.channels.channel_baselines import Copy, Nearest, Ramp
+from learn.channels.delay_profile import Delays
+from learn.channels.joint_channels import JointChannels
+from learn.channels.known_channels import ChannelMethod
+
+CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
+    "copy": Copy,
+    "ramp": Ramp,
+    "nearest": Nearest,
+    "delays": Delays,
+    "helmholtz": JointChannels,
+}
+"""Functions that make new, unfitted methods."""

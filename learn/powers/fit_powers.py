@@ -1,0 +1,100 @@
+"""A method fitted to the received powers of a folder: what coverage maps, location and planning start from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
+from learn.powers.power_methods import POWER_METHODS
+from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
+from simulate.positions.given_positions import check_points
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+
+
+@dataclass(frozen=True)
+class FittedPowers:
+    """A method that knows the received powers of a folder, and predicts those at other positions.
+
+    Attributes:
+        dataset: the folder's powers.
+        label: name of the method.
+        known: indices of the known positions, [n].
+        method: the fitted method.
+
+    Example:
+        >>> import bisplat
+        >>> hall = bisplat.write_rssi("court", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
+        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> fitted = bisplat.fit_powers(hall, "inverse-distance")
+        >>> fitted
+        FittedPowers('inverse-distance', 3 known positions of 'court')
+        >>> fitted.predict([[1, 2, 1]]).median.round(1).tolist()
+        [[-48.0]]
+    """
+
+    dataset: RssiDataset
+    label: str
+    known: Int[np.ndarray, " n"]
+    method: PowerMethod = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"FittedPowers({self.label!r}, {len(self.known)} known positions of {str(self.dataset.folder)!r})"
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
+        """Predict powers at transmitter positions.
+
+        Args:
+            positions: [K, 3] metres, world frame.
+
+        Returns:
+            ``median`` [K, G] in dBm, and the ends ``low`` and ``high`` of the 90 % interval, or None where the method
+            states none. A power below the dataset's ``floor_dbm`` predicts that nothing is received.
+
+        Raises:
+            ParameterError: the positions are not finite points.
+        """
+        return self.method.predict(check_points(positions, "positions"))
+
+
+def fit_powers(
+    dataset: RssiDataset | Path | str,
+    method: str = "helmholtz",
+    *,
+    known: Int[np.ndarray, " n"] | None = None,
+    seed: int = 0,
+) -> FittedPowers:
+    """Fit a method to received powers (RSSI). It takes seconds, so nothing is stored.
+
+    Args:
+        dataset: received powers, or their folder.
+        method: a name that ``compare_powers`` knows, such as "helmholtz" or "inverse-distance".
+        known: indices of the positions to learn from. None: all of them.
+        seed: seed of everything that is random in the method.
+
+    Returns:
+        The fitted method.
+
+    Raises:
+        InputError: the folder cannot be read.
+        ParameterError: the method is unknown, ``known`` is not a list of indices, or ``seed`` is no seed.
+    """
+    require_word(POWER_METHODS, method=method)
+    require_seed(seed=seed)
+    require_instance(RssiDataset, str, PathLike, dataset=dataset)
+    dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
+    indices = np.arange(len(dataset)) if known is None else _checked(known, len(dataset))
+    fitted = POWER_METHODS[method]()
+    fitted.fit(KnownPowers.of(dataset, indices, seed))
+    return FittedPowers(dataset, method, indices, fitted)
+
+
+def _checked(known: Int[np.ndarray, " n"], count: int) -> Int[np.ndarray, " n"]:
+    given = np.asarray(known)
+    if given.ndim == 1 and given.size and given.dtype.kind == "i" and 0 <= given.min() and given.max() < count:
+        return given
+    raise ParameterError("known", f"expected a list of indices from 0 to {count - 1}, found {shown(known)}")

@@ -1,0 +1,20 @@
+"""The methods that predict received powers, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from learn.powers.known_powers import PowerMethod
+from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, Mean, Mri, Nearest
+from learn.powers.power_field import PowerField
+
+POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
+    "mean": Mean,
+    "nearest": Nearest,
+    "inverse-distance": InverseDistance,
+    "log-distance": LogDistance,
+    "mri": Mri,
+    "kriging": Kriging,
+    "helmholtz": PowerField,
+}
+"""Functions that make new, unfitted methods."""
