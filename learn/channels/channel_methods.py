@@ -17,3 +17,6 @@ CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
     "helmholtz": JointChannels,
 }
 """Functions that make new, unfitted methods."""
+
+BASELINES = ("copy", "ramp", "nearest")
+"""Methods that the report of another one shows beside it."""
