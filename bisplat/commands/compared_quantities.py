@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from bisplat.commands.given_options import refuse_given
 from learn.data.splits import SplitKind
-from scenes.files.errors import printable
+from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
@@ -127,7 +127,12 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
         write_score_evaluation(comparison, model, folder)
 
     among = replace(fitted, methods=tuple(dict.fromkeys([*baselines, model])))
-    comparison = _written(among, write, output, force)
+    try:
+        comparison = _written(among, write, output, force)
+    except ParameterError as error:
+        if error.parameter == "methods":
+            raise ParameterError("model", error.message) from error
+        raise
     _print("evaluation", fitted, comparison, json)
     say(printable(f"report: {output / 'report.html'}"))
 

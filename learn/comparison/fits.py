@@ -6,7 +6,7 @@ A comparison of spectra keeps its rows in a folder, since they take hours; these
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -65,10 +65,10 @@ class Parts:
             ParameterError: an argument is out of its range.
         """
         sizes: Sequence[int | None]
-        if train_size is None or isinstance(train_size, int | float | str):  # the split refuses the last two
-            sizes = [train_size]
-        else:
+        if isinstance(train_size, Iterable) and not isinstance(train_size, str):
             sizes = checked_sizes(things, train_size=train_size)
+        else:
+            sizes = [train_size]  # which the split checks
         of_size = {size: split_dataset(dataset, split, seed, size, guard) for size in sizes}
         parts = of_size[sizes[-1]]
         if dataset.positions is None or dataset.wavelength is None:

@@ -215,7 +215,6 @@ def draw_error_map(
     known: Float[np.ndarray, "n 3"],
     path: Path,
     provenance: Provenance | None = None,
-    gateways: Float[np.ndarray, "G 3"] | None = None,
 ) -> None:
     """Draw scores over the transmitter region, from above and from the side.
 
@@ -225,7 +224,6 @@ def draw_error_map(
         known: known positions, metres, world frame; they are drawn as small dots.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
         provenance: where the figure comes from, for its foot and its metadata.
-        gateways: positions of gateways, metres, world frame. None: they are not drawn.
     """
     figure = Figure(figsize=(PAGE, 2.9 * len(scores)), layout="constrained")
     axes = figure.subplots(len(scores), 2, squeeze=False)
@@ -242,15 +240,11 @@ def draw_error_map(
                 vmax=score.limits[1],
                 label="test positions",
             )
-            if gateways is not None:
-                axis.scatter(
-                    gateways[:, first], gateways[:, second], s=30, marker="^", color="#d62728", label="gateways"
-                )
             axis.set(xlabel=f"{'xyz'[first]} (m)", ylabel=f"{'xyz'[second]} (m)", aspect="equal")
         figure.colorbar(points, ax=row, label=score.label, extend=score.extend)
     axes[0, 0].set_title("from above")
     axes[0, 1].set_title("from the side")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=3)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
     save(figure, path, provenance)
 
 

@@ -44,7 +44,6 @@ def draw_power_figures(comparison: PowerComparison, model: str, folder: Path, ma
         dataset.positions[parts.known],
         folder / "error_map.png",
         made,
-        dataset.gateway_positions,
     )
     captions["error_map"] = f"Where {model} errs: the median error of all gateways at each test position."
     return captions

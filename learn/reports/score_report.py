@@ -51,6 +51,6 @@ def write_score_sweep(comparison: ScoreTable, folder: Path) -> None:
     made, averages = Provenance.of_scores(comparison), comparison.averages()
     write_scores(comparison, folder, made)
     measure, doubts = comparison.MEASURE, doubts_of(averages)
-    axes = (f"training {comparison.THINGS}", f"median {measure.of_each}{over_seeds(averages)}")
+    axes = (f"training {comparison.THINGS}", f"median {measure.of_each}\n{over_seeds(averages).strip()}")
     note = f"† fewer than {FEW_STEPS} training steps: says little" if doubts else ""
     draw_sweep(averages, measure.key, axes, folder / "sweep.png", made, doubts, note)
