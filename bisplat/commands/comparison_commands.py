@@ -130,7 +130,7 @@ def sweep(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Compare methods for several numbers of training spectra, powers or channels.
+    """Compare methods for several numbers of training samples.
 
     If the command is interrupted, the same command continues.
 

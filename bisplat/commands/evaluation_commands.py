@@ -44,7 +44,7 @@ def evaluate(
     force: Force = False,
     json: bool = False,
 ) -> None:
-    """Score a model and the baselines on held-out spectra, powers or channels.
+    """Score a model and the baselines on held-out data.
 
     Of a run, the table also has the array's ceiling, an upper bound, and the report is written to RUN/evaluation. Of
     powers and channels, no run is needed: the model is fitted here.

@@ -113,7 +113,6 @@ def test_absurd_numbers(command, option, refuse):
             (*OWN, "json:JSONDecoder"),
             "expected a subclass of bisplat.SpectrumModel",
         ),
-        ((*SWEEP.split(), "--models"), "--models: expected at least one"),
         ((*ABLATE.split(), "--models"), "--models: expected at least one"),
         ((*COMPARE.split(), "--models", "\x1b[2J:x" * 1000), "--models: "),
         ((*SIMULATE.split(), "--cell", "1"), "--cell: expected the engine fullwave, found rays"),
