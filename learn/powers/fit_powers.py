@@ -82,6 +82,13 @@ def fit_powers(
     Raises:
         InputError: the folder cannot be read.
         ParameterError: the method is unknown, ``known`` is not a list of indices, or ``seed`` is no seed.
+
+    Example:
+        >>> import bisplat
+        >>> hall = bisplat.write_rssi("arena", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
+        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> bisplat.fit_powers(hall, "nearest").predict([[4, 2.1, 1]]).median.tolist()
+        [[-60.0]]
     """
     require_word(POWER_METHODS, method=method)
     require_seed(seed=seed)
