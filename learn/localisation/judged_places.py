@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Complex, Float, Int
 from scipy.stats import chi2
 
 from learn.localisation.channel_fingerprints import unlike
 from learn.localisation.locate import Place
-from learn.localisation.locate_channels import fit_regression, locate_channels
-from learn.localisation.locate_powers import locate_powers, points_among
+from learn.localisation.locate_channels import fit_regression
+from learn.localisation.locate_powers import points_among
 from learn.powers.known_powers import KnownPowers
 from learn.powers.path_loss import LEAST_DEVIATION
 from simulate.csi.csi_dataset import CsiDataset
@@ -22,56 +22,46 @@ NEAREST = (1, 4, 16)
 """Numbers of most similar known rows whose positions are averaged."""
 
 
-def judged_powers(
-    dataset: RssiDataset, known: Int[np.ndarray, " n"], test: Int[np.ndarray, " K"], seed: int = 0
-) -> list[dict[str, Any]]:
-    """Errors of test transmitters located from their powers, with those of fingerprints and of trilateration.
-
-    Args:
-        dataset: powers at known and at test positions.
-        known: indices of the known positions.
-        test: indices of the transmitters to locate.
-        seed: seed of the points.
-    """
-    places = locate_powers(dataset, dataset.rssi_dbm[test], known=known, level=0.0, seed=seed)
-    simpler = by_powers(dataset, known, dataset.rssi_dbm[test], seed)
-    return error_rows(places, dataset.positions[test], simpler)
-
-
-def judged_channels(
-    dataset: CsiDataset, known: Int[np.ndarray, " n"], test: Int[np.ndarray, " K"], seed: int = 0
-) -> list[dict[str, Any]]:
-    """Errors of test transmitters located from their channels, with those of the most correlated known rows.
-
-    Args:
-        dataset: channels with positions.
-        known: indices of the known rows.
-        test: indices of the rows to locate.
-        seed: as for ``locate_channels``.
-    """
-    assert dataset.positions is not None
-    test = test[dataset.uplink[test].any(axis=(1, 2))]
-    places = locate_channels(dataset, dataset.uplink[test], known=known, seed=seed)
-    regression, fingerprints = fit_regression(dataset, known, seed)
-    apart = unlike(fingerprints.of(dataset.uplink[test].astype(complex)), regression.known)[0]
-    return error_rows(places, dataset.positions[test], _by_fingerprint(apart, regression.positions))
-
-
 def by_powers(
-    dataset: RssiDataset, known: Int[np.ndarray, " n"], heard: Float[np.ndarray, "K G"], seed: int
+    dataset: RssiDataset, known: Int[np.ndarray, " n"] | None, heard: Float[np.ndarray, "K G"], seed: int
 ) -> dict[str, Float[np.ndarray, "K 3"]]:
     """Positions by simpler methods: the nearest fingerprints in dB, and trilateration by the log-distance law.
 
     A fingerprint is the list of powers, with the dataset's floor for what was not received. Trilateration takes the
     point, of those in ``locate_powers``, with the least squared error of the received powers.
+
+    Args:
+        dataset: the survey.
+        known: indices of its positions to use. None: all of them.
+        heard: powers of the transmitters, dBm; NaN where nothing was received.
+        seed: seed of the points.
     """
-    task = KnownPowers.of(dataset, known, seed)
+    task = KnownPowers.of(dataset, np.arange(len(dataset)) if known is None else known, seed)
     seen, there = (np.where(np.isnan(each), dataset.floor_dbm, each) for each in (heard, task.powers))
     apart = np.linalg.norm(seen[:, None] - there, axis=2)
     points = points_among(task.positions, seed)
     predicted, deviation = task.law(task.distances(points)), np.maximum(task.law.deviation, LEAST_DEVIATION)
     best = [int(np.nansum(np.square((row - predicted) / deviation), axis=1).argmin()) for row in heard]
     return _by_fingerprint(apart, task.positions) | {"log-distance": points[best]}
+
+
+def by_channels(
+    dataset: CsiDataset, known: Int[np.ndarray, " n"] | None, heard: Complex[np.ndarray, "K A S"], seed: int
+) -> dict[str, Float[np.ndarray, "K 3"]]:
+    """Positions of the most correlated known rows, up to level, common phase and timing.
+
+    Args:
+        dataset: channels with positions.
+        known: indices of the rows to use. None: all of them.
+        heard: channels of the uplink; rows of zeros get the position of any row.
+        seed: as for ``locate_channels``.
+    """
+    regression, fingerprints = fit_regression(dataset, known, seed)
+    sent = heard.any(axis=(1, 2))
+    apart = np.ones((len(heard), len(regression.positions)))
+    if sent.any():
+        apart[sent] = unlike(fingerprints.of(heard[sent].astype(complex)), regression.known)[0]
+    return _by_fingerprint(apart, regression.positions)
 
 
 def error_rows(
@@ -100,8 +90,7 @@ def error_rows(
         return []
     positions = np.stack([each.position for each in first])
     squared = [
-        (away @ np.linalg.solve(place.covariance, away))
-        for away, place in zip(positions - truth, first, strict=True)
+        (away @ np.linalg.solve(place.covariance, away)) for away, place in zip(positions - truth, first, strict=True)
     ]
     within = float(np.mean(np.array(squared) <= chi2.ppf(0.9, 3)))
     rows = [_row("locate", positions, truth) | {"within 90 % region": round(within, 3)}]

@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Int
 
 from learn.localisation.channel_fingerprints import ChannelFingerprints
 from learn.localisation.locate import Place
