@@ -22,7 +22,7 @@ MOST_DELAYS = 64
 """Largest number of delays: those with the largest mean power of the known rows."""
 
 LEAST_POWER = 0.01
-"""Added to powers before the logarithm, as a share of a row's mean power: weaker ones are mostly noise and side lobes."""
+"""Added to powers before the logarithm, as a share of a row's mean power. Weaker ones are side lobes or noise."""
 
 
 class Fingerprint(NamedTuple):

@@ -8,9 +8,9 @@ from scipy.spatial import cKDTree
 
 from learn.localisation.locate import LEAST_PROBABILITY, Place
 
-CLEARLY_APART = 4.0
+CLEARLY_APART = 5.0
 """Ashman's D from which two clusters are two places. It is 2.7 for the halves of a normal density, 3.5 for those of a
-uniform one."""
+uniform one. From 4 on, ripples of fading would count as places of their own."""
 
 SPLITS = 2
 """How often the points are split in two; so at most four places are found."""
@@ -40,7 +40,7 @@ def likely_places(
 
     The mean of all likely points has the least mean square error, as long as they are in one cluster. They are split in
     two (by 2-means) where both parts are clearly apart on the line between their means: where Ashman's D = √2
-    ``|m₁ − m₂|`` / √(s₁² + s₂²) is above 4 [ashman1994].
+    ``|m₁ − m₂|`` / √(s₁² + s₂²) is above 5 [ashman1994].
 
     Args:
         points: points of equal volume, metres, world frame.

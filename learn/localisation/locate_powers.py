@@ -152,7 +152,8 @@ def locate_powers(
     received = ~np.isnan(powers).all(axis=1)
     if level is None:
         level = estimated_level(likelihood, powers[received])
-        say(f"took all heard powers for those of one device, {level:+g} dB stronger than the survey's")
+        than = f"{abs(level):g} dB {'stronger' if level > 0 else 'weaker'} than" if level else "as strong as"
+        say(f"took all heard powers for those of one device, {than} that of the survey")
     cell = cell_variance(points)
     found: list[list[Place]] = []
     for number, row in enumerate(powers):

@@ -90,7 +90,8 @@ def plan(
       Each gateway of the scene has a separate field, and the variances add up.
 
     Args:
-        run_or_scene: a finished run or its folder; received powers or their folder; or a scene, the name of a built-in one, or a scene YAML.
+        run_or_scene: a finished run or its folder; received powers or their folder; or a scene, the name of a built-in
+            one, or a scene YAML.
         n: number of positions, 1…1000. None: as many as the target needs, but at most 1000; 50 without a target.
         target: a median SSIM of ``helmholtz`` between the known positions. The plan then tells how many more spectra it
             needs, by the curve of measured rooms, for an array of 4 × 4 elements half a wavelength apart.
