@@ -170,7 +170,8 @@ def points_among(known: Float[np.ndarray, "n 3"], seed: int) -> Float[np.ndarray
         known: metres.
         seed: seed of the draw.
     """
-    return np.random.default_rng(seed).uniform(*bounding_box(known), (POINTS, 3))
+    low, high = bounding_box(known)
+    return np.random.default_rng(seed).uniform(low, high, (POINTS, 3))
 
 
 def estimated_level(likelihood: PowerLikelihood, powers: Float[np.ndarray, "K G"]) -> float:

@@ -222,7 +222,8 @@ TRIALS: dict[str, list[Trial]] = {
             [("-o out2.csv", "-o out.csv"), "--force"],
             NEW_IN_USES,
         ),
-        *_trials("locate heard -o out.csv", ["--heard two.csv", "--split random"], LOCATED_POWERS),
+        *_trials("locate heard -o out.csv", ["--heard two.csv"], LOCATED_POWERS),
+        *_trials("locate heard -o out.csv", ["--split random"], "learn.data.splits:split"),
         *_trials("locate heard --heard two.csv -o out.csv", ["--level 3"], LOCATED_POWERS),
     ],
     "plan": [
