@@ -9,6 +9,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from bisplat.commands.given_options import names_of, refuse_given
 from bisplat.commands.given_propagation import refuse_idle_propagation
+from bisplat.commands.located_rows import OF_ROWS, locate_rows
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
@@ -19,6 +20,7 @@ from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
 from scenes.scene.tolerances import Tolerances
+from simulate.dataset.folder_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
@@ -94,18 +96,34 @@ def _refuse_idle_tolerances(scene: Scene, tolerances: Tolerances) -> None:
 
 
 def locate(
-    runs: Positional[tuple[Path, ...]], pictures: tuple[Path, ...], output: Output, force: Force = False
+    runs: Positional[tuple[Path, ...]],
+    output: Output,
+    pictures: tuple[Path, ...] = (),
+    heard: Path | None = None,
+    split: SplitKind = "files",
+    level: float | None = None,
+    force: Force = False,
 ) -> None:
-    """Locate transmitters from their spectra.
+    """Locate transmitters from their spectra, received powers or channels.
 
     The .csv file has a row for each place where a transmitter may be: probability, position (m) and covariance (m²).
 
     Args:
-        runs: the run folder. With several gateways: a run for each, in the same frame.
+        runs: the run folder. With several gateways: a run for each, in the same frame. Or one folder of received powers
+            (RSSI) or channels (CSI) with positions.
+        output: the .csv file to write.
         pictures: for each run, a dataset folder or a folder of PNG spectra (00001.png, ...). Of the dataset that the
             first run was trained on, the test part is located; its folder spectrum stands for all pictures.
-        output: the .csv file to write.
+        heard: what was heard at unknown places: a CSV such as gateway_rssi.csv or a folder of received powers; or a
+            folder of channels (default: the test part of the folder).
+        split: choice of that test part, as for bisplat compare.
+        level: how much stronger the heard transmitter is than that of the known powers, dB (default: estimated).
     """
+    if len(runs) == 1 and (is_rssi(runs[0]) or is_csi(runs[0])):
+        _require_csv(output, force)
+        locate_rows(runs[0], output, heard, split, level)
+        return
+    refuse_given(OF_ROWS, f"received powers (RSSI) or channels (CSI), found {', '.join(map(str, runs))}")
     from learn.localisation.heard_pictures import heard_pictures, parts_of
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
@@ -115,9 +133,7 @@ def locate(
 
     if len(runs) != len(pictures) or not runs:
         raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
-    if output.suffix.lower() != ".csv":
-        raise InputError(f"{output}: expected a name that ends in .csv")
-    require_new(output, force=force)
+    _require_csv(output, force)
     loaded = [load_run(run) for run in runs]
     seen = [heard_pictures(folder, run) for folder, run in zip(pictures, loaded, strict=True)]
     names = seen[0][0]
@@ -146,6 +162,12 @@ def locate(
     print(printable(f"{len(names)} pictures, {several} of them with several possible places{unseen}: {output}"))
 
 
+def _require_csv(output: Path, force: bool) -> None:
+    if output.suffix.lower() != ".csv":
+        raise InputError(f"{output}: expected a name that ends in .csv")
+    require_new(output, force=force)
+
+
 def plan(
     run_or_scene: Positional[str],
     output: Output,
@@ -160,10 +182,11 @@ def plan(
 
     The planned positions leave the least variance of the field open. They lie in the transmitter region of the scene,
     outside its objects. For a run on measured spectra, they lie in the convex hull of its training positions. If the
-    scene has several gateways, all of them count.
+    scene has several gateways, all of them count. So do all gateways of received powers (RSSI).
 
     Args:
-        run_or_scene: a run folder, or a scene without measurements (a built-in name or a scene YAML).
+        run_or_scene: a run folder; a folder of received powers (RSSI); or a scene without measurements (a built-in name
+            or a scene YAML).
         output: the CSV file to write, with the header x,y,z, in metres, in the world frame.
         positions: number of positions (default: as many as the target needs, at most 1000; without a target 50).
         target: tell how many more spectra this median SSIM needs.
@@ -179,7 +202,11 @@ def plan(
 
     followed = checked(Propagation, propagation)
     if Path(run_or_scene).is_dir():
-        refuse_given(names_of(Propagation), f"a scene to trace, found the run {run_or_scene}")
+        powers = is_rssi(Path(run_or_scene))
+        what = "received powers of" if powers else "run"
+        refuse_given(names_of(Propagation), f"a scene to trace, found the {what} {run_or_scene}")
+        if powers:
+            refuse_given(["--target"], f"a run or a scene, since the curve is of spectra, found {run_or_scene}")
     refuse_idle_propagation(followed, [load_scene(run_or_scene)] if followed.diffuse else [])
     with FitProgress("plan") as progress:
         planned = plan_positions(

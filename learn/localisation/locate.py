@@ -52,7 +52,7 @@ class Place(NamedTuple):
             explain.
         probability: probability of this place among all places of the transmitter, 0…1.
         misfit: squared distance of measured and predicted fingerprint: about the share of the spectrum that the run
-            does not explain.
+            does not explain. For received powers and channels, what ``locate_powers`` and ``locate_channels`` say.
     """
 
     position: Float[np.ndarray, " 3"]

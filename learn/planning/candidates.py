@@ -56,9 +56,7 @@ def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str)
     Raises:
         InputError: there are fewer than two different positions.
     """
-    centre = measured.mean(axis=0)
-    _, extents, axes = np.linalg.svd(measured - centre, full_matrices=False)
-    axes = axes[extents > FLAT * max(extents[0], FLAT)]
+    centre, axes = extended_axes(measured)
     if not len(axes):
         raise InputError(f"{source}: expected at least two different positions, found one")
     along = (measured - centre) @ axes.T
@@ -72,6 +70,17 @@ def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str)
         if len(places) == CANDIDATES:
             break
     return centre + places @ axes
+
+
+def extended_axes(positions: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "d 3"]]:
+    """The mean of positions, and the unit vectors along which they extend: none, one, two or three.
+
+    Args:
+        positions: metres.
+    """
+    centre = positions.mean(axis=0)
+    _, extents, axes = np.linalg.svd(positions - centre, full_matrices=False)
+    return centre, axes[extents > FLAT * max(extents[0], FLAT)]
 
 
 def _inside(hull: Delaunay | None, places: Float[np.ndarray, "n d"]) -> Bool[np.ndarray, " n"]:

@@ -12,12 +12,13 @@ from jaxtyping import Float
 from learn.models.base import Report, SpectrumModel
 from learn.planning.candidates import CANDIDATES, candidates_among, free_candidates
 from learn.planning.greedy import choose
-from learn.planning.planned_fields import fields_of_run, fields_of_scene
+from learn.planning.planned_fields import fields_of_powers, fields_of_run, fields_of_scene
 from learn.planning.spectra_needed import Needed, spectra_needed
 from learn.planning.tour import Tour, short_tour
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
+    ParameterError,
     named,
     require_flag,
     require_instance,
@@ -29,7 +30,9 @@ from scenes.files.input_file import what_is_at
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.folder_kinds import is_rssi
 from simulate.rays.core.propagation import Propagation
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 PLANNED = 50
 """Number of positions to plan where nothing else is asked for."""
@@ -63,7 +66,7 @@ class Plan:
 
 
 def plan(
-    run_or_scene: Run | Scene | Path | str,
+    run_or_scene: Run | RssiDataset | Scene | Path | str,
     n: int | None = None,
     *,
     target: float | None = None,
@@ -80,11 +83,15 @@ def plan(
     - For a run, the covariance of the field is the fitted one, and the spectra that the run learned from are known. The
       candidates are the free places of the scene's transmitter region, or, for measured spectra, the convex hull of the
       known positions.
+    - For received powers (RSSI), the covariance is that of ``helmholtz`` in ``fit_powers``: slow change and fading in
+      dB about the law of distance, the same for all gateways up to a factor. All positions of the folder are known, and
+      the candidates are as for a run.
     - For a scene, nothing is known. The responses are traced at 300 positions, and the covariance is fitted to them.
       Each gateway of the scene has a separate field, and the variances add up.
 
     Args:
-        run_or_scene: a finished run or its folder; or a scene, the name of a built-in one, or a scene YAML.
+        run_or_scene: a finished run or its folder; received powers or their folder; or a scene, the name of a built-in
+            one, or a scene YAML.
         n: number of positions, 1…1000. None: as many as the target needs, but at most 1000; 50 without a target.
         target: a median SSIM of ``helmholtz`` between the known positions. The plan then tells how many more spectra it
             needs, by the curve of measured rooms, for an array of 4 × 4 elements half a wavelength apart.
@@ -98,7 +105,7 @@ def plan(
 
     Raises:
         ParameterError: ``n`` or ``seed`` is not a whole number in its range; the curve does not have the target, or
-            does not apply; or the known spectra promise the target already.
+            does not apply, as to received powers; or the known spectra promise the target already.
         InputError: there is no such run or scene, the run's dataset or scene is missing, or there is no room for the
             candidates.
 
@@ -114,8 +121,8 @@ def plan(
     require_seed(seed=seed)
     require_flag(tour=tour)
     require_instance(Propagation, propagation=propagation)
-    require_instance(Run, Scene, str, PathLike, run_or_scene=run_or_scene)
-    subject = run_or_scene if isinstance(run_or_scene, Run | Scene) else _read(run_or_scene)
+    require_instance(Run, RssiDataset, Scene, str, PathLike, run_or_scene=run_or_scene)
+    subject = run_or_scene if isinstance(run_or_scene, Run | RssiDataset | Scene) else _read(run_or_scene)
     scene: Scene | None
     needed = None
     if isinstance(subject, Scene):
@@ -126,13 +133,16 @@ def plan(
             arrays = [each.gateway for each in places]
             needed = spectra_needed(target, candidates, known, scene.wavelength, arrays)
         fields = [field for each in places for field in fields_of_scene(each, propagation, seed, report)]
+    elif isinstance(subject, RssiDataset):
+        if target is not None:
+            raise ParameterError("target", f"expected none for received powers, which have no SSIM, found {target:g}")
+        scene, known = _scene_of(subject), subject.positions
+        candidates, _ = _candidates(scene, known, seed, subject.folder)
+        fields = fields_of_powers(subject, seed)
     else:
         dataset = subject.dataset()
         scene, known = _scene_of(dataset), dataset.positions[subject.split(dataset).known]
-        if scene is not None:
-            candidates = region = free_candidates(scene, seed)
-        else:
-            candidates, region = candidates_among(known, seed, str(subject.folder)), known
+        candidates, region = _candidates(scene, known, seed, subject.folder)
         if target is not None:
             needed = spectra_needed(target, region, known, dataset.wavelength, [dataset.array])
         fields = fields_of_run(subject, dataset, report)
@@ -153,11 +163,21 @@ def plan(
     return Plan(positions[walk.order], left, walk, needed)
 
 
-def _read(run_or_scene: Path | str) -> Run | Scene:
-    """The run of a folder, or the scene of a name or a file."""
+def _candidates(
+    scene: Scene | None, known: Float[np.ndarray, "n 3"], seed: int, folder: Path
+) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "m 3"]]:
+    """Candidates in a scene, or else in the hull of known positions, and positions that fill the region."""
+    if scene is None:
+        return candidates_among(known, seed, str(folder)), known
+    candidates = free_candidates(scene, seed)
+    return candidates, candidates
+
+
+def _read(run_or_scene: Path | str) -> Run | RssiDataset | Scene:
+    """The run or the received powers of a folder, or the scene of a name or a file."""
     path = Path(run_or_scene)
     if path.is_dir():
-        return load_run(path)
+        return read_rssi(path) if is_rssi(path) else load_run(path)
     if str(run_or_scene) not in BUILT_IN and not path.is_file():
         places = ", ".join(BUILT_IN)
         raise InputError(
@@ -166,7 +186,7 @@ def _read(run_or_scene: Path | str) -> Run | Scene:
     return load_scene(run_or_scene)
 
 
-def _scene_of(dataset: Dataset) -> Scene | None:
+def _scene_of(dataset: Dataset | RssiDataset) -> Scene | None:
     """The scene in which a dataset was simulated. None: it was measured."""
     if "scene_file" not in dataset.metadata:
         return None

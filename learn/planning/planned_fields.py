@@ -16,10 +16,13 @@ from learn.models.base import Report
 from learn.models.helmholtz import WAYS, HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.planning.greedy import OpenField
+from learn.powers.fit_powers import fit_powers
+from learn.powers.power_field import PowerField
 from learn.training.run_folder import Run
 from scenes.scene.description import Scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.rays.core.propagation import Propagation
+from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
 
 TRACED = 300
@@ -28,6 +31,9 @@ TRACED = 300
 LEAST_NUGGET = 0.01
 """Least variance of a measurement's noise in a plan, relative to the field's variance. Fits to traced responses find
 less. A plan with so little noise would repeat measurements next to earlier ones, to gain the last per cent there."""
+
+LEAST_FIELD = 1e-6
+"""Least share of a power's variance that its field has; the rest is noise."""
 
 KNOWN_MOST = 2000
 """Largest number of known positions that are used, evenly spread over all of them."""
@@ -106,6 +112,23 @@ def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
     model.report = report  # type: ignore[method-assign]
     model.fit(dataset, run.split(dataset).known)
     return fields_of_model(model)
+
+
+def fields_of_powers(dataset: RssiDataset, seed: int) -> list[Field]:
+    """The field of received powers in dB about the law of distance, with the covariance that ``helmholtz`` fits.
+
+    Its covariance is the same for all gateways up to a factor, so that one field stands for all. The law is taken for
+    known.
+
+    Args:
+        dataset: received powers.
+        seed: seed of the fit.
+    """
+    method = fit_powers(dataset, seed=seed).method
+    assert isinstance(method, PowerField)
+    covariance, noise = method.covariance, method.covariance.shares[2]
+    field = max(1 - float(noise), LEAST_FIELD)
+    return [Field(lambda a, b: covariance(a, b) / field, max(LEAST_NUGGET, float(noise) / field))]
 
 
 def fields_of_model(model: HelmholtzField) -> list[Field]:

@@ -94,13 +94,22 @@ def fit_powers(
     require_seed(seed=seed)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
-    indices = np.arange(len(dataset)) if known is None else _checked(known, len(dataset))
+    indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))
     fitted = POWER_METHODS[method]()
     fitted.fit(KnownPowers.of(dataset, indices, seed))
     return FittedPowers(dataset, method, indices, fitted)
 
 
-def _checked(known: Int[np.ndarray, " n"], count: int) -> Int[np.ndarray, " n"]:
+def checked_indices(known: Int[np.ndarray, " n"], count: int) -> Int[np.ndarray, " n"]:
+    """Indices of known positions, as an array.
+
+    Args:
+        known: what the caller gave.
+        count: number of all positions.
+
+    Raises:
+        ParameterError: they are not indices.
+    """
     given = np.asarray(known)
     if given.ndim == 1 and given.size and given.dtype.kind == "i" and 0 <= given.min() and given.max() < count:
         return given

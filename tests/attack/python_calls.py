@@ -82,6 +82,8 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     },
     "crossvalidate": lambda: {"run": "network", "scene": "closet", "positions": 2, "seed": 1, "field": "field"},
     "plan": lambda: {"run_or_scene": "kriged", "n": 2, "tour": False, "seed": 0},
+    "locate_powers": lambda: {"dataset": "powers", "heard": [[-60.0]], "known": None, "level": 0.0, "seed": 0},
+    "locate_channels": lambda: {"dataset": "csi", "heard": [[[1j]]], "known": None, "seed": 0},
     "locate": lambda: {"runs": [], "pictures": []},
     "calibrate": lambda: {"scene": "closet", "dataset": "nowhere", "n": 3, "split": "files", "seed": 0},
     "retrieve_responses": lambda: {"spectra": PICTURES / 255, "beamformer": bisplat.Beamformer(), "seed": 0},

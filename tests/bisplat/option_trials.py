@@ -64,6 +64,7 @@ TRACED = ("--no-refraction", "--no-diffraction", "--no-slab-phase", "--rays 50")
 REQUEST = "simulate.generation.generate:generate"
 MLP = "train data -o out --model mlp-responses --steps 2 --batch-size 2"
 TRAIN = "learn.training.train:train_run"
+LOCATED_POWERS = "learn.localisation.locate_powers:locate_powers"
 LOCATED = "learn.evaluation.locations:heard_by"
 CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
 COMPARED_POWERS = "learn.powers.compare_powers:compare_powers"
@@ -228,6 +229,9 @@ TRIALS: dict[str, list[Trial]] = {
             [("-o out2.csv", "-o out.csv"), "--force"],
             NEW_IN_USES,
         ),
+        *_trials("locate heard -o out.csv", ["--heard two.csv"], LOCATED_POWERS),
+        *_trials("locate heard -o out.csv", ["--split random"], "learn.data.splits:split"),
+        *_trials("locate heard --heard two.csv -o out.csv", ["--level 3"], LOCATED_POWERS),
     ],
     "plan": [
         *_trials("plan rough/scene.yaml -o out.csv", ["-n 3", "--tour", "--seed 1", *MECHANISMS, "--diffuse"], PLANNED),

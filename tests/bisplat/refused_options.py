@@ -159,6 +159,16 @@ REFUSED: dict[str, str] = {
     "compare heard --models mean --methods mean": "--models and --methods: expected one of them, found both",
     "compare heard --models bisplat": "--methods: expected mean, nearest, inverse-distance, log-distance, mri, kriging",
     "sweep data -o out --sizes 3 --models kriging --budget 5": f"--budget: {OF_STEPS} kriging",
+    "locate mlp --pictures data -o out.csv --level 3": (
+        "--level: expected received powers (RSSI) or channels (CSI), found mlp"
+    ),
+    "locate mlp --pictures data -o out.csv --heard data": "--heard: expected received powers (RSSI) or channels",
+    "locate heard -o out.csv --pictures data": "--pictures: expected a run, found heard, whose transmitters are",
+    "locate heard -o out.csv --level 3": "--level: expected --heard beside it, found none",
+    "locate heard -o out.csv --heard two.csv --split random": "--split: expected none beside --heard, since all",
+    "locate links -o out.csv --heard links --level 3": "--level: expected received powers, found channels",
+    "plan heard -o out.csv --max-depth 2": "--max-depth: expected a scene to trace, found the received powers of heard",
+    "plan heard -o out.csv --target 0.9": "--target: expected a run or a scene, since the curve is of spectra, found",
     "plan mlp -o out.csv --max-depth 2": "--max-depth: expected a scene to trace, found the run mlp",
     "plan closet -o out.csv --target 1.5": "--target: expected a median SSIM from 0 to 1, found 1.5",
     "plan closet -o out.csv --target 0.999": "--target: expected a median SSIM that the curve of measured rooms has,",

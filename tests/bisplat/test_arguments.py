@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import bisplat
+from simulate.dataset.dataset_writer import write_positions
 from tests.csi_folders import write_links
 
 AT_ONCE = 2.0
@@ -392,6 +393,31 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
             CALLBACK,
         ),
+        "locate_powers": Call(
+            bisplat.locate_powers,
+            {"dataset": file.with_name("powers"), "heard": [[-60.0]]},
+            {
+                "dataset": (*PATH, "nowhere", data),
+                "heard": (
+                    "x", None, [], [-60.0], [[-60.0, -50.0]], [[INF]], [[90.0]], [[1e-6]], [[1j]], [[1], [1, 2]],
+                    np.ma.masked_array([[-60.0]]),
+                ),
+                "known": ("x", [], [0.5], [-1], [9999], [[0]]), "level": ("x", NAN, 100, [1.0]), "seed": SEED,
+            },
+            CALLBACK,
+        ),
+        "locate_channels": Call(
+            bisplat.locate_channels,
+            {"dataset": file.with_name("placed_links"), "heard": np.ones((1, 2, 4))},
+            {
+                "dataset": (*PATH, "nowhere", data, file.with_name("links")),
+                "heard": (
+                    "x", None, [], np.ones((2, 4)), np.ones((1, 4, 2)), np.full((1, 2, 4), NAN), [[1], [1, 2]],
+                    np.ma.masked_array(np.ones((1, 2, 4))),
+                ),
+                "known": ("x", [], [0.5], [-1], [9999], [[0]], [0, 1]), "seed": SEED,
+            },
+        ),
         "plan": Call(
             bisplat.plan,
             {"run_or_scene": run, "n": 2},
@@ -519,6 +545,8 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
     places = np.random.default_rng(0).uniform(0, 3, (12, 3))
     bisplat.write_rssi(file.with_name("powers"), places, -50 - 10 * places[:, :1], {"door": (0, 0, 1)}, 2.4e9)
     write_links(file.with_name("links"), np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
+    write_links(file.with_name("placed_links"), np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
+    write_positions(file.with_name("placed_links") / "tx_pos.csv", places)
     return calls(run, tiny, bisplat.load_scene("closet"), file)
 
 

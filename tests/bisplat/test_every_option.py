@@ -104,6 +104,7 @@ def place(tmp_path_factory) -> Path:
     write_rssi(folder / "powers", [[1, 0, 1], [2, 0, 1]], [[-50.0], [-60.0]], {"door": (0, 0, 1)}, 2.4e9)
     heard = np.random.default_rng(0).uniform(0, 3, (12, 3))
     write_rssi(folder / "heard", heard, -50 - 10 * heard[:, :1], {"door": (0, 0, 1)}, 2.4e9)
+    (folder / "two.csv").write_text("door\n-60\n-70\n")
     write_links(folder / "links", np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
     angles = 2 * np.pi * np.arange(16) / 16
     write_positions(folder / "elements.csv", 0.1 * np.stack([np.cos(angles), np.sin(angles), 0.1 * angles], axis=1))

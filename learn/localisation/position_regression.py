@@ -1,0 +1,99 @@
+"""Regression of positions on the fingerprints of channels: a Gaussian process."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+from scipy.stats import chi2
+
+from learn.localisation.channel_fingerprints import Fingerprint, unlike
+from learn.localisation.locate import Place
+from learn.planning.candidates import extended_axes
+
+FITTED_ON = 300
+"""Largest number of rows to which the covariance is fitted."""
+
+STEPS = 25
+"""Most steps of the fit."""
+
+MIDDLE = np.array([0.0, 0.0, 0.0, 0.0, -2.0])
+WIDTH = np.array([2.0, 1.0, 2.0, 1.0, 2.0])
+"""Middles and standard deviations of weak normal priors of the logarithms: share and scale of the waves, share and
+scale of the powers, and noise. Scales are relative to the median of the known rows."""
+
+JITTER = 1e-6
+
+LEAST_VARIANCE = 1e-6
+"""Square metres, along axes in which known positions have no extent; files have six decimals."""
+
+REGION = 0.9
+"""Share of left-out positions that are to be within the stated region of this probability."""
+
+
+class PositionRegression:
+    """Positions as a function of fingerprints, with one covariance for all coordinates.
+
+    Its parts fall exponentially with how unlike two fingerprints are. The parts' shares and scales are those of the
+    greatest likelihood, times weak priors, of positions that are correlated normal along the axes of their extent.
+
+    Args:
+        known: fingerprints of at least ten rows.
+        positions: their positions, not all the same, metres.
+    """
+
+    def __init__(self, known: Fingerprint, positions: Float[np.ndarray, "n 3"]):
+        self.known, self.positions = known, positions
+        self._centre, self._axes = extended_axes(positions)
+        along = (positions - self._centre) @ self._axes.T
+        apart = unlike(known, known)
+        self._scales = [max(float(np.median(each)), JITTER) for each in apart]
+        chosen = np.random.default_rng(0).permutation(len(along))[:FITTED_ON]
+        self._fit([each[np.ix_(chosen, chosen)] for each in apart], along[chosen])
+        whole = self._covariance(apart)
+        whole[np.diag_indices_from(whole)] += self._noise
+        self._inverse = np.linalg.inv(whole)
+        self._weights = self._inverse @ along
+        self._spread = along.T @ self._weights / len(along)
+        # Leaving out a row needs no new fit [dubrule1983].
+        precision = np.diag(self._inverse)
+        away = self._weights / precision[:, None]
+        squared = np.einsum("ni,ij,nj->n", away, np.linalg.inv(self._spread), away) * precision
+        self._spread *= float(np.quantile(squared, REGION)) / chi2.ppf(REGION, len(self._axes))
+
+    def places(self, seen: Fingerprint) -> list[Place]:
+        """The place of each transmitter."""
+        apart = unlike(seen, self.known)
+        near = self._covariance(apart)
+        positions = self._centre + near @ self._weights @ self._axes
+        whole = float(np.exp(self._given[[0, 2]]).sum()) + self._noise
+        variances = np.maximum(whole - np.einsum("kn,nm,km->k", near, self._inverse, near, optimize=True), JITTER)
+        spread = self._axes.T @ self._spread @ self._axes
+        floor = LEAST_VARIANCE * np.eye(3)
+        misfit = apart[0].min(axis=1)
+        rows = zip(positions, variances, misfit, strict=True)
+        return [Place(position, variance * spread + floor, 1.0, float(left)) for position, variance, left in rows]
+
+    def _fit(self, apart: list[Float[np.ndarray, "m m"]], along: Float[np.ndarray, "m d"]) -> None:
+        count, axes = along.shape
+
+        def cost(given: Float[np.ndarray, " 5"]) -> float:
+            self._given = given
+            factor = cho_factor(self._covariance(apart) + self._noise * np.eye(count), lower=True)
+            spread = along.T @ cho_solve(factor, along) / count
+            prior = 0.5 * float(np.square((given - MIDDLE) / WIDTH).sum())
+            return float(axes * np.log(np.diag(factor[0])).sum() + 0.5 * count * np.linalg.slogdet(spread)[1] + prior)
+
+        self._given = minimize(cost, MIDDLE, method="L-BFGS-B", options={"maxiter": STEPS}).x
+
+    @property
+    def _noise(self) -> float:
+        return float(np.exp(self._given[4])) + JITTER
+
+    def _covariance(
+        self, apart: tuple[Float[np.ndarray, "n m"], ...] | list[Float[np.ndarray, "n m"]]
+    ) -> Float[np.ndarray, "n m"]:
+        shares, scales = np.exp(self._given[[0, 2]]), np.exp(self._given[[1, 3]]) * self._scales
+        parts = zip(shares, scales, apart, strict=True)
+        return sum((share * np.exp(-each / scale) for share, scale, each in parts), np.zeros(apart[0].shape))

@@ -1,0 +1,157 @@
+"""Transmitters are found from received powers, by Bayes' rule over what a survey predicts."""
+
+import csv
+import sys
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+import bisplat
+from bisplat.__main__ import main
+from learn.localisation.judged_places import by_powers, error_rows
+from learn.localisation.likely_places import likely_places
+from learn.localisation.locate_powers import PowerLikelihood, locate_powers
+from learn.powers.known_powers import PredictedPowers
+from scenes.files.errors import InputError
+
+GATEWAYS = {"a": (0.0, 0, 2), "b": (9.0, 0, 2), "c": (0.0, 6, 2), "d": (9.0, 6, 1)}
+KNOWN, TEST = np.arange(60), np.arange(60, 100)
+
+
+@pytest.fixture(scope="module")
+def hall(tmp_path_factory) -> bisplat.RssiDataset:
+    """A hundred positions and four gateways with 2 dB of noise; what lies below −66 dBm is not received."""
+    generator = np.random.default_rng(0)
+    places = generator.uniform((0, 0, 0.5), (9, 6, 1.5), (100, 3))
+    distances = np.linalg.norm(places[:, None] - list(GATEWAYS.values()), axis=-1)
+    powers = -40 - 25 * np.log10(distances) + generator.normal(0, 2, distances.shape)
+    powers[powers < -66] = np.nan
+    assert 0.01 < np.isnan(powers).mean() < 0.2
+    folder = tmp_path_factory.mktemp("powers") / "hall"
+    return bisplat.write_rssi(folder, places, powers, GATEWAYS, "2.4 GHz", floor_dbm=-66)
+
+
+@pytest.fixture
+def command(monkeypatch, capsys, tmp_path):
+    """Function: arguments of ``bisplat`` -> status, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
+        status = 0
+        try:
+            main()
+        except SystemExit as ended:
+            status = int(ended.code or 0)
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def test_likelihood_by_hand():
+    predicted = PredictedPowers(np.array([[-50.0]]), np.array([[-50 - 2 * 1.6449]]), np.array([[-50 + 1.6449]]))
+    likelihood = PowerLikelihood(predicted, floor=-53)
+    at = {power: likelihood(np.array([power]), 1.0)[0] for power in (-49.0, -47.0, -51.0, np.nan)}
+    assert at[-49.0] - at[-47.0] == pytest.approx(2, rel=1e-3)  # two deviations of 1 dB above the median
+    assert at[-49.0] - at[-51.0] == pytest.approx(0.5, rel=1e-3)  # one of 2 dB below it
+    assert at[np.nan] == pytest.approx(np.log(4 / 3 * norm.cdf(-2)), rel=1e-3)  # the floor is 4 dB below it
+    weak = PowerLikelihood(predicted, floor=-49)(np.array([np.nan]), 0.0)[0]
+    assert weak == pytest.approx(np.log(1 - 2 / 3 * norm.sf(1)), rel=1e-3)
+    assert likelihood.misfit(np.array([-47.0]), 1.0)[0] == pytest.approx(4, rel=1e-3)
+
+
+def test_errors_are_smaller_than_those_of_simpler_methods(hall):
+    places = locate_powers(hall, hall.rssi_dbm[TEST], known=KNOWN, level=0)
+    rows = error_rows(places, hall.positions[TEST], by_powers(hall, KNOWN, hall.rssi_dbm[TEST], 0))
+    found = {row["method"]: row["median, m"] for row in rows}
+    assert list(found)[1:] == ["fingerprint", "fingerprint, mean of 4", "fingerprint, mean of 16", "log-distance"]
+    assert found["locate"] < 0.9 * min(each for name, each in found.items() if name != "locate")
+    assert rows[0]["within 90 % region"] >= 0.8
+
+
+def test_level_of_another_device_is_estimated(hall, capsys):
+    sent = hall.rssi_dbm[TEST]
+    heard = np.where(sent - 6 < hall.floor_dbm, np.nan, sent - 6)
+    places = locate_powers(hall, heard, known=KNOWN)
+    assert "one device, 6 dB weaker than that of the survey" in capsys.readouterr().err
+    stated, wrong = (locate_powers(hall, heard, known=KNOWN, level=each) for each in (-6, 0))
+    first = [np.stack([each[0].position for each in found]) for found in (places, stated, wrong)]
+    errors = [float(np.median(np.linalg.norm(each - hall.positions[TEST], axis=1))) for each in first]
+    np.testing.assert_array_equal(first[0], first[1])
+    assert errors[0] < 0.8 * errors[2]
+    locate_powers(hall, sent, known=KNOWN)
+    assert "one device, as strong as that of the survey" in capsys.readouterr().err
+
+
+def test_transmitter_that_nobody_hears_has_no_place(hall):
+    heard = np.stack([hall.rssi_dbm[60], np.full(4, -100.0)])
+    found = locate_powers(hall, heard, level=0)
+    assert len(found[0]) == 1 and found[1] == []
+
+
+def test_two_clusters_far_apart_are_two_places():
+    generator = np.random.default_rng(0)
+    points = np.concatenate([generator.normal((0, 0, 0), 0.2, (30, 3)), generator.normal((4, 0, 0), 0.2, (10, 3))])
+    two = likely_places(points, np.zeros(40), np.zeros(40), 0.0)
+    assert [round(place.probability, 2) for place in two] == [0.75, 0.25]
+    np.testing.assert_allclose(two[1].position, points[30:].mean(axis=0))
+    np.testing.assert_allclose(two[0].covariance, np.cov(points[:30].T, bias=True))
+    [one] = likely_places(generator.uniform(0, 1, (500, 3)), np.zeros(500), np.zeros(500), 0.0)
+    assert one.probability == 1
+
+
+def test_command_locates_the_test_part_or_what_was_heard(hall, command):
+    status, out, _ = command("locate", hall.folder, "-o", "where.csv")
+    assert status == 0 and "20 transmitters" in out and "log-distance" in out
+    with open("where.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert {int(row["name"]) for row in rows} == set(hall.test.tolist()) and {row["part"] for row in rows} == {"test"}
+    turned = "d,c,b,a\n" + ",".join(f"{each:g}" for each in np.nan_to_num(hall.rssi_dbm[61][::-1], nan=-100)) + "\n"
+    with open("heard.csv", "w") as file:
+        file.write(turned)
+    status, out, _ = command("locate", hall.folder, "--heard", "heard.csv", "--level", "0", "-o", "there.csv")
+    assert status == 0 and "1 transmitters" in out and "log-distance" not in out
+    [place] = locate_powers(hall, hall.rssi_dbm[[61]], level=0)[0]
+    with open("there.csv") as file:
+        [row] = csv.DictReader(file)
+    assert float(row["x"]) == pytest.approx(place.position[0], abs=1e-3) and row["part"] == "new"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("a,b,c\n-50,-50,-50\n", 'expected the gateways of hall, found "d" in hall alone'),
+        ("a,b,c,d,e\n-50,-50,-50,-50,-50\n", 'expected the gateways of hall, found "e" in heard.csv alone'),
+        ("a,b,c,d\n1e-6,1e-6,1e-6,1e-7\n", "expected powers in dBm, found 1e-07 to 1e-06, which look like linear"),
+    ],
+    ids=["too few gateways", "too many", "milliwatts"],
+)
+def test_heard_powers_of_other_gateways_are_refused(hall, command, content, message):
+    with open("heard.csv", "w") as file:
+        file.write(content)
+    status, _, err = command("locate", hall.folder, "--heard", "heard.csv", "-o", "where.csv")
+    assert status == 1 and message in err.replace(str(hall.folder), "hall")
+
+
+def test_gateways_elsewhere_are_refused(hall, command, tmp_path):
+    moved = {name: (x, y, z + (name == "b")) for name, (x, y, z) in GATEWAYS.items()}
+    bisplat.write_rssi("moved", hall.positions, hall.rssi_dbm, moved, "2.4 GHz")
+    status, _, err = command("locate", hall.folder, "--heard", "moved", "-o", "where.csv")
+    assert status == 1 and "expected the gateways where they are in" in err and "found one 1 m away" in err
+
+
+def test_plan_lowers_the_variance_of_powers(hall, command):
+    planned = bisplat.plan(hall, 8)
+    assert planned.positions.shape == (8, 3) and (np.diff(planned.open_variance) < 0).all()
+    low, high = hall.positions.min(axis=0), hall.positions.max(axis=0)
+    assert ((planned.positions > low - 1e-6) & (planned.positions < high + 1e-6)).all()
+    status, out, _ = command("plan", hall.folder, "-n", "8", "--tour", "-o", "next.csv")
+    assert status == 0 and "open variance of the field" in out and "tour: " in out
+    with pytest.raises(bisplat.InputError, match="target: expected none for received powers"):
+        bisplat.plan(hall, target=0.9)
+
+
+def test_known_positions_that_are_missing_are_said(tmp_path):
+    with pytest.raises(InputError, match="expected a folder of received powers"):
+        locate_powers(tmp_path / "nowhere", [[-50.0]])
