@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -21,7 +21,7 @@ import numpy as np
 import tyro
 from jaxtyping import Complex, Float, Int
 from ledger.printing import print_figures
-from ledger.response_methods import METHODS, Known
+from ledger.response_methods import METHODS, Known, Predict
 from tyro.conf import Positional
 
 from learn.channels.channel_scores import correlation, snr_db
@@ -38,6 +38,10 @@ AHEAD = (0.0, 1.0, 0.0)
 FOLDS, BLOCK = 5, 10
 CHI_SQUARE = 4.605
 """Squared deviation within which a normal distribution of two coordinates has 90 % of its probability."""
+
+
+LOCATES = ("nearest", "helmholtz", "kriged gain of free space")
+"""Methods by whose predictions tags are located among known places."""
 
 
 class Reads(NamedTuple):
@@ -82,9 +86,9 @@ def hologram(reads: Reads) -> Float[np.ndarray, "K 3"]:
     return grid[np.abs(reads.responses / np.abs(reads.responses) @ phases.T).argmax(axis=1)]
 
 
-def errors(found: Float[np.ndarray, "K 3"], reads: Reads) -> dict[str, Any]:
+def errors(found: Float[np.ndarray, "K 3"], truth: Float[np.ndarray, "K 3"]) -> dict[str, Any]:
     """Errors of places, centimetres."""
-    off = 100 * (found - reads.places)
+    off = 100 * (found - truth)
     distance = np.linalg.norm(off, axis=1)
     return {
         "median, cm": round(float(np.median(distance)), 1),
@@ -96,23 +100,25 @@ def errors(found: Float[np.ndarray, "K 3"], reads: Reads) -> dict[str, Any]:
 
 def located(reads: Reads) -> Iterator[tuple[str, dict[str, Any]]]:
     """Errors of tags that are located without known ones."""
-    yield "located by the hologram of free space", errors(hologram(reads), reads)
+    yield "located by the hologram of free space", errors(hologram(reads), reads.places)
     for name, boresight in (("", None), (", looking ahead", AHEAD)):
         begun = time.perf_counter()
-        places = locate_tags(
-            reads.responses, reads.stops, FREQUENCY, REGION, round_trip=True, boresight=boresight
-        )
+        places = locate_tags(reads.responses, reads.stops, FREQUENCY, REGION, round_trip=True, boresight=boresight)
         each = (time.perf_counter() - begun) / len(places)
         first = [of_one[0] for of_one in places]
         within = []
         for place, truth in zip(first, reads.places, strict=True):
             off = (place.position - truth)[:2]
             within.append(off @ np.linalg.solve(place.covariance[:2, :2], off) <= CHI_SQUARE)
-        row = errors(np.array([place.position for place in first]), reads)
-        yield f"located by locate_tags{name}", row | {
-            "in 90 % region": round(float(np.mean(within)), 3),
-            "seconds a tag": float(f"{each:.2g}"),
-        }
+        row = errors(np.array([place.position for place in first]), reads.places)
+        yield (
+            f"located by locate_tags{name}",
+            row
+            | {
+                "in 90 % region": round(float(np.mean(within)), 3),
+                "seconds a tag": float(f"{each:.2g}"),
+            },
+        )
 
 
 def folds(count: int, split: str) -> list[Int[np.ndarray, " n"]]:
@@ -121,13 +127,23 @@ def folds(count: int, split: str) -> list[Int[np.ndarray, " n"]]:
     return [np.sort(each) for each in np.array_split(order, max(2, count // BLOCK) if split == "blocked" else FOLDS)]
 
 
-def scored(
-    parts: list[tuple[Known, Float[np.ndarray, "K 3"], Complex[np.ndarray, "K E"], bool]], method: Callable[..., Any]
-) -> dict[str, Any]:
-    """Scores of a method over all test parts. A row is a test position, or one of E antennas if so stated."""
+class Part(NamedTuple):
+    """A test part: what is known, and the positions and responses that are held out.
+
+    ``by_antenna``: a score refers to one of the E antennas at all held-out positions, instead of to one position.
+    """
+
+    known: Known
+    positions: Float[np.ndarray, "K 3"]
+    truth: Complex[np.ndarray, "K E"]
+    by_antenna: bool
+
+
+def scored(parts: list[Part], fitted: list[Predict]) -> dict[str, Any]:
+    """Scores of a method that was fitted to what is known in each part."""
     ratios, alike = [], []
-    for known, positions, truth, of_antenna in parts:
-        found = method(known)(positions)
+    for (_, positions, truth, of_antenna), predict in zip(parts, fitted, strict=True):
+        found = predict(positions)
         rows = (found.T, truth.T) if of_antenna else (found, truth)
         ratios.append(snr_db(*(each[:, None] for each in rows)))
         alike.append(correlation(*(each[:, None] for each in rows)))
@@ -138,20 +154,28 @@ def scored(
     }
 
 
-def at_stops(reads: Reads, split: str) -> list[tuple[Known, np.ndarray, np.ndarray, bool]]:
+def first_runs(reads: Reads) -> Int[np.ndarray, " n"]:
+    """The first row of each tag at each place."""
+    return np.unique(np.column_stack([reads.places, reads.tags]), axis=0, return_index=True)[1]
+
+
+def at_stops(reads: Reads, split: str) -> list[Part]:
     """Held-out stops: the antenna moves, and tags stand still. The responses are one-way, roots of those measured."""
-    first = np.unique(np.column_stack([reads.places, reads.tags]), axis=0, return_index=True)[1]
+    first = first_runs(reads)
     responses, tags = one_way(reads.responses[first], []).T, reads.places[first]
     parts = []
     for test in folds(len(reads.stops), split):
         known = np.setdiff1d(np.arange(len(reads.stops)), test)
-        task = Known(reads.stops[known], responses[known], tags, WAVELENGTH)
-        parts.append((task, reads.stops[test], responses[test], True))
+        task = Known(reads.stops[known], responses[known], tags, WAVELENGTH, 1)
+        parts.append(Part(task, reads.stops[test], responses[test], True))
     return parts
 
 
-def of_places(reads: Reads, split: str) -> list[tuple[Known, np.ndarray, np.ndarray, bool]]:
-    """Held-out places of each tag: the tag moves, and the stops stand still. The responses are two-way."""
+def of_places(reads: Reads, split: str) -> list[Part]:
+    """Held-out places of each tag: the tag moves, and the stops stand still. The responses are two-way.
+
+    The runs of a known place are averaged.
+    """
     parts = []
     for tag in np.unique(reads.tags):
         of_tag = reads.some(reads.tags == tag)
@@ -159,26 +183,25 @@ def of_places(reads: Reads, split: str) -> list[tuple[Known, np.ndarray, np.ndar
         for test in folds(len(places), split):
             held = np.isin(of_row.ravel(), test)
             known, new = of_tag.some(~held), of_tag.some(held)
-            task = Known(known.places, known.responses, reads.stops, WAVELENGTH / 2)
-            parts.append((task, new.places, new.responses, False))
+            where, of_place = np.unique(known.places, axis=0, return_inverse=True)
+            means = [known.responses[of_place.ravel() == each].mean(axis=0) for each in range(len(where))]
+            task = Known(where, np.array(means), reads.stops, WAVELENGTH, 2)
+            parts.append(Part(task, new.places, new.responses, False))
     return parts
 
 
-def among_known(parts: list[tuple[Known, np.ndarray, np.ndarray, bool]], method: Callable[..., Any]) -> dict[str, Any]:
+def among_known(parts: list[Part], fitted: list[Predict]) -> dict[str, Any]:
     """Errors of tags that are located where a method predicts their responses best, from known places of the tag."""
     found, truth = [], []
-    for known, positions, responses, _ in parts:
-        low, high = np.minimum(known.positions.min(0), positions.min(0)), np.maximum(
-            known.positions.max(0), positions.max(0)
-        )
-        axes = [np.arange(a, b + 1e-9, 0.005) for a, b in zip(low[:2], high[:2], strict=True)]
+    for (known, positions, responses, _), predict in zip(parts, fitted, strict=True):
+        both = np.concatenate([known.positions, positions])
+        axes = [np.arange(low, high + 1e-9, 0.005) for low, high in zip(both.min(0)[:2], both.max(0)[:2], strict=True)]
         grid = np.pad(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2), [(0, 0), (0, 1)])
-        there = method(known)(grid)
+        there = predict(grid)
         off = np.square(np.abs(there)).sum(axis=1) - 2 * (responses.conj() @ there.T).real
         found.append(grid[off.argmin(axis=1)])
         truth.append(positions)
-    reads = Reads(np.zeros(0), np.concatenate(truth), np.zeros(0), np.zeros(0))
-    return errors(np.concatenate(found), reads)
+    return errors(np.concatenate(found), np.concatenate(truth))
 
 
 def repeats(reads: Reads) -> dict[str, Any]:
@@ -216,16 +239,17 @@ def main(
         print(f"no measured reads at {measured}, so nothing is measured", file=sys.stderr)
         return
     reads = made_up() if smallest or measured is None else read_measured(measured)
-    result: dict[str, Any] = dict(located(reads))
+    result: dict[str, Any] = dict(located(reads.some(first_runs(reads))))
     if not smallest:
         result["two runs at the same place"] = repeats(reads)
     methods = {name: METHODS[name] for name in list(METHODS)[: 2 if smallest else None]}
     for split in ("random", "blocked"):
         for kind, parts in (("stops", at_stops(reads, split)), ("places", of_places(reads, split))):
             for name, method in methods.items():
-                result[f"{kind}, {split}, {name}"] = scored(parts, method)
-        for name in () if smallest else ("nearest", "helmholtz", "kriged gain of free space"):
-            result[f"located among known places, {split}, {name}"] = among_known(of_places(reads, split), METHODS[name])
+                fitted = [method(part.known) for part in parts]
+                result[f"{kind}, {split}, {name}"] = scored(parts, fitted)
+                if kind == "places" and name in LOCATES:
+                    result[f"located among known places, {split}, {name}"] = among_known(parts, fitted)
     print_figures(result, json_output, smallest)
 
 

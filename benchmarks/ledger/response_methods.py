@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from learn.baselines.kriging import Interpolator
 from learn.models.kriged_field import KrigedField
+from learn.models.vecchia import fit_covariance
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 
@@ -27,18 +28,20 @@ class Known(NamedTuple):
         positions: known positions of the one that moves, metres.
         responses: responses there.
         others: positions of the antennas that stand still, metres.
-        wavelength: metres; half of it for responses of the way there and back.
+        wavelength: metres.
+        ways: 2 if the responses are of the way there and back, otherwise 1.
     """
 
     positions: Float[np.ndarray, "n 3"]
     responses: Complex[np.ndarray, "n E"]
     others: Float[np.ndarray, "E 3"]
     wavelength: float
+    ways: int
 
     def direct(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K E"]:
-        """Direct paths e^{−jkd} / d."""
+        """Direct paths e^{−jkd} / d, or the squares of them."""
         distance = np.linalg.norm(positions[:, None] - self.others, axis=-1)
-        return np.exp(-2j * np.pi * distance / self.wavelength) / distance
+        return (np.exp(-2j * np.pi * distance / self.wavelength) / distance) ** self.ways
 
     @property
     def gain(self) -> Complex[np.ndarray, " E"]:
@@ -78,16 +81,15 @@ def kriged_gain(known: Known) -> Predict:
 def helmholtz(known: Known) -> Predict:
     """Kriging with the directional covariance of ``helmholtz``, one for all antennas."""
     region = np.stack([known.positions.min(axis=0), known.positions.max(axis=0)])
-    field = KrigedField(region, Beamformer(PlanarArray(1, 1)), known.wavelength, "responses")
+    # The square of a plane wave has twice its wavenumber.
+    field = KrigedField(region, Beamformer(PlanarArray(1, 1)), known.wavelength / known.ways, "responses")
     field.places = torch.from_numpy(known.positions).float()
     field.times = torch.arange(len(known.positions)).float()
     level = np.sqrt(np.square(np.abs(known.responses)).mean())
     values = torch.from_numpy(known.responses / level).to(torch.complex64)
     field.values = torch.view_as_real(values).flatten(1)
     field.mean = torch.zeros(field.values.shape[1])
-    from learn.models.vecchia import fit_covariance
-
-    fit_covariance(field, field.neighbours, lambda done, total: None)
+    fit_covariance(field, field.neighbours)
 
     def predict(positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K E"]:
         with torch.inference_mode():

@@ -9,6 +9,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from bisplat.commands.given_options import names_of, refuse_given
 from bisplat.commands.given_propagation import refuse_idle_propagation
+from bisplat.commands.located_tags import Direction, Region, is_dataset, locate_tags_of
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
@@ -94,18 +95,30 @@ def _refuse_idle_tolerances(scene: Scene, tolerances: Tolerances) -> None:
 
 
 def locate(
-    runs: Positional[tuple[Path, ...]], pictures: tuple[Path, ...], output: Output, force: Force = False
+    runs: Positional[tuple[Path, ...]],
+    output: Output,
+    pictures: tuple[Path, ...] = (),
+    region: Region | None = None,
+    boresight: Direction | None = None,
+    force: Force = False,
 ) -> None:
-    """Locate transmitters from their spectra.
+    """Locate transmitters from their spectra, or tags from their responses along the track of a moving antenna.
 
     The .csv file has a row for each place where a transmitter may be: probability, position (m) and covariance (m²).
 
     Args:
-        runs: the run folder. With several gateways: a run for each, in the same frame.
+        runs: the run folder. With several gateways: a run for each, in the same frame. Without pictures: a dataset
+            folder, whose antenna moved; its tags are then located from their responses.
         pictures: for each run, a dataset folder or a folder of PNG spectra (00001.png, ...). Of the dataset that the
             first run was trained on, the test part is located; its folder spectrum stands for all pictures.
         output: the .csv file to write.
+        region: tags along a track only: the box in which they are, x y z of both corners, metres.
+        boresight: tags along a track only: the direction in which the antenna looks, if it has a broad main lobe.
     """
+    if len(runs) == 1 and not pictures and is_dataset(runs[0]):
+        locate_tags_of(runs[0], output, force, region, boresight)
+        return
+    refuse_given(["--region", "--boresight"], "a dataset whose antenna moved, and no run, found a run")
     from learn.localisation.heard_pictures import heard_pictures, parts_of
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures

@@ -12,7 +12,7 @@ from scipy.linalg import solve_triangular
 AT_ONCE = 2**22
 """Numbers of the largest array that is held at a time."""
 
-LEAST_SHARE = 1e-4
+LEAST_SHARE = 1e-6
 """Components of the direct path's gain with a smaller share of its power are left out."""
 
 
@@ -56,9 +56,7 @@ class DirectPath:
 
     def quieter(self, factor: float) -> DirectPath:
         """The model with this factor on the variances of g, m and w."""
-        return replace(
-            self, gain=factor * self.gain, multipath=factor * self.multipath, noise=factor * self.noise
-        )
+        return replace(self, gain=factor * self.gain, multipath=factor * self.multipath, noise=factor * self.noise)
 
     def log_likelihood(
         self, points: Float[np.ndarray, "G 3"], responses: Complex[np.ndarray, "K N"]
@@ -147,7 +145,10 @@ class DirectPath:
         return parts, np.linalg.cholesky(parts @ parts.conj().transpose(0, 2, 1) + np.eye(rank))
 
     def _likelihood(
-        self, energy: Float[np.ndarray, "*m"], explained: Complex[np.ndarray, "G R K"], inner: Complex[np.ndarray, "G R R"]
+        self,
+        energy: Float[np.ndarray, "*m"],
+        explained: Complex[np.ndarray, "G R K"],
+        inner: Complex[np.ndarray, "G R R"],
     ) -> Float[np.ndarray, "G K"]:
         count = len(self.antennas)
         left = energy - np.square(np.abs(explained)).sum(axis=1)
