@@ -40,6 +40,7 @@ class DirectPath:
         wavelength: metres.
         boresight: unit vector in which the antenna looks, world frame: the direct path's magnitude then has the factor
             cos θ of the angle from it. None: it looks in all directions alike.
+        phases_only: the responses have phases but no magnitudes, so that the direct path's magnitude is 1 everywhere.
         gain: variance of g.
         length: ℓ, wavelengths.
         multipath: power of m.
@@ -49,6 +50,7 @@ class DirectPath:
     antennas: Float[np.ndarray, "N 3"]
     wavelength: float
     boresight: Float[np.ndarray, " 3"] | None = None
+    phases_only: bool = False
     gain: float = 0.45
     length: float = 0.45
     multipath: float = 0.06
@@ -107,7 +109,10 @@ class DirectPath:
         """Direct paths from points, with a mean square magnitude of 1 along the track."""
         towards = points[:, None] - self.antennas
         distance = np.maximum(np.linalg.norm(towards, axis=-1), 1e-3 * self.wavelength)
-        waves = np.exp(-2j * np.pi * distance / self.wavelength) / distance
+        waves = np.exp(-2j * np.pi * distance / self.wavelength)
+        if self.phases_only:
+            return waves
+        waves /= distance
         if self.boresight is not None:
             waves *= np.maximum(towards @ self.boresight / distance, LEAST_COSINE)
         return waves / np.sqrt(np.square(np.abs(waves)).mean(axis=1, keepdims=True))

@@ -32,6 +32,9 @@ MOST_POINTS = 40_000
 FACTORS = (1e-2, 1e-4)
 """Factors on the variances of ``DirectPath`` that a tag gets if they make its responses more likely."""
 
+PLAIN = 0.1
+"""Largest relative deviation of a tag's magnitudes for which its responses count as phases alone."""
+
 MODES, APART = 4, 0.5
 """Largest number of places of a tag, and their least distance in wavelengths."""
 
@@ -66,7 +69,8 @@ def locate_tags(
 
     Args:
         responses: complex responses of K tags at N antenna positions, in any unit; NaN where a tag was not read. The
-            phase falls with the distance; give the conjugate if a receiver's rises.
+            phase falls with the distance; give the conjugate if a receiver's rises. Magnitudes make places more
+            certain; responses of a tag that all have the same magnitude, to 10 %, count as phases alone.
         antennas: positions of the antenna, metres, world frame, in the order in which it passed them.
         frequency: hertz, or a text with a unit such as "915 MHz".
         region: corners (min, max) of the box in which the tags are, metres, world frame. It may be flat.
@@ -117,9 +121,13 @@ def locate_tags(
         tags = np.flatnonzero(of_tag.ravel() == number)
         seen = given[np.ix_(tags, pattern)]
         seen = one_way(seen, []) if round_trip else seen
-        model = DirectPath(track[pattern], wavelength, ahead)
-        for tag, found in zip(tags, _located(model, seen, box), strict=True):
-            places[tag] = found
+        magnitudes = np.abs(seen)
+        plain = magnitudes.std(axis=1) < PLAIN * magnitudes.mean(axis=1)
+        for phases_only in np.unique(plain):
+            some = plain == phases_only
+            model = DirectPath(track[pattern], wavelength, ahead, bool(phases_only))
+            for tag, found in zip(tags[some], _located(model, seen[some], box), strict=True):
+                places[tag] = found
     return places
 
 

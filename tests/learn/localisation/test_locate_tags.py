@@ -92,6 +92,13 @@ def test_the_pattern_ahead_counts():
     assert otherwise[0].misfit > 0.01 > ahead[0].misfit
 
 
+def test_phases_alone_tell_the_place_too():
+    responses = free_space((0.3, 0.7, 0.0))
+    found = locate_tags([responses / np.abs(responses)], TRACK, FREQUENCY, BOX)[0][0]
+    assert np.linalg.norm(found.position - [0.3, 0.7, 0]) < 1e-3
+    assert found.misfit < 1e-6
+
+
 def test_the_likelihood_is_that_of_the_whole_covariance():
     model = DirectPath(TRACK[::5], WAVELENGTH)
     places, responses = np.array([[0.3, 0.7, 0.0], [0.5, 0.5, 0.2]]), np.stack([by_mirror((0.3, 0.7, 0.0))[::5]])
