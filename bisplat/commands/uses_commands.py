@@ -102,7 +102,7 @@ def locate(
     boresight: Direction | None = None,
     force: Force = False,
 ) -> None:
-    """Locate transmitters from their spectra, or tags from their responses along the track of a moving antenna.
+    """Locate transmitters from spectra, or tags along the track of an antenna.
 
     The .csv file has a row for each place where a transmitter may be: probability, position (m) and covariance (m²).
 
