@@ -102,7 +102,7 @@ def locate(
     boresight: Direction | None = None,
     force: Force = False,
 ) -> None:
-    """Locate transmitters from spectra, or tags along the track of an antenna.
+    """Locate transmitters from spectra, or tags by a moving antenna.
 
     The .csv file has a row for each place where a transmitter may be: probability, position (m) and covariance (m²).
 
