@@ -15,6 +15,7 @@ from learn.evaluation.evaluate import evaluate as evaluate
 from learn.localisation.locate import locate as locate
 from learn.localisation.locate_channels import locate_channels as locate_channels
 from learn.localisation.locate_powers import locate_powers as locate_powers
+from learn.localisation.locate_tags import locate_tags as locate_tags
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan

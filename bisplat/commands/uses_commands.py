@@ -10,6 +10,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from bisplat.commands.given_options import names_of, refuse_given
 from bisplat.commands.given_propagation import refuse_idle_propagation
 from bisplat.commands.located_rows import OF_ROWS, locate_rows
+from bisplat.commands.located_tags import OF_TRACKS, Direction, Region, is_dataset, locate_tags_of
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
@@ -102,15 +103,18 @@ def locate(
     heard: Path | None = None,
     split: SplitKind = "files",
     level: float | None = None,
+    region: Region | None = None,
+    boresight: Direction | None = None,
     force: Force = False,
 ) -> None:
-    """Locate transmitters from their spectra, received powers or channels.
+    """Locate transmitters from spectra, powers, channels or along a track.
 
     The .csv file has a row for each place where a transmitter may be: probability, position (m) and covariance (m²).
 
     Args:
         runs: the run folder. With several gateways: a run for each, in the same frame. Or one folder of received powers
-            (RSSI) or channels (CSI) with positions.
+            (RSSI) or channels (CSI) with positions. Or a dataset folder whose antenna moved; its tags are then located
+            from their responses.
         output: the .csv file to write.
         pictures: for each run, a dataset folder or a folder of PNG spectra (00001.png, ...). Of the dataset that the
             first run was trained on, the test part is located; its folder spectrum stands for all pictures.
@@ -118,12 +122,19 @@ def locate(
             folder of channels (default: the test part of the folder).
         split: choice of that test part, as for bisplat compare.
         level: how much stronger the heard transmitter is than that of the known powers, dB (default: estimated).
+        region: tags along a track only: the box in which they are, x y z of both corners, metres.
+        boresight: tags along a track only: the direction in which the antenna looks, if it has a broad main lobe.
     """
     if len(runs) == 1 and (is_rssi(runs[0]) or is_csi(runs[0])):
+        refuse_given(OF_TRACKS, "a dataset whose antenna moved, found powers or channels")
         _require_csv(output, force)
         locate_rows(runs[0], output, heard, split, level)
         return
     refuse_given(OF_ROWS, f"received powers (RSSI) or channels (CSI), found {', '.join(map(str, runs))}")
+    if len(runs) == 1 and not pictures and is_dataset(runs[0]):
+        locate_tags_of(runs[0], output, force, region, boresight)
+        return
+    refuse_given(OF_TRACKS, "a dataset whose antenna moved, and no run, found a run")
     from learn.localisation.heard_pictures import heard_pictures, parts_of
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures

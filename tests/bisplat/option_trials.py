@@ -225,6 +225,11 @@ TRIALS: dict[str, list[Trial]] = {
             "learn.localisation.locate:locate",
         ),
         *_trials(
+            "locate data -o out.csv",
+            ["--region 0 0 0 1 1 1", "--boresight 1 0 0"],
+            "learn.localisation.locate_tags:locate_tags",
+        ),
+        *_trials(
             "locate mlp --pictures data -o out.csv",
             [("-o out2.csv", "-o out.csv"), "--force"],
             NEW_IN_USES,

@@ -129,6 +129,8 @@ REFUSED: dict[str, str] = {
     "train data -o out --model nerf2 --full-resolution 1": (
         "--full-resolution: expected a model that can train on a few pixels, found nerf2"
     ),
+    "locate mlp --pictures data -o out.csv --region 0 0 0 1 1 1": "--region: expected a dataset whose antenna moved",
+    "locate mlp --pictures data -o out.csv --boresight 1 0 0": "--boresight: expected a dataset whose antenna moved",
     "evaluate mlp --further-gateways mlp": "--further-gateways: expected --locate",
     "evaluate mlp --locate --dataset others": "--locate: expected the test part of the run's own split, found others",
     "evaluate mlp --locate --index one.txt": "--locate: expected the test part of the run's own split, found one.txt",

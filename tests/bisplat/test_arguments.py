@@ -418,6 +418,19 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "known": ("x", [], [0.5], [-1], [9999], [[0]], [0, 1]), "seed": SEED,
             },
         ),
+        "locate_tags": Call(
+            bisplat.locate_tags,
+            {
+                "responses": np.ones((1, 5), complex), "antennas": np.eye(5, 3), "frequency": 9e8,
+                "region": [[0, 1, 0], [1, 2, 0]],
+            },
+            {
+                "responses": ("x", None, [], np.ones((1, 4), complex), np.ones(5, complex)), "antennas": POINTS,
+                "frequency": ("x", None, 0, -1, NAN), "round_trip": FLAG,
+                "boresight": ("x", [1, 2], [0, 0, 0], [NAN] * 3),
+                "region": ("x", None, [], [[0, 1, 0]], [[1, 1, 0], [0, 2, 0]], [[0, 1, NAN], [1, 2, 0]]),
+            },
+        ),
         "plan": Call(
             bisplat.plan,
             {"run_or_scene": run, "n": 2},

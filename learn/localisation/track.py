@@ -1,0 +1,73 @@
+"""The track of a dataset's antenna, and the responses of tags along it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.spatial.transform import Rotation
+
+from learn.localisation.locate_tags import MOST_ANTENNAS
+from scenes.files.errors import InputError
+from scenes.files.plain_text import say
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.spectrum import evenly
+
+
+class Track(NamedTuple):
+    """Responses of K tags at N places of an antenna.
+
+    Attributes:
+        names: a name for each tag.
+        responses: one-way responses.
+        antennas: places of the antenna, metres, world frame.
+        region: a box around the positions of the tags, metres. None: they are not stated.
+        stated: positions of the tags as the dataset states them, metres. None: it states none.
+    """
+
+    names: list[str]
+    responses: Complex[np.ndarray, "K N"]
+    antennas: Float[np.ndarray, "N 3"]
+    region: Float[np.ndarray, "2 3"] | None
+    stated: Float[np.ndarray, "K 3"] | None
+
+
+def track_of(dataset: Dataset) -> Track:
+    """The track of a dataset.
+
+    If transmitters move, each is a tag, and the elements of the array are the places of the antenna. If the receiver
+    moves, its elements at all its positions are these places, and the transmitter, whose position is not used, is the
+    only tag.
+
+    Args:
+        dataset: a dataset with recorded responses.
+
+    Raises:
+        InputError: there are none, both ends move, or the phases of a moving receiver's positions cannot be compared.
+    """
+    elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
+    if dataset.moving == "transmitter":
+        recorded = dataset.metadata.get("phases") == "per-position"  # and not found from pictures
+        responses = dataset.retrieved if dataset.responses is None and recorded else dataset.responses
+        if responses is None:
+            raise InputError(f"{dataset.folder}: expected recorded responses, found pictures alone")
+        low, high = dataset.positions.min(axis=0), dataset.positions.max(axis=0)
+        margin = np.where(high > low, dataset.wavelength, 0)
+        region = np.stack([low - margin, high + margin])
+        antennas = dataset.gateway_position + elements
+        return Track(dataset.names, *_thinned(responses, antennas), region, dataset.positions)
+    if dataset.moving == "both" or dataset.responses is None:
+        found = "two ends that move" if dataset.moving == "both" else "no phases that can be compared along it"
+        raise InputError(f"{dataset.folder}: expected an antenna that moved along a track, found {found}")
+    antennas = (dataset.positions[:, None] + elements).reshape(-1, 3)
+    return Track(["1"], *_thinned(dataset.responses.reshape(1, -1), antennas), None, None)
+
+
+def _thinned(
+    responses: Complex[np.ndarray, "K n"], antennas: Float[np.ndarray, "n 3"]
+) -> tuple[Complex[np.ndarray, "K N"], Float[np.ndarray, "N 3"]]:
+    some = evenly(np.arange(len(antennas)), MOST_ANTENNAS)
+    if len(some) < len(antennas):
+        say(f"{len(some)} of the {len(antennas)} antenna positions are used")
+    return responses[:, some], antennas[some]

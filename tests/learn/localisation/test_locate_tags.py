@@ -1,0 +1,171 @@
+"""Tags are located from responses along the track of a moving antenna."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+import bisplat
+from bisplat.commands.uses_commands import locate as locate_command
+from learn.localisation.direct_path import DirectPath
+from learn.localisation.locate_tags import locate_tags
+from learn.localisation.places_file import read_places
+from scenes.files.errors import InputError, ParameterError
+
+FREQUENCY = 920.625e6
+WAVELENGTH = 299_792_458 / FREQUENCY
+TRACK = np.stack([np.linspace(0, 1, 50), np.zeros(50), np.zeros(50)], axis=1)
+BOX = np.array([[-0.1, 0.2, 0.0], [1.1, 1.3, 0.0]])
+
+
+def free_space(place, track=TRACK):
+    """One-way responses of a tag in free space."""
+    distance = np.linalg.norm(track - place, axis=1)
+    return np.exp(-2j * np.pi * distance / WAVELENGTH) / distance
+
+
+def by_mirror(place, wall=2.0, reflection=-0.3):
+    """One-way responses of a tag in front of a wall beyond it, y = wall, that is a mirror."""
+    image = np.array(place) * [1, -1, 1] + [0, 2 * wall, 0]
+    return free_space(place) + reflection * free_space(image)
+
+
+@pytest.mark.parametrize("place", [(0.3, 0.7, 0.0), (0.8, 0.5, 0.0)])
+@pytest.mark.parametrize("round_trip", [False, True])
+def test_a_tag_in_free_space_is_found_to_a_millimetre(place, round_trip):
+    responses = 3e-4 * np.exp(2j) * free_space(place) ** (2 if round_trip else 1)
+    found = locate_tags([responses], TRACK, FREQUENCY, BOX, round_trip=round_trip)[0]
+    assert len(found) == 1
+    assert np.linalg.norm(found[0].position - place) < 1e-3
+    assert np.sqrt(np.trace(found[0].covariance)) < 1e-3
+    assert found[0].misfit < 1e-6
+    assert found[0].covariance[2, 2] == 0  # the box is flat
+
+
+def test_a_tag_in_a_box_with_height_is_found():
+    # Two tracks, one above the other: they tell the height, but not the side.
+    both = np.concatenate([TRACK, TRACK + np.array([0, 0, 0.4])])
+    place = np.array([0.4, 0.6, 0.3])
+    found = locate_tags([free_space(place, both)], both, FREQUENCY, [[0, 0.3, -0.2], [1, 1, 0.7]])[0]
+    assert np.linalg.norm(found[0].position - place) < 1e-3
+
+
+def test_a_tag_near_a_mirror_is_within_its_region():
+    generator = np.random.default_rng(0)
+    places = np.pad(generator.uniform([0.1, 0.4], [0.9, 0.9], (20, 2)), [(0, 0), (0, 1)])
+    found = locate_tags([by_mirror(place) for place in places], TRACK, FREQUENCY, BOX)
+    off = np.array([each[0].position - place for each, place in zip(found, places, strict=True)])[:, :2]
+    assert np.median(np.linalg.norm(off, axis=1)) < 0.03
+    spread = np.array([each[0].covariance[:2, :2] for each in found])
+    assert np.mean(np.einsum("ki,ki->k", off, np.linalg.solve(spread, off[..., None])[..., 0]) < 4.605) >= 0.7
+
+
+def test_noise_widens_the_region():
+    place, generator = (0.4, 0.6, 0.0), np.random.default_rng(1)
+    noise = generator.normal(size=50) + 1j * generator.normal(size=50)
+    spreads = []
+    for level in (0.003, 0.1):
+        responses = free_space(place) + level * noise
+        found = locate_tags([responses], TRACK, FREQUENCY, BOX)[0][0]
+        spreads.append(np.sqrt(np.trace(found.covariance)))
+        assert np.linalg.norm(found.position - place) < 3 * spreads[-1]
+    assert spreads[1] > 3 * spreads[0]
+
+
+def test_stops_without_a_read_are_left_out():
+    place = (0.3, 0.7, 0.0)
+    some = free_space(place)
+    some[::3] = np.nan
+    nothing = np.full(50, np.nan + 0j)
+    few = np.where(np.arange(50) < 3, free_space(place), np.nan)
+    whole, found, none, little = locate_tags([free_space(place), some, nothing, few], TRACK, FREQUENCY, BOX)
+    assert np.linalg.norm(found[0].position - whole[0].position) < 1e-3
+    assert none == little == []
+
+
+def test_the_pattern_ahead_counts():
+    place = np.array([0.2, 0.45, 0.0])
+    cosine = (place - TRACK) @ [0, 1, 0] / np.linalg.norm(TRACK - place, axis=1)
+    ahead = locate_tags([cosine * free_space(place)], TRACK, FREQUENCY, BOX, boresight=[0, 2, 0])[0]
+    assert np.linalg.norm(ahead[0].position - place) < 1e-3
+    otherwise = locate_tags([cosine * free_space(place)], TRACK, FREQUENCY, BOX)[0]
+    assert otherwise[0].misfit > 0.01 > ahead[0].misfit
+
+
+def test_phases_alone_tell_the_place_too():
+    responses = free_space((0.3, 0.7, 0.0))
+    found = locate_tags([responses / np.abs(responses)], TRACK, FREQUENCY, BOX)[0][0]
+    assert np.linalg.norm(found.position - [0.3, 0.7, 0]) < 1e-3
+    assert found.misfit < 1e-6
+
+
+def test_the_likelihood_is_that_of_the_whole_covariance():
+    model = DirectPath(TRACK[::5], WAVELENGTH)
+    places, responses = np.array([[0.3, 0.7, 0.0], [0.5, 0.5, 0.2]]), np.stack([by_mirror((0.3, 0.7, 0.0))[::5]])
+    distance = np.linalg.norm(model.antennas[:, None] - model.antennas, axis=-1) / WAVELENGTH
+    expected = []
+    for direct in model.direct(places):
+        gain = 1 + model.gain * np.exp(-((distance / model.length) ** 2) / 2)
+        whole = np.outer(direct, direct.conj()) * gain + model.multipath * np.sinc(2 * distance)
+        whole = whole + model.noise * np.eye(10)
+        misfit = (responses[0].conj() @ np.linalg.solve(whole, responses[0])).real
+        expected.append(-10 * np.log(misfit) - np.linalg.slogdet(whole)[1])
+    found = model.log_likelihood(places, responses)[0]
+    assert found == pytest.approx(expected, abs=0.05)
+    assert model.log_likelihood_at(places, np.repeat(responses, 2, axis=0)) == pytest.approx(found)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"responses": np.ones((1, 3), complex)}, "responses: expected responses of tags at 50 antenna positions"),
+        ({"antennas": np.zeros((1001, 3))}, "antennas: expected at most 1000 positions, found 1001"),
+        ({"region": BOX[::-1]}, "region: expected corners \\(min, max\\), found"),
+        ({"boresight": (0, 0, 0)}, "boresight: expected a direction, found a vector of length 0"),
+    ],
+)
+def test_what_fits_nothing_is_refused(changed, message):
+    given = {"responses": [free_space((0.3, 0.7, 0))], "antennas": TRACK, "frequency": FREQUENCY, "region": BOX}
+    with pytest.raises(ParameterError, match=message):
+        locate_tags(**(given | changed))
+
+
+PLACES = np.array([[0.3, 0.7, 0.0], [0.6, 0.5, 0.0], [0.5, 0.8, 0.0], [0.45, 0.6, 0.0]])
+
+
+def test_the_command_locates_the_tags_of_a_track(tmp_path, capsys):
+    array = bisplat.ElementArray(TRACK - [0.5, 0, 0])
+    responses = [free_space(place) for place in PLACES]
+    bisplat.write_dataset(
+        tmp_path / "tags", PLACES, responses, array, FREQUENCY, gateway_position=(0.5, 0, 0), phases="per-position"
+    )
+    locate_command((tmp_path / "tags",), tmp_path / "where.csv")
+    said = capsys.readouterr()
+    assert "tags are searched around its positions, in (-0.03, 0.17, 0.0) to (0.93, 1.13, 0.0) m" in said.err
+    assert "4 tags, 0 of them with several possible places" in said.out
+    found = read_places(tmp_path / "where.csv")
+    assert np.array(list(found.values())) == pytest.approx(PLACES, abs=1e-3)
+
+
+def test_the_command_locates_the_transmitter_of_a_receiver_that_moved(tmp_path):
+    place = PLACES[0]
+    bisplat.write_dataset(
+        tmp_path / "moved",
+        TRACK,
+        free_space(place)[:, None],
+        bisplat.PlanarArray(1, 1),
+        FREQUENCY,
+        gateway_position=(9, 9, 9),  # is not used
+        moving="receiver",
+    )
+    with pytest.raises(ParameterError, match="region: expected the box in which the transmitter is"):
+        locate_command((tmp_path / "moved",), tmp_path / "where.csv")
+    locate_command((tmp_path / "moved",), tmp_path / "where.csv", region=tuple(BOX.ravel()))
+    assert read_places(tmp_path / "where.csv")["1"] == pytest.approx(place, abs=1e-3)
+
+
+def test_a_dataset_of_pictures_alone_is_refused(tmp_path, folder):
+    shutil.copytree(folder / "one", tmp_path / "pictures")
+    (tmp_path / "pictures" / "channels.npz").unlink()
+    with pytest.raises(InputError, match="expected recorded responses, found pictures alone"):
+        locate_command((tmp_path / "pictures",), tmp_path / "where.csv")
