@@ -47,6 +47,7 @@ DRAWN = (
     "learn.reports.engines_report:draw_plane",
     "learn.reports.power_report:draw_score_distribution",
     "learn.reports.channel_report:draw_score_distribution",
+    "learn.reports.coverage_report:draw_coverage",
     "learn.evaluation.engines_plane:compare_on_plane",
     "learn.comparison.experiment:array_ceiling",
 )
