@@ -165,7 +165,7 @@ def _draw_strongest(coverage: CoverageMap, axis: Axes, lines: Float[np.ndarray, 
     """Draw which gateway is the strongest. Return the entries of the legend, of gateways that are so somewhere."""
     strongest = coverage.strongest
     found = [int(each) for each in np.unique(strongest) if each != NO_GATEWAY]
-    table = _distinct(len(found))
+    table = distinct(len(found))
     silent = (strongest == NO_GATEWAY) & np.isfinite(coverage.median).all(axis=0)
     number = np.where(silent, len(found), np.nan)
     for place, gateway in enumerate(found):
@@ -178,8 +178,15 @@ def _draw_strongest(coverage: CoverageMap, axis: Axes, lines: Float[np.ndarray, 
     return [Patch(color=table[place], label=in_figure(names[gateway])) for place, gateway in enumerate(found)]
 
 
-def _distinct(count: int) -> list[Any]:
-    """So many colours, as different as they can be."""
+def distinct(count: int) -> list[Any]:
+    """Colours (RGB or RGBA, 0…1) of so many gateways, as different as they can be.
+
+    Args:
+        count: their number.
+
+    >>> len(distinct(21)), distinct(3) == distinct(9)[:3]
+    (21, True)
+    """
     if count <= 20:
         return list(colormaps["tab10" if count <= 10 else "tab20"].colors[:count])  # type: ignore[attr-defined]
     return list(colormaps["gist_rainbow"](np.linspace(0, 1, count)))

@@ -7,18 +7,17 @@ import time
 from typing import cast, get_args
 
 import numpy as np
+from jaxtyping import UInt8
 from viser import ClientHandle, GuiImageHandle
 
 from learn.view.chart import Kind, draw
 from learn.view.compared_spectra import numbers, panels
+from learn.view.delay_chart import delay_profile, draw_delays
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tab import Tab, outside
 from learn.view.tracing import Traced, Tracing
 from scenes.files.plain_text import in_markdown
-
-AT_A_POSITION = 1e-4
-"""Largest distance between the transmitter and a position of the dataset that counts as the same position, metres."""
 
 
 class Session(Tab):
@@ -84,12 +83,10 @@ class Session(Tab):
         traced = self._traced
         if traced is not None and not np.array_equal(traced.position, position):
             traced = None
-        dataset = self._subject.dataset
-        if dataset is not None:
-            distance = np.linalg.norm(dataset.positions - position, axis=1)
-            index = int(distance.argmin())
-            if distance[index] < AT_A_POSITION:
-                return f"recorded, spectrum {dataset.names[index]}", self._subject.recorded(index), traced
+        index = self._recorded_at(position)
+        if index is not None:
+            assert self._subject.dataset is not None
+            return f"recorded, spectrum {self._subject.dataset.names[index]}", self._subject.recorded(index), traced
         return "ray-traced", traced.spectrum if traced else None, traced
 
     def _show(self, position: Position) -> None:
@@ -105,6 +102,8 @@ class Session(Tab):
         grid = subject.beamformer.grid
         drawn = panels(self._by.value, predicted, name, truth, grid, in_phase, self._scale.value == "dB")
         image = draw(drawn, cast(Kind, self._kind.value), grid)
+        if subject.dataset is not None and subject.dataset.band_responses is not None:
+            image = np.concatenate([image, self._delays(position, traced, image.shape[1])])
         if self._image is None:
             self._image = self._gui.add_image(image, format="jpeg", jpeg_quality=92, order=-3)
         else:
@@ -113,6 +112,17 @@ class Session(Tab):
             position
         )
         self._layers.show(position, prediction, truth.values if truth else None, traced.paths if traced else None)
+
+    def _delays(self, position: Position, traced: Traced | None, width: int) -> UInt8[np.ndarray, "H W 3"]:
+        """The panel of power over delay at a position, with the traced paths where there are some."""
+        dataset, index = self._subject.dataset, self._recorded_at(position)
+        assert dataset is not None and dataset.band is not None and dataset.band_responses is not None
+        if index is None:
+            return draw_delays("power over delay: none recorded at this position", None, width)
+        profile = delay_profile(dataset.band_responses[index], dataset.band)
+        paths = traced.paths if traced else []
+        title = f"power over delay, recorded{' (orange: traced paths)' if paths else ''}"
+        return draw_delays(title, profile, width, paths)
 
     def _warning(self, position: Position) -> str:
         """Warnings at a position where the prediction extrapolates, or where the ray tracer may miss paths."""

@@ -21,6 +21,9 @@ from scenes.files.plain_text import in_markdown
 PLAY_SECONDS = 0.4
 """Time between two positions when the recorded path is played, seconds."""
 
+AT_A_POSITION = 1e-4
+"""Largest distance between the transmitter and a recorded position that counts as the same position, metres."""
+
 
 class Tab(ABC):
     """A tab with its own transmitter and controls. Its thread calls ``_show`` when something has changed.
@@ -99,6 +102,14 @@ class Tab(ABC):
 
     async def _switched(self, event) -> None:
         self._changed.set()
+
+    def _recorded_at(self, position: Position) -> int | None:
+        """Index of the recorded position at which the transmitter is; None: it is at none."""
+        if not len(self._recorded):
+            return None
+        distance = np.linalg.norm(self._recorded - position, axis=1)
+        index = int(distance.argmin())
+        return index if distance[index] < AT_A_POSITION else None
 
     def _go_to(self, index: int) -> None:
         self._move_to(self._recorded[index].astype(float))
