@@ -194,8 +194,8 @@ def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab
 
 @pytest.mark.skipif(FOR_THE_DOCS, reason="no picture of it is in the docs")
 def test_map_of_received_powers_lies_in_the_world_and_changes_with_the_gateway(tmp_path, serve, open_tab, on_screen):
-    corner, places = np.array([0.0, 0.0, 1.0]), np.random.default_rng(0).uniform((0, 0, 1), (4, 3, 1), (40, 3))
-    places[:2] = corner, (4, 3, 1)
+    places = np.random.default_rng(0).uniform((0, 0, 1), (4, 3, 1), (40, 3))
+    places[:3] = (2, 1.5, 1), (0, 0, 1), (4, 3, 1)  # the transmitter is at the first, and hides nothing
     gateways = {"low": (0.0, 0.0, 1.5), "high": (4.0, 3.0, 1.5)}
     powers = -40 - 20 * np.log10(np.linalg.norm(places[:, None] - list(gateways.values()), axis=-1))
     bisplat.write_rssi(tmp_path / "yard", places, powers, gateways, 2.4e9)
@@ -203,16 +203,16 @@ def test_map_of_received_powers_lies_in_the_world_and_changes_with_the_gateway(t
     for name in ("survey positions, by measured power", "gateways", "names of the gateways"):
         page.get_by_role("checkbox", name=name, exact=True).uncheck()
     bounds = np.array([[0, 0, 1], [4, 3, 1.5]])
-    near, far = (on_screen(page, np.array(place), bounds) for place in ((1.2, 0.2, 1.0), (3.4, 2.2, 1.0)))
+    near, far = (on_screen(page, np.array(place), bounds) for place in ((0.4, 0.3, 1.0), (3.6, 2.7, 1.0)))
 
-    def yellow(red, green, blue):
-        return min(red, green) - blue > 40
+    def strong(red, green, blue):
+        return green > 190 and green - blue > 60  # yellow-green; weak powers are violet, and the floor is white
 
-    wait_for_colour(page, *near, yellow)
-    wait_for_colour(page, *far, lambda *colour: not yellow(*colour))
+    wait_for_colour(page, *near, strong)
+    wait_for_colour(page, *far, lambda red, green, blue: green < 100)
     page.get_by_role("combobox", name="gateway", exact=True).click()
     page.get_by_role("option", name="high", exact=True).click()
-    wait_for_colour(page, *far, yellow)
+    wait_for_colour(page, *far, strong)
     page.context.close()
 
 
