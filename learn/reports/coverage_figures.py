@@ -68,7 +68,7 @@ def draw_coverage(coverage: CoverageMap, path: Path, scene: Scene | None = None)
         _mark(coverage, axis, [gateway])
         axis.set_title(in_figure(coverage.dataset.gateway_names[gateway]))
     label = "received power (dBm)"
-    figure.colorbar(image, ax=list(axes[:shown]), label=label, aspect=30, pad=0.02, extend="both")
+    figure.colorbar(image, ax=list(axes), label=label, aspect=30, pad=0.02, extend="both")
     key = _draw_strongest(coverage, axes[shown], lines)
     figure.legend(handles=[*key, *_handles(coverage, lines)], loc="outside upper left", ncols=5, handlelength=1.4)
     save(figure, path, _made(coverage), _note(coverage, shown))
