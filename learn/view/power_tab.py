@@ -151,7 +151,8 @@ def power_rows(
         measured: measured powers [G], dBm; NaN where nothing was received. None: nothing was measured there.
 
     >>> powers = PredictedPowers(np.array([[-71.2, -50.0]]), np.array([[-75.0, -54.0]]), np.array([[-68.0, -47.5]]))
-    >>> print("\\\\n".join(power_rows(["door", "roof"], -70, powers, np.array([np.nan, -52.0]))))
+    >>> for row in power_rows(["door", "roof"], -70, powers, np.array([np.nan, -52.0])):
+    ...     print(row)
     | gateway | predicted | 90 % interval | measured |
     | --- | --- | --- | --- |
     | roof | −50.0 dBm | −54.0 to −47.5 | −52.0 |
