@@ -6,6 +6,7 @@ from collections.abc import Callable
 from importlib.metadata import version
 
 from bisplat.commands.comparison_commands import ablate, compare, sweep
+from bisplat.commands.coverage_command import coverage
 from bisplat.commands.dataset_commands import convert, dataset, responses
 from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
 from bisplat.commands.rssi_command import rssi
@@ -19,7 +20,7 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "From a scene to a model": (scene, simulate, train, evaluate, view),
     "First look": (demo,),
     "Datasets": (check, dataset, convert, responses, rssi),
-    "Predictions": (predict, locate, plan, export),
+    "Predictions": (predict, locate, plan, coverage, export),
     "Comparisons": (crossvalidate, compare, ablate, sweep, engines),
     "Scenes": (calibrate,),
 }

@@ -9,6 +9,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from scenes.files.extras import require_extra
+from simulate.dataset.folder_kinds import is_csi, is_rssi
 
 
 def view(
@@ -18,23 +19,41 @@ def view(
 ) -> None:
     """Explore a run, a dataset or a scene in the browser.
 
-    The transmitter can be moved with the mouse. The page compares predicted with ray-traced spectra.
+    The transmitter can be moved with the mouse. The page compares predicted with ray-traced spectra. Of received powers
+    (RSSI) it shows the coverage map of each gateway, and of responses over a band the power over delay.
 
     Args:
-        what: run folder, dataset folder, or scene (a built-in name or a scene YAML).
+        what: run folder, dataset folder (spectra, RSSI or CSI), or scene (a built-in name or a scene YAML).
         port: port of the page, for browsers on this machine. If it is taken, the next free port.
         positions: CSV file of further positions to show, such as bisplat plan writes.
     """
     require_extra("viewer", "the viewer")
-    from learn.view.session import Session
-    from learn.view.subject import subject
-    from learn.view.tracing import Tracing
     from scenes.browser.served_page import serve
     from simulate.positions.given_positions import read_points
 
+    planned = None if positions is None else read_points(positions)
+    if is_rssi(Path(what)):
+        from learn.view.power_subject import PowerSubject
+        from learn.view.power_tab import PowerTab
+
+        powers = PowerSubject.of(Path(what))
+        powers.planned = planned
+        serve(f"bisplat: {powers.name}", port, lambda client: PowerTab(client, powers).close)
+        return
+    if is_csi(Path(what)):
+        from learn.view.channel_tab import ChannelTab, require_places_and_band
+        from simulate.csi.csi_dataset import read_csi
+
+        channels = read_csi(what)
+        require_places_and_band(channels)
+        serve(f"bisplat: {channels.folder.name}", port, lambda client: ChannelTab(client, channels, planned).close)
+        return
+    from learn.view.session import Session
+    from learn.view.subject import subject
+    from learn.view.tracing import Tracing
+
     shown = subject(what)
-    if positions is not None:
-        shown.planned = read_points(positions)
+    shown.planned = planned
     propagation, seed = shown.propagation
     tracing = None if shown.scene is None else Tracing(shown.scene, shown.beamformer, propagation, shown.region, seed)
     serve(f"bisplat: {shown.name}", port, lambda client: Session(client, shown, tracing).close)

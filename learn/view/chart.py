@@ -115,7 +115,7 @@ def _draw(panel: Panel, kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W
     np.copyto(plot_area, plot, where=_inside(kind, grid)[..., None])
     drawn = Image.fromarray(image)
     pen = ImageDraw.Draw(drawn)
-    pen.text((6, 18), printable(panel.title), fill=INK, font=_font(13), anchor="ls")
+    pen.text((6, 18), printable(panel.title), fill=INK, font=font(13), anchor="ls")
     for azimuth, elevation, ink in panel.marks:
         x, y = _where(azimuth, elevation, kind, grid)
         for radius, line in ((6, (255, 255, 255)), (5, ink), (4, ink), (3, (255, 255, 255))):
@@ -140,7 +140,7 @@ def _table(name: str) -> UInt8[np.ndarray, "256 3"]:
 
 
 @cache
-def _font(size: int) -> ImageFont.FreeTypeFont:
+def font(size: int) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(findfont("DejaVu Sans"), size)  # Matplotlib includes this font
 
 
@@ -190,7 +190,7 @@ def _frame(kind: Kind, grid: AngularGrid, colours: Colours) -> UInt8[np.ndarray,
     height, width = _inside(kind, grid).shape
     image = Image.new("RGB", (LEFT + width + RIGHT, TOP + height + BOTTOM), BACKGROUND)
     pen = ImageDraw.Draw(image)
-    small = _font(11)
+    small = font(11)
     if kind == "rectangular":
         pen.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=INK)
         for azimuth in range(0, 271, 90):

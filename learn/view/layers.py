@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
-from viser import BatchedMeshHandle, ClientHandle, PointCloudHandle, SceneNodeHandle
+from viser import BatchedMeshHandle, ClientHandle, PointCloudHandle
 
 from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.compared_spectra import PREDICTED, TRUE
 from learn.view.hemisphere import DOT_DEG, colours_of_dots, disc, dots, ellipses
+from learn.view.room_layers import add_room, add_transmitter, switch
 from learn.view.subject import Position, SpectrumArray, Subject
 from learn.view.uses import add_uses
 from scenes.browser.callbacks import shield
-from scenes.browser.scene_view import add_gateway, add_objects, add_region, set_up
+from scenes.browser.scene_view import add_gateway, add_region, set_up
 from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:
@@ -51,12 +51,7 @@ class Layers:
         self._size = float(np.linalg.norm(bounds[1] - bounds[0]))
         self._radius = 0.09 * self._size
         set_up(client, bounds)
-        rooms: list[SceneNodeHandle] = []
-        furniture: list[SceneNodeHandle] = []
-        if subject.scene is not None:
-            for nodes in add_objects(api, subject.scene).values():
-                for node in nodes:
-                    (rooms if node.name.startswith("/walls") else furniture).append(node)
+        rooms, furniture = add_room(client, subject.scene)
         add_gateway(api, subject.gateway, subject.wavelength, 0.8 * self._radius)
         elements = (subject.beamformer.array.positions * subject.wavelength).astype(np.float32)
         api.add_point_cloud("/gateway/elements", elements, (60, 0, 20), point_size=0.003 * self._size)
@@ -78,21 +73,18 @@ class Layers:
         self._splats: BatchedMeshHandle | None = None
 
         known, self._tested = self._positions(client)
-        self.transmitter = api.add_transform_controls(
-            "/transmitter", scale=0.1 * self._size, disable_rotations=True, depth_test=False, position=position
-        )
-        api.add_icosphere("/transmitter/tag", radius=0.008 * self._size, color=(255, 210, 0))
+        self.transmitter = add_transmitter(client, position, self._size)
         with client.gui.add_folder("Layers"):
             self._on_sphere = client.gui.add_dropdown("hemisphere shows", ("predicted", "recorded or traced"))
-            self._switch(client, "walls, floor, ceiling", rooms)
-            self._switch(client, "furniture", furniture)
-            self._switch(client, "transmitter region", [region])
-            self._switch(client, "training positions", known)
-            self._switch(client, "test positions, by SSIM (yellow: 1)", self._tested)
-            self._switch(client, "spectrum on the hemisphere", [self._sphere])
-            self._switch(client, "dominant directions", [self._predicted, self._true])
-            self._switch(client, "traced paths", [self._paths] if subject.scene else [])
-            add_uses(client, subject, self._size, self._switch)
+            switch(client, "walls, floor, ceiling", rooms)
+            switch(client, "furniture", furniture)
+            switch(client, "transmitter region", [region])
+            switch(client, "training positions", known)
+            switch(client, "test positions, by SSIM (yellow: 1)", self._tested)
+            switch(client, "spectrum on the hemisphere", [self._sphere])
+            switch(client, "dominant directions", [self._predicted, self._true])
+            switch(client, "traced paths", [self._paths] if subject.scene else [])
+            add_uses(client, subject, self._size)
             visible = subject.has_primitives
             self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=visible)
         self._primitives.on_update(shield(client, lambda event: changed()))
@@ -187,14 +179,3 @@ class Layers:
         for node in self._tested:
             if len(self._subject.scores):
                 node.colors = colour_of(self._subject.scores, LINEAR)
-
-    @staticmethod
-    def _switch(client: ClientHandle, label: str, nodes: Sequence[SceneNodeHandle]) -> None:
-        if nodes:
-            box = client.gui.add_checkbox(label, nodes[0].visible)
-
-            @box.on_update
-            @partial(shield, client)
-            def _(event) -> None:
-                for node in nodes:
-                    node.visible = box.value

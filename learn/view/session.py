@@ -2,35 +2,26 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
-from functools import partial
 from typing import cast, get_args
 
 import numpy as np
-from jaxtyping import Float
-from viser import ClientHandle, GuiImageHandle, TransformControlsEvent
+from jaxtyping import UInt8
+from viser import ClientHandle, GuiImageHandle
 
 from learn.view.chart import Kind, draw
 from learn.view.compared_spectra import numbers, panels
+from learn.view.delay_chart import delay_profile, draw_delays
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
+from learn.view.tab import Tab, outside
 from learn.view.tracing import Traced, Tracing
-from scenes.browser.callbacks import shield
 from scenes.files.plain_text import in_markdown
 
-PLAY_SECONDS = 0.4
-"""Time between two positions when the recorded path is played, seconds."""
 
-AT_A_POSITION = 1e-4
-"""Largest distance between the transmitter and a position of the dataset that counts as the same position, metres."""
-
-
-class Session:
-    """The control panel and the 3D view of a tab, and the thread that keeps them up to date.
-
-    Each tab has its own transmitter and controls; all tabs share the subject and the ray tracer.
+class Session(Tab):
+    """The control panel and the 3D view of a tab that shows spectra. All tabs share the subject and the ray tracer.
 
     Args:
         client: the tab.
@@ -39,49 +30,28 @@ class Session:
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):
+        recorded = np.zeros((0, 3)) if subject.dataset is None else subject.dataset.positions
+        super().__init__(client, recorded, subject.region.mean(axis=0))
         self._subject, self._tracing = subject, tracing
-        self._shield = partial(shield, client)
-        self._position: Position = subject.region.mean(axis=0)
-        if subject.dataset is not None:
-            self._position = subject.dataset.positions[0].astype(float)
         self._traced: Traced | None = None
-        self._changed, self._open = threading.Event(), True
-        self._build(client)
+        self._build("recorded spectrum")
         self._layers = Layers(client, subject, self._position, self._changed.set)
-        self._layers.transmitter.on_update(self._shield(self._dragged))
-        self._trace()
-        self._changed.set()
-        threading.Thread(target=self._keep_up_to_date, daemon=True).start()
+        self._begin(self._layers.transmitter)
         threading.Thread(target=self._shield(self._layers.colour_test_positions), daemon=True).start()
 
     def close(self) -> None:
         """End the tab's thread, and withdraw its request to the ray tracer."""
-        self._open = False
-        self._changed.set()
+        super().close()
         if self._tracing is not None:
             self._tracing.forget(self)
 
-    # --- the panel -----------------------------------------------------------------------------------------
-
-    def _build(self, client: ClientHandle) -> None:
-        gui, subject = client.gui, self._subject
-        self._gui = gui
+    def _build(self, recorded: str) -> None:
+        gui, subject = self._gui, self._subject
         for sentence in subject.missing:
             gui.add_markdown(f"**Note.** {in_markdown(sentence)}")
         self._image: GuiImageHandle | None = None  # made when the first panels are drawn
-        self._numbers = gui.add_markdown("", order=-2)
-        self._state = gui.add_markdown("", order=-1)
-        with gui.add_folder("Transmitter"):
-            self._place = gui.add_vector3("position (m)", self._position, step=0.001)
-            self._place.on_update(self._shield(self._typed))
-            self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
-            recorded = 0 if subject.dataset is None else len(subject.dataset.names)
-            self._number = gui.add_slider(
-                "recorded spectrum", 1, max(recorded, 2), 1, 1, visible=recorded > 1, hint="in the order of tx_pos.csv"
-            )
-            self._number.on_update(self._shield(self._chosen))
-            self._play = gui.add_checkbox("play along the recorded path", False, visible=recorded > 1)
-            self._play.on_update(self._shield(self._switched))
+        super()._build(recorded)
+        self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
         with gui.add_folder("Spectrum"):
             names = tuple(subject.predictors)
             self._by = gui.add_dropdown("predicted by", names or ("nothing",), visible=bool(names))
@@ -91,76 +61,17 @@ class Session:
         for each in (self._by, self._kind, self._quantity, self._scale):
             each.on_update(self._shield(self._switched))
 
-    # --- what the user does --------------------------------------------------------------------------------
-
-    async def _dragged(self, event: TransformControlsEvent) -> None:
-        self._position = np.array(event.target.position, dtype=float)
-        self._write_place()
-        if event.phase == "end" or self._live.value:
-            self._trace()
-        self._changed.set()
-
-    async def _typed(self, event) -> None:
-        if event.client is not None:  # the user typed it; an event of this program has no client
-            self._move_to(np.array(self._place.value))
-
-    async def _chosen(self, event) -> None:
-        if event.client is not None:
-            self._go_to(int(self._number.value) - 1)
-
-    async def _switched(self, event) -> None:
-        self._changed.set()
-
-    def _go_to(self, index: int) -> None:
-        assert self._subject.dataset is not None
-        self._move_to(self._subject.dataset.positions[index].astype(float))
-        self._write_place()
-
-    def _advance(self) -> None:
-        next_index = int(self._number.value) % int(self._number.max)
-        self._number.value = next_index + 1  # type: ignore[misc]
-        self._go_to(next_index)
-
-    def _move_to(self, position: Position) -> None:
-        self._position = position
-        self._layers.transmitter.position = position
-        self._trace()
-        self._changed.set()
-
-    def _write_place(self) -> None:
-        """Write the transmitter's position into its input field.
-
-        It is not called after the user typed a coordinate, since the user may be typing the next one.
-        """
-        self._place.value = tuple(self._position.round(4))  # type: ignore[misc, assignment]
-
-    # --- what is shown -------------------------------------------------------------------------------------
-
-    def _trace(self) -> None:
-        if self._tracing is not None and self._open:
+    def _moved(self, finished: bool) -> None:
+        if self._tracing is not None and self._open and (finished or self._live.value):
             self._tracing.request(self, self._position, self._keep_traced)
+        super()._moved(finished)
+
+    def _status(self) -> str:
+        return "" if self._tracing is None else self._tracing.state
 
     def _keep_traced(self, traced: Traced) -> None:
         self._traced = traced
         self._changed.set()
-
-    def _keep_up_to_date(self) -> None:
-        while True:
-            playing = self._play.value and self._subject.dataset is not None
-            if not self._changed.wait(PLAY_SECONDS if playing else 1.0) and playing:
-                self._shield(self._advance)()
-            if not self._open:
-                return
-            self._state.content = in_markdown(self._tracing.state) if self._tracing else ""
-            if self._changed.is_set():
-                self._changed.clear()
-                try:
-                    self._show(self._position)
-                except Exception as error:  # without this thread, the tab would never change again
-                    logging.getLogger("bisplat").exception(
-                        "the viewer cannot show the transmitter at %s", self._position
-                    )
-                    self._numbers.content = f"**Cannot be shown:** {in_markdown(str(error))}"
 
     def _true_at(self, position: Position) -> tuple[str, Spectrum | None, Traced | None]:
         """The true spectrum at a position: the recorded one if there is one, otherwise the traced one.
@@ -172,12 +83,10 @@ class Session:
         traced = self._traced
         if traced is not None and not np.array_equal(traced.position, position):
             traced = None
-        dataset = self._subject.dataset
-        if dataset is not None:
-            distance = np.linalg.norm(dataset.positions - position, axis=1)
-            index = int(distance.argmin())
-            if distance[index] < AT_A_POSITION:
-                return f"recorded, spectrum {dataset.names[index]}", self._subject.recorded(index), traced
+        index = self._recorded_at(position)
+        if index is not None:
+            assert self._subject.dataset is not None
+            return f"recorded, spectrum {self._subject.dataset.names[index]}", self._subject.recorded(index), traced
         return "ray-traced", traced.spectrum if traced else None, traced
 
     def _show(self, position: Position) -> None:
@@ -193,6 +102,8 @@ class Session:
         grid = subject.beamformer.grid
         drawn = panels(self._by.value, predicted, name, truth, grid, in_phase, self._scale.value == "dB")
         image = draw(drawn, cast(Kind, self._kind.value), grid)
+        if subject.dataset is not None and subject.dataset.band_responses is not None:
+            image = np.concatenate([image, self._delays(position, traced, image.shape[1])])
         if self._image is None:
             self._image = self._gui.add_image(image, format="jpeg", jpeg_quality=92, order=-3)
         else:
@@ -202,6 +113,17 @@ class Session:
         )
         self._layers.show(position, prediction, truth.values if truth else None, traced.paths if traced else None)
 
+    def _delays(self, position: Position, traced: Traced | None, width: int) -> UInt8[np.ndarray, "H W 3"]:
+        """The panel of power over delay at a position, with the traced paths where there are some."""
+        dataset, index = self._subject.dataset, self._recorded_at(position)
+        assert dataset is not None and dataset.band is not None and dataset.band_responses is not None
+        if index is None:
+            return draw_delays("power over delay: none recorded at this position", None, width)
+        profile = delay_profile(dataset.band_responses[index], dataset.band)
+        paths = traced.paths if traced else []
+        title = f"power over delay, recorded{' (orange: traced paths)' if paths else ''}"
+        return draw_delays(title, profile, width, paths)
+
     def _warning(self, position: Position) -> str:
         """Warnings at a position where the prediction extrapolates, or where the ray tracer may miss paths."""
         subject, warnings = self._subject, ""
@@ -210,17 +132,3 @@ class Session:
         if self._tracing is not None and outside(position, subject.region):
             warnings += "  \n**The position is outside the transmitter region: ray tracing may miss paths.**"
         return warnings
-
-
-def outside(position: Position, box: Float[np.ndarray, "2 3"]) -> bool:
-    """Whether a position is outside a box.
-
-    Args:
-        position: a position, metres, world frame.
-        box: corners (min, max) of the box, metres, world frame.
-
-    >>> box = np.array([[0.0, 0.0, 0.0], [4.0, 3.0, 2.0]])
-    >>> outside(np.array([1.0, 1.0, 1.0]), box), outside(np.array([1.0, 3.5, 1.0]), box)
-    (False, True)
-    """
-    return bool((position < box[0] - 1e-9).any() or (position > box[1] + 1e-9).any())

@@ -27,6 +27,7 @@ from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.fixed_array import require_fixed_end
+from simulate.dataset.recorded_scene import recorded_scene
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
@@ -260,15 +261,15 @@ def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> S
     gateway = Gateway(position, orientation, **array.of_gateway())  # type: ignore[arg-type]
     region = bounding_box(dataset.positions)
     scene = None
-    if "scene_file" not in dataset.metadata:
-        missing = ["The dataset names no scene (measured datasets have none), so there is no ray tracing."]
-    else:
-        try:
-            complete_scene = load_scene(dataset.folder / dataset.metadata["scene_file"])
+    try:
+        complete_scene = recorded_scene(dataset.folder, dataset.metadata)
+        if complete_scene is None:
+            missing = ["The dataset names no scene (measured datasets have none), so there is no ray tracing."]
+        else:
             scene, missing = seen_by(dataset, complete_scene), _other_gateways(complete_scene)
             region = bounding_box(np.vstack([region, scene.transmitter.region]))
-        except (InputError, OSError) as error:
-            missing = [f"The scene of this dataset cannot be read ({error}), so there is no ray tracing."]
+    except (InputError, OSError) as error:
+        missing = [f"The scene of this dataset cannot be read ({error}), so there is no ray tracing."]
     return Subject(name, scene.gateway if scene else gateway, region, scene, dataset, parts, run, missing)
 
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float
 from viser import ClientHandle, SceneNodeHandle
 
 from learn.localisation.places_file import read_places
 from learn.models.geometry import grid_in
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import Colours, colour_of
+from learn.view.room_layers import add_dots, add_planned, switch
 from learn.view.subject import Subject
 from scenes.browser.callbacks import shield
 from scenes.files.errors import InputError
@@ -21,7 +21,7 @@ from scenes.files.errors import InputError
 CLOUD = 1200
 """Number of positions in the region at which the standard deviation is drawn."""
 
-LOCATED, PLANNED = (230, 120, 0), (200, 0, 200)
+LOCATED = (230, 120, 0)
 
 LOCATIONS = "evaluation/locations.csv"
 """File in a run folder, written by ``bisplat evaluate --locate``."""
@@ -65,38 +65,25 @@ def located(subject: Subject) -> Float[np.ndarray, "K 2 3"] | None:
     return np.array([[subject.dataset.positions[number], position] for number, position in found])
 
 
-def add_uses(client: ClientHandle, subject: Subject, size: float, switch: Callable[..., None]) -> None:
+def add_uses(client: ClientHandle, subject: Subject, size: float) -> None:
     """Draw the layers that the subject has, each with its checkbox.
 
     Args:
         client: the tab.
         subject: what is shown.
         size: size of the view, metres.
-        switch: function that adds a checkbox for nodes, ``Layers._switch``.
     """
-    if subject.planned is not None:
-        colours = np.full(subject.planned.shape, PLANNED, np.uint8)
-        planned = _dots(client, "/planned", subject.planned, colours, 0.008 * size)
-        switch(client, f"planned positions ({len(subject.planned)})", [planned])
+    add_planned(client, subject.planned, size)
     lines = shield(client, located)(subject)
     if lines is not None:
         errors = client.scene.add_line_segments(
             "/located/errors", lines.astype(np.float32), LOCATED, thickness=2, thickness_units="screen"
         )
         colours = np.full(lines[:, 1].shape, LOCATED, np.uint8)
-        places = _dots(client, "/located/places", lines[:, 1], colours, 0.005 * size)
+        places = add_dots(client, "/located/places", lines[:, 1], colours, 0.005 * size)
         switch(client, f"located transmitters, with errors ({len(lines)})", [errors, places])
     if subject.run is not None:
         _add_cloud(client, subject, size)
-
-
-def _dots(
-    client: ClientHandle, name: str, positions: Float[np.ndarray, "n 3"], colours: UInt8[np.ndarray, "n 3"], size: float
-) -> SceneNodeHandle:
-    """Round dots of a size in metres."""
-    return client.scene.add_point_cloud(
-        name, positions.astype(np.float32), colours, point_size=size, point_shape="circle", point_shading="flat"
-    )
 
 
 def _add_cloud(client: ClientHandle, subject: Subject, size: float) -> None:
@@ -113,7 +100,7 @@ def _add_cloud(client: ClientHandle, subject: Subject, size: float) -> None:
                 raise InputError("expected a run that states its standard deviation, found one that does not")
             scale = Colours(MAGNITUDE, float(found.deviations.min()), float(found.deviations.max()) + 1e-9, "")
             colours = colour_of(found.deviations, scale)
-            drawn.append(_dots(client, "/deviation", found.positions, colours, 0.003 * size))
+            drawn.append(add_dots(client, "/deviation", found.positions, colours, 0.003 * size))
             box.label = f"standard deviation ({scale.low:.3f} to {scale.high:.3f}; yellow: large)"
         for node in drawn:
             node.visible = box.value

@@ -32,6 +32,7 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "demo": ("--spectra 0", ()),
     "view": ("nowhere", ()),
     "calibrate": ("closet nowhere", ()),
+    "coverage": ("nowhere", ()),
     "plan": ("kriged -n 3", ("data", "kriged")),
     "locate": ("kriged --pictures data", ("data", "kriged")),
 }

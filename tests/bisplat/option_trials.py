@@ -244,6 +244,19 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("plan closet -o out.csv", ["--target 0.85"], PLANNED),
         *_trials("plan closet -o out.csv", [("-o out2.csv", "-o out.csv"), "--force"], NEW_IN_USES),
     ],
+    "coverage": [
+        *_trials("coverage heard -o out --method mean --step 1", ["--height 0.5", "--region 0 0 2 2"]),
+        *_trials(
+            "coverage heard -o out --method mean --step 1",
+            [("-o out2", "-o out"), ("--method nearest", "--method mean"), ("--step 0.5", "--step 1")],
+        ),
+        *_trials(
+            "coverage heard -o out --method mean --step 1",
+            ["--scene closet"],
+            "learn.reports.coverage_report:write_coverage_files",
+        ),
+        *_trials("coverage heard -o out --method mean --step 1", ["--force"], there="out/coverage.npz"),
+    ],
     "export": [
         *_trials("export mlp", ["-o out.pt2"]),
         *_trials("export data", ["--hdf5 out.h5"]),

@@ -361,6 +361,21 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "known": ("x", 3, [], [1.5], [-1], [12], [True], {"x": 1}),
             },
         ),
+        "coverage_map": Call(
+            bisplat.coverage_map,
+            {"powers": file.with_name("powers"), "method": "mean"},
+            {
+                "powers": (*PATH[:4], "nowhere", data), "method": WORD, "height": (*NUMBER, 1e9),
+                "step": (*NUMBER, 0, -1, None, 1e-9),
+                "region": ("x", 3, [], [0, 0, 1], [0, 0, 0, 1], [1, 0, 0, 1], [0, 0, NAN, 1], [0, 0, 1, 1e9], {"x": 1}),
+            },
+            CALLBACK,
+        ),
+        "write_coverage": Call(
+            bisplat.write_coverage,
+            {"coverage": bisplat.coverage_map(file.with_name("powers"), method="mean", step=1.0), "folder": "map"},
+            {"coverage": OBJECT, "folder": PATH, "scene": OBJECT, "force": FLAG},
+        ),
         "compare_channels": Call(
             bisplat.compare_channels,
             {"dataset": file.with_name("links"), "methods": ["copy"], "split": "random"},
@@ -543,6 +558,7 @@ NOT_CALLED = {
     "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
     "CsiDataset": "made by read_csi",
     "FittedPowers": "made by fit_powers",
+    "CoverageMap": "made by coverage_map",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",

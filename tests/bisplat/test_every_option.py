@@ -46,6 +46,7 @@ DRAWN = (
     "learn.reports.comparison_report:write_sweep",
     "learn.reports.engines_report:draw_plane",
     "learn.reports.score_report:draw_sweep",
+    "learn.reports.coverage_report:draw_coverage",
     "learn.evaluation.engines_plane:compare_on_plane",
     "learn.comparison.experiment:array_ceiling",
 )

@@ -19,6 +19,7 @@ from learn.view.compared_spectra import in_phase_with, numbers, panels
 from learn.view.hemisphere import DOT_DEG, dots, ellipses
 from learn.view.session import Session
 from learn.view.subject import Spectrum, subject
+from learn.view.tab import Tab
 from learn.view.tracing import Tracing
 from scenes.files.errors import InputError
 from scenes.files.extras import MissingExtraError
@@ -278,12 +279,11 @@ def test_names_in_a_panel_are_text():
     said: list[str] = []
     gui = MagicMock()
     gui.add_markdown.side_effect = lambda content, **options: said.append(content)
-    nothing = SimpleNamespace(
-        missing=["no [link](x) <img src=x>"], region=np.zeros((2, 3)), dataset=None, predictors={"m": None}
-    )
+    nothing = SimpleNamespace(missing=["no [link](x) <img src=x>"], predictors={"m": None})
     tab = Session.__new__(Session)
-    tab._subject, tab._tracing, tab._position, tab._shield = nothing, None, np.zeros(3), lambda callback: callback
-    tab._build(SimpleNamespace(gui=gui))
+    Tab.__init__(tab, SimpleNamespace(gui=gui), np.zeros((0, 3)), np.zeros(3))
+    tab._subject, tab._tracing = nothing, None
+    tab._build("recorded spectrum")
     assert said[0] == r"**Note.** no \[link\]\(x\) \<img src\=x\>"
 
 
@@ -310,12 +310,12 @@ def test_tab_that_cannot_show_a_position_says_so_and_logs_the_traceback(caplog):
         _changed=changed,
         _open=True,
         _state=SimpleNamespace(),
-        _tracing=None,
+        _status=str,
         _show=refuse,
         _position=np.zeros(3),
         _numbers=SimpleNamespace(),
     )
     threading.Timer(0.5, changed.set).start()  # closing a tab wakes its thread
-    Session._keep_up_to_date(tab)
+    Tab._keep_up_to_date(tab)
     assert tab._numbers.content == "**Cannot be shown:** no such position"
     assert "in refuse" in caplog.text and "ValueError: no such position" in caplog.text

@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Page, expect
 
+import bisplat
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.places.lab import lab
@@ -189,6 +190,30 @@ def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab
         expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse-distance")
     page.context.close()
     assert served.end() == (0, "")
+
+
+@pytest.mark.skipif(FOR_THE_DOCS, reason="no picture of it is in the docs")
+def test_map_of_received_powers_lies_in_the_world_and_changes_with_the_gateway(tmp_path, serve, open_tab, on_screen):
+    places = np.random.default_rng(0).uniform((0, 0, 1), (4, 3, 1), (40, 3))
+    places[:3] = (2, 1.5, 1), (0, 0, 1), (4, 3, 1)  # the transmitter is at the first, and hides nothing
+    gateways = {"low": (0.0, 0.0, 1.5), "high": (4.0, 3.0, 1.5)}
+    powers = -40 - 20 * np.log10(np.linalg.norm(places[:, None] - list(gateways.values()), axis=-1))
+    bisplat.write_rssi(tmp_path / "yard", places, powers, gateways, 2.4e9)
+    page = open_tab(serve("view", str(tmp_path / "yard"), "--port", free_port()).url, "Survey position 1")
+    for name in ("survey positions, by measured power", "gateways", "names of the gateways"):
+        page.get_by_role("checkbox", name=name, exact=True).uncheck()
+    bounds = np.array([[0, 0, 1], [4, 3, 1.5]])
+    near, far = (on_screen(page, np.array(place), bounds) for place in ((0.4, 0.3, 1.0), (3.6, 2.7, 1.0)))
+
+    def strong(red, green, blue):
+        return green > 190 and green - blue > 60  # yellow-green; weak powers are violet, and the floor is white
+
+    wait_for_colour(page, *near, strong)
+    wait_for_colour(page, *far, lambda red, green, blue: green < 100)
+    page.get_by_role("combobox", name="gateway", exact=True).click()
+    page.get_by_role("option", name="high", exact=True).click()
+    wait_for_colour(page, *far, strong)
+    page.context.close()
 
 
 def test_run_without_its_scene_says_so_on_another_port_until_interrupted(run, viewer, tmp_path, serve, open_tab):

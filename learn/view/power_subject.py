@@ -1,0 +1,120 @@
+"""Received powers that the viewer shows: the folder, its scene, fitted methods, and maps that all tabs share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from learn.powers.coverage import CoverageMap, coverage_map
+from learn.powers.fit_powers import FittedPowers, fit_powers
+from learn.powers.known_powers import PredictedPowers
+from scenes.files.errors import InputError
+from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
+from simulate.dataset.recorded_scene import recorded_scene
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+
+CELLS = 4000
+"""About the number of cells of a map; more would take longer than a user wants to wait."""
+
+
+@dataclass
+class PowerSubject:
+    """A folder of received powers that the viewer shows.
+
+    Attributes:
+        name: name of the folder.
+        dataset: the powers.
+        known: indices of the positions that methods learn from: the folder's training part, or all if it has none.
+        scene: the scene of the folder. None: it has none.
+        missing: one sentence for each part of the subject that could not be read.
+        planned: further positions to show, metres, world frame.
+    """
+
+    name: str
+    dataset: RssiDataset
+    known: Int[np.ndarray, " n"]
+    scene: Scene | None
+    missing: list[str]
+    planned: Float[np.ndarray, "n 3"] | None = None
+    _fitted: dict[str, FittedPowers] = field(default_factory=dict, repr=False)
+    _maps: dict[tuple[str, float], CoverageMap] = field(default_factory=dict, repr=False)
+    _one_at_a_time: Lock = field(default_factory=Lock, repr=False)
+
+    @classmethod
+    def of(cls, folder: Path) -> PowerSubject:
+        """Read a folder.
+
+        Args:
+            folder: the folder.
+
+        Raises:
+            InputError: it cannot be read. If only its scene cannot be read, there is no error but a sentence in
+                ``missing``.
+        """
+        dataset, missing, scene = read_rssi(folder), [], None
+        try:
+            scene = recorded_scene(folder, dataset.metadata)
+        except (InputError, OSError) as error:
+            missing.append(f"The scene of this folder cannot be read ({error}), so the room is not drawn.")
+        known = dataset.train if len(dataset.train) else np.arange(len(dataset))
+        return cls(folder.resolve().name, dataset, known, scene, missing)
+
+    @property
+    def region(self) -> Float[np.ndarray, "2 3"]:
+        """Corners (min, max) of the box of all positions, metres, world frame."""
+        return bounding_box(self.dataset.positions)
+
+    @property
+    def known_region(self) -> Float[np.ndarray, "2 3"]:
+        """Corners (min, max) of the box of the known positions, metres, world frame."""
+        return bounding_box(self.dataset.positions[self.known])
+
+    @property
+    def middle_height(self) -> float:
+        """Median height of the known positions, metres."""
+        return float(np.median(self.dataset.positions[self.known, 2]))
+
+    @property
+    def step(self) -> float:
+        """Side of a cell of a map, metres."""
+        width, depth = np.ptp(self.known_region, axis=0)[:2]
+        return max(float(np.sqrt(width * depth / CELLS)), float(max(width, depth)) / CELLS, 0.01)
+
+    @property
+    def strongest_measured(self) -> Int[np.ndarray, " K"]:
+        """Index of the gateway that received most from each position; −1 where none received anything."""
+        powers = np.where(np.isnan(self.dataset.rssi_dbm), -np.inf, self.dataset.rssi_dbm)
+        return np.where(np.isfinite(powers).any(axis=1), powers.argmax(axis=1), -1)
+
+    def predict(self, method: str, position: Float[np.ndarray, " 3"]) -> PredictedPowers:
+        """Powers at a position in metres, world frame: arrays [1, G]. The first call of a method fits it.
+
+        Args:
+            method: name of the method.
+            position: position of the transmitter.
+        """
+        with self._one_at_a_time:
+            return self._fit(method).predict(position[None])
+
+    def coverage(self, method: str, height: float) -> CoverageMap:
+        """The map of a method at a height in metres. It is computed once.
+
+        Args:
+            method: name of the method.
+            height: z of the map.
+        """
+        with self._one_at_a_time:
+            key = method, round(height, 3)
+            if key not in self._maps:
+                self._maps[key] = coverage_map(self._fit(method), height=height, step=self.step)
+            return self._maps[key]
+
+    def _fit(self, method: str) -> FittedPowers:
+        if method not in self._fitted:
+            self._fitted[method] = fit_powers(self.dataset, method, known=self.known)
+        return self._fitted[method]

@@ -1,0 +1,173 @@
+"""One browser tab of received powers: the coverage map over the room, and the powers at the movable transmitter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+from viser import ClientHandle, GuiImageHandle, ImageHandle
+
+from learn.powers.known_powers import PredictedPowers
+from learn.powers.power_methods import POWER_METHODS
+from learn.view.coverage_layer import POWER, STRONGEST, WIDTH, Drawn, drawn
+from learn.view.power_subject import PowerSubject
+from learn.view.room_layers import add_dots, add_planned, add_room, add_transmitter, switch
+from learn.view.subject import Position
+from learn.view.tab import Tab, outside
+from scenes.browser.scene_view import GATEWAY, add_region, set_up
+from scenes.files.plain_text import in_markdown
+from scenes.scene.shapes import bounding_box
+
+ROWS = 24
+"""Most gateways in the table of powers, the strongest ones."""
+
+
+class PowerTab(Tab):
+    """The control panel and the 3D view of a tab that shows received powers. All tabs share the subject.
+
+    Args:
+        client: the tab.
+        subject: the powers.
+    """
+
+    def __init__(self, client: ClientHandle, subject: PowerSubject):
+        super().__init__(client, subject.dataset.positions, subject.region.mean(axis=0))
+        self._subject, self._client = subject, client
+        self._image: GuiImageHandle | None = None
+        self._map: ImageHandle | None = None
+        self._mapped: tuple[str, ...] = ()
+        self._build("survey position")
+        names = subject.dataset.gateway_names
+        with self._gui.add_folder("Map"):
+            self._shown = self._gui.add_dropdown("gateway", (*names, STRONGEST), initial_value=names[0])
+            self._quantity = self._gui.add_dropdown("quantity", (POWER, WIDTH))
+            self._by = self._gui.add_dropdown("predicted by", tuple(POWER_METHODS), initial_value="helmholtz")
+            self._height = self._gui.add_number("height (m)", round(subject.middle_height, 2), step=0.01)
+        for each in (self._shown, self._quantity, self._by, self._height):
+            each.on_update(self._shield(self._switched))
+        self._add_layers()
+        self._begin(add_transmitter(client, self._position, self._size))
+
+    def _build(self, recorded: str) -> None:
+        for sentence in self._subject.missing:
+            self._gui.add_markdown(f"**Note.** {in_markdown(sentence)}")
+        super()._build(recorded)
+
+    def _add_layers(self) -> None:
+        subject, client = self._subject, self._client
+        gateways = subject.dataset.gateway_positions
+        bounds = [] if subject.scene is None else [subject.scene.bounds]
+        whole = bounding_box(np.vstack([subject.dataset.positions, gateways, *bounds]))
+        self._size = float(np.linalg.norm(whole[1] - whole[0])) or 1.0
+        set_up(client, whole)
+        walls, furniture = add_room(client, subject.scene)
+        marks = add_dots(client, "/gateways", gateways, np.full(gateways.shape, GATEWAY, np.uint8), 0.014 * self._size)
+        labels = [
+            client.scene.add_label(f"/names/{number}", name, position=place)
+            for number, (name, place) in enumerate(zip(subject.dataset.gateway_names, gateways, strict=True))
+        ]
+        grey = np.full(subject.dataset.positions.shape, 170, np.uint8)
+        self._survey = add_dots(client, "/survey", subject.dataset.positions, grey, self._dot_size())
+        region = add_region(client.scene, subject.known_region)
+        with self._gui.add_folder("Layers"):
+            self._on = self._gui.add_checkbox("map", True)
+            switch(client, "survey positions, by measured power", [self._survey])
+            switch(client, "gateways", [marks])
+            switch(client, "names of the gateways", labels)
+            switch(client, "walls, floor, ceiling", walls)
+            switch(client, "furniture", furniture)
+            switch(client, "box of the known positions", [region])
+            add_planned(client, subject.planned, self._size)
+        self._on.on_update(self._shield(self._hide))
+
+    def _dot_size(self) -> float:
+        """Size of a survey position, metres: small enough that the map shows between them."""
+        positions = self._subject.dataset.positions
+        if len(positions) < 2:
+            return 0.005 * self._size
+        nearest = cKDTree(positions).query(positions, k=2)[0][:, 1]
+        return float(np.clip(0.3 * np.median(nearest), 0.0005 * self._size, 0.005 * self._size))
+
+    async def _hide(self, event) -> None:
+        if self._map is not None:
+            self._map.visible = self._on.value
+
+    def _show(self, position: Position) -> None:
+        method = self._by.value
+        self._state.content = f"{method} is computing"
+        predicted = self._subject.predict(method, position)
+        self._numbers.content = self._table(predicted, position)
+        asked = (method, f"{self._height.value:.3f}", self._shown.value, self._quantity.value)
+        if asked != self._mapped:
+            self._draw(method)
+            self._mapped = asked
+        self._state.content = ""
+
+    def _draw(self, method: str) -> None:
+        """Draw the map, the colours of the survey positions and the key."""
+        coverage = self._subject.coverage(method, float(self._height.value))
+        found = drawn(self._subject, coverage, self._shown.value, self._quantity.value)
+        left, bottom, right, top = coverage.edges
+        middle = ((left + right) / 2, (bottom + top) / 2, coverage.height)
+        # viser draws the first row of an image at the smallest y of its own frame, which is the world's here.
+        self._map = self._client.scene.add_image(
+            "/map", found.image, right - left, top - bottom, position=middle, cast_shadow=False, receive_shadow=False
+        )
+        self._map.visible = self._on.value
+        self._survey.colors = found.points
+        self._draw_key(found)
+
+    def _draw_key(self, found: Drawn) -> None:
+        if self._image is None:
+            self._image = self._gui.add_image(found.key, format="png", order=-3)
+        else:
+            self._image.image = found.key
+
+    def _table(self, predicted: PredictedPowers, position: Position) -> str:
+        """The powers at the transmitter, as Markdown."""
+        subject = self._subject
+        lines = []
+        index = self._recorded_at(position)
+        measured = None if index is None else subject.dataset.rssi_dbm[index]
+        if index is not None:
+            learned = "learned from it" if index in subject.known else "did not learn from it"
+            lines += [f"Survey position {index + 1}; {self._by.value} {learned}", ""]
+        lines += power_rows(subject.dataset.gateway_names, subject.dataset.floor_dbm, predicted, measured)
+        if outside(position, subject.known_region):
+            lines += ["", "**The position is outside the bounding box of the known positions.**"]
+        return "\n".join(lines)
+
+
+def power_rows(
+    names: Sequence[str], floor: float, predicted: PredictedPowers, measured: np.ndarray | None
+) -> list[str]:
+    """A Markdown table of the powers at one position, the strongest gateway first.
+
+    Args:
+        names: names of the G gateways.
+        floor: power below which nothing is received, dBm.
+        predicted: powers [1, G], dBm.
+        measured: measured powers [G], dBm; NaN where nothing was received. None: nothing was measured there.
+
+    >>> powers = PredictedPowers(np.array([[-71.2, -50.0]]), np.array([[-75.0, -54.0]]), np.array([[-68.0, -47.5]]))
+    >>> for row in power_rows(["door", "roof"], -70, powers, np.array([np.nan, -52.0])):
+    ...     print(row)
+    | gateway | predicted | 90 % interval | measured |
+    | --- | --- | --- | --- |
+    | roof | −50.0 dBm | −54.0 to −47.5 | −52.0 |
+    | door | below −70 | −75.0 to −68.0 | nothing |
+    """
+    order = np.argsort(-predicted.median[0])[:ROWS]
+    headings = ["gateway", "predicted", *(["90 % interval"] if predicted.low is not None else [])]
+    headings += [] if measured is None else ["measured"]
+    rows = [f"| {' | '.join(headings)} |", f"| {' | '.join(['---'] * len(headings))} |"]
+    for each in order:
+        median = predicted.median[0, each]
+        cells = [in_markdown(names[each]), f"{median:.1f} dBm" if median >= floor else f"below {floor:g}"]
+        if predicted.low is not None and predicted.high is not None:
+            cells.append(f"{predicted.low[0, each]:.1f} to {predicted.high[0, each]:.1f}")
+        if measured is not None:
+            cells.append("nothing" if np.isnan(measured[each]) else f"{measured[each]:.1f}")
+        rows.append(f"| {cells[0]} | {' | '.join(cells[1:]).replace('-', '−')} |")
+    return rows
