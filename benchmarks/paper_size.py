@@ -1,9 +1,9 @@
-"""How good are the published models at their published sizes, trained on a GPU for some minutes?
+"""How good are the published models at their published sizes, trained for some minutes, and do they still improve?
 
 bisplat simulate lab -n 6000 -o runs/lab-6000
 python benchmarks/paper_size.py runs/lab-6000 --json
 
-All models are trained at once, each in a process of its own, so that they share the GPU. The split is random, as that
+The models are trained at once, each in a process of its own, so that they share the GPU. The split is random, as that
 of the paper's data is. Before, a hundred steps and the predictions of each model are timed alone. Beside the models are
 `helmholtz`, which uses the CPU, and two baselines that copy and average known spectra. The runs are kept in a folder,
 where the same call continues them.
@@ -47,10 +47,13 @@ PAPER_SIZE = {
     "bisplat": Size("bisplat", {}),
     "bisplat-plus": Size("bisplat-plus", {}),
     "nerf2": Size("nerf2", {}),
-    "swiftwrf with 10,000 Gaussians": Size("swiftwrf", {"primitives": 10_000}),
+    "swiftwrf": Size("swiftwrf", {}),
     "bisplat-aperture": Size("bisplat-aperture", {}),
 }
 """The models by the label of their row."""
+
+REDUCED = ("nerf2", "swiftwrf")
+"""Models that are also trained at the size that they have without a GPU, where there is none."""
 
 SMALLEST = {"bisplat": Size("bisplat", {"primitives": 20, "clusters": 16, "ffn_width": 16, "ffn_layers": 1})}
 """The models where the benchmark is at its smallest."""
@@ -136,10 +139,25 @@ def _ssim(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
     return {"SSIM median": round(float(np.median(similarity)), 4), "SSIM mean": round(float(similarity.mean()), 4)}
 
 
+def chosen(models: tuple[str, ...]) -> dict[str, Size]:
+    """The trained models by the label of their row."""
+    import torch
+
+    from learn.training.registry import MODELS
+
+    found = {name: size for name, size in PAPER_SIZE.items() if not models or name in models}
+    if not torch.cuda.is_available():
+        reduced = {name: Size(name, dict(MODELS[name].options_without_gpu)) for name in REDUCED if name in found}
+        found |= {f"{name} (reduced)": size for name, size in reduced.items()}
+    return found
+
+
 def main(
     dataset: Positional[Path],
     folder: Path = Path("runs/paper-size"),
+    models: tuple[str, ...] = (),
     minutes: float = 6.0,
+    at_once: int = 6,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
@@ -148,17 +166,19 @@ def main(
     Args:
         dataset: dataset folder.
         folder: folder that keeps the runs.
+        models: names of the models to train (default: all, and on a CPU the reduced ones, too).
+        at_once: number of trainings that run at the same time.
         minutes: how long each model is trained, while the others are trained, too.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
-    sizes, steps, timed_steps = (SMALLEST, 2, 2) if smallest else (PAPER_SIZE, None, TIMED_STEPS)
+    sizes, steps, timed_steps = (SMALLEST, 2, 2) if smallest else (chosen(models), None, TIMED_STEPS)
     with TemporaryDirectory() as temporary:
         folder = Path(temporary) if smallest else folder
         alone = {
             label: timed_alone(dataset, folder / "alone" / label, size, timed_steps) for label, size in sizes.items()
         }
-        with ProcessPoolExecutor(len(sizes) + 1, mp_context=get_context("spawn")) as pool:
+        with ProcessPoolExecutor(at_once, mp_context=get_context("spawn")) as pool:
             trainings = {
                 label: pool.submit(trained, dataset, folder / label, size, minutes, steps)
                 for label, size in sizes.items()

@@ -37,7 +37,7 @@ ONLY_TIMED = ("bisplat-plus", "nerf2")
 SPLATTED = {
     "bisplat": "learn.models.bisplat.splat",
     "bisplat-plus": "learn.models.bisplat.splat",
-    "swiftwrf": "learn.models.swiftwrf.splat",
+    "swiftwrf": "learn.models.swiftwrf.splat_by_conic",
 }
 """What splats primitives, of the models that do."""
 
@@ -103,10 +103,13 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
 
 
 def nothing_splatted(*arguments: Any) -> Any:
-    """A cheap field that depends on all attributes of the primitives, with the arguments of ``splat``."""
+    """A cheap field that depends on all attributes of the primitives, with the arguments of the renderers."""
+    import torch
+
     *attributes, azimuths, elevations = arguments
-    together = sum(each.sum() for each in attributes)
-    return together.expand(len(attributes[3]), len(elevations), len(azimuths), 2) * 1e-9
+    tensors = [each for part in attributes for each in (part if isinstance(part, tuple) else (part,))]
+    together = torch.stack([each.sum() for each in tensors]).sum()
+    return together.expand(len(attributes[-1]), len(elevations), len(azimuths), 2) * 1e-9
 
 
 def trained(name: str, dataset: Any, steps: int, full_resolution: float, options: dict[str, Any]) -> dict[str, float]:

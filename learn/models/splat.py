@@ -15,6 +15,9 @@ from torch import Tensor
 
 from learn.models.splat_cpu import splat_cpu
 
+Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]]
+"""The entries a, b, c of the inverse covariances Σ⁻¹ = [[a, b], [b, c]] of primitives, per square degree."""
+
 
 class Splats(NamedTuple):
     """Primitives as they are blended for B transmitters: the first arguments of ``splat``.
@@ -39,8 +42,8 @@ class Splats(NamedTuple):
 
 
 def splat(
-    azimuth: Float[Tensor, " N_p"],
-    elevation: Float[Tensor, " N_p"],
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
     depth: Float[Tensor, " N_p"],
     scale: Float[Tensor, "B N_p 2"],
     rotation: Float[Tensor, "B N_p"],
@@ -52,8 +55,8 @@ def splat(
     """The complex field ``F = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` with ``α_i = o_i G_i(φ, θ)``, nearer primitives first.
 
     Args:
-        azimuth: φ_i, degrees, in [0, 360).
-        elevation: θ_i, degrees.
+        azimuth: φ_i, degrees, in [0, 360), the same for all transmitters or for each its own.
+        elevation: θ_i, degrees, likewise.
         depth: d_i; primitives of equal depth keep their order.
         scale: standard deviations (s_x, s_y) along the rotated axes, degrees.
         rotation: ρ_i, radians.
@@ -63,21 +66,43 @@ def splat(
         elevations: elevations of the grid's rows, degrees.
     """
     order = torch.argsort(depth, stable=True)
-    azimuth, elevation = azimuth[order], elevation[order]
+    azimuth, elevation = azimuth[..., order], elevation[..., order]
     conic = conic_of(scale[:, order], rotation[:, order])
-    opacity, coefficient = opacity[:, order], coefficient[:, order]
+    return splat_by_conic(azimuth, elevation, conic, opacity[:, order], coefficient[:, order], azimuths, elevations)
+
+
+def splat_by_conic(
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
+    conic: Conic,
+    opacity: Float[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
+    azimuths: Float[Tensor, " W"],
+    elevations: Float[Tensor, " H"],
+) -> Float[Tensor, "B H W 2"]:
+    """The field of primitives that are already in depth order, by the fastest renderer that the device has.
+
+    Args:
+        azimuth: as for ``splat``.
+        elevation: as for ``splat``.
+        conic: a, b, c of ``conic_of``.
+        opacity: as for ``splat``.
+        coefficient: as for ``splat``.
+        azimuths: as for ``splat``.
+        elevations: as for ``splat``.
+    """
     if torch.compiler.is_exporting():
         renderer = splat_reference  # its operators exist in every runtime
-    elif azimuth.device.type == "cpu":
+    elif opacity.device.type == "cpu":
         renderer = splat_cpu
-    elif azimuth.device.type == "cuda":
+    elif opacity.device.type == "cuda":
         from learn.models.splat_triton import splat_triton as renderer  # only CUDA builds of torch include Triton
     else:
         renderer = splat_reference
     return renderer(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
 
 
-def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> tuple[Tensor, Tensor, Tensor]:
+def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> Conic:
     """The entries a, b, c of Σ⁻¹ = [[a, b], [b, c]], with Σ = R(ρ) diag(s_x², s_y²) R(ρ)ᵀ, per square degree.
 
     Args:
@@ -94,9 +119,9 @@ def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) 
 
 
 def splat_reference(
-    azimuth: Float[Tensor, " N_p"],
-    elevation: Float[Tensor, " N_p"],
-    conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
+    conic: Conic,
     opacity: Float[Tensor, "B N_p"],
     coefficient: Float[Tensor, "B N_p 2"],
     azimuths: Float[Tensor, " W"],
@@ -118,9 +143,9 @@ def splat_reference(
 
 
 def gaussian(
-    azimuth: Float[Tensor, " N_p"],
-    elevation: Float[Tensor, " N_p"],
-    conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
+    conic: Conic,
     pixels: Float[Tensor, "P 2"],
 ) -> Float[Tensor, "B N_p P"]:
     """G_i(p) = exp(−½ (p − μ_i)ᵀ Σ_i⁻¹ (p − μ_i)) on the (φ, θ) plane.
@@ -133,8 +158,8 @@ def gaussian(
         conic: a, b, c of ``conic_of``.
         pixels: (φ, θ) of the pixels, degrees.
     """
-    d_azimuth = (pixels[:, 0] - azimuth[:, None] + 180).remainder(360) - 180
-    d_elevation = pixels[:, 1] - elevation[:, None]
+    d_azimuth = (pixels[:, 0] - azimuth[..., None] + 180).remainder(360) - 180
+    d_elevation = pixels[:, 1] - elevation[..., None]
     a, b, c = (entry[..., None] for entry in conic)
     return torch.exp(-0.5 * (a * d_azimuth**2 + 2 * b * d_azimuth * d_elevation + c * d_elevation**2))
 

@@ -64,9 +64,9 @@ def _forward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, column
         sample, row = task // len(rows), task % len(rows)
         transmittance = np.ones(columns)
         for i in range(count):
-            d_elevation = rows[row] - elevation[i]
+            d_elevation = rows[row] - elevation[sample, i]
             first, last, value, ratio, change = _span(
-                d_elevation, azimuth[i], a[sample, i], b[sample, i], c[sample, i], step
+                d_elevation, azimuth[sample, i], a[sample, i], b[sample, i], c[sample, i], step
             )
             column = first % columns
             for _ in range(first, last + 1):
@@ -98,15 +98,15 @@ def _backward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, colum
                     + gradient[sample, row, column, 1] * field[sample, row, column, 1]
                 )
             for i in range(count):
-                d_elevation = rows[row] - elevation[i]
+                d_elevation = rows[row] - elevation[sample, i]
                 a_i, b_i, c_i, o_i = a[sample, i], b[sample, i], c[sample, i], opacity[sample, i]
-                first, last, value, ratio, change = _span(d_elevation, azimuth[i], a_i, b_i, c_i, step)
+                first, last, value, ratio, change = _span(d_elevation, azimuth[sample, i], a_i, b_i, c_i, step)
                 if last < first:
                     continue
                 column = first % columns
                 s_real = s_imaginary = s_opacity = s_0 = s_1 = s_2 = 0.0
                 for position in range(first, last + 1):
-                    d_azimuth = position * step - azimuth[i]
+                    d_azimuth = position * step - azimuth[sample, i]
                     alpha = o_i * value
                     weight = transmittance[column] * alpha
                     g_real, g_imaginary = gradient[sample, row, column, 0], gradient[sample, row, column, 1]
@@ -156,13 +156,12 @@ class _Splat(torch.autograd.Function):
         with ONE_KERNEL:
             sums = _backward(*arrays, *ctx.grid, ctx.field, upstream, groups)  # type: ignore[call-arg]
         parts = torch.from_numpy(sums.reshape(batch, groups, 8, count).sum(axis=1)).to(gradient.dtype)
-        d_azimuth, d_elevation, *others = parts.unbind(1)
-        return d_azimuth.sum(0), d_elevation.sum(0), *others, None, None, None
+        return *parts.unbind(1), None, None, None
 
 
 def splat_cpu(
-    azimuth: Float[Tensor, " N_p"],
-    elevation: Float[Tensor, " N_p"],
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
     conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
     opacity: Float[Tensor, "B N_p"],
     coefficient: Float[Tensor, "B N_p 2"],
@@ -172,8 +171,8 @@ def splat_cpu(
     """As ``learn.models.splat.splat_reference``, in double precision, with the cut-off ``CUTOFF``.
 
     Args:
-        azimuth: φ_i, degrees, in [0, 360), of primitives in depth order.
-        elevation: θ_i, degrees.
+        azimuth: φ_i, degrees, in [0, 360), in depth order; the same for all transmitters or for each its own.
+        elevation: θ_i, degrees, likewise.
         conic: a, b, c of Σ⁻¹ = [[a, b], [b, c]], per square degree.
         opacity: o_i in (0, 1).
         coefficient: c_i (real, imaginary).
@@ -181,4 +180,5 @@ def splat_cpu(
         elevations: elevations of the grid's rows, degrees.
     """
     rows, columns = elevations.double().numpy(), len(azimuths)
-    return _Splat.apply(azimuth, elevation, *conic, opacity, *coefficient.unbind(-1), rows, columns, 360.0 / columns)
+    centres = (axis.expand(opacity.shape) for axis in (azimuth, elevation))
+    return _Splat.apply(*centres, *conic, opacity, *coefficient.unbind(-1), rows, columns, 360.0 / columns)

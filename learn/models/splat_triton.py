@@ -62,7 +62,7 @@ def _gaussian(azimuth, elevation, a, b, c, phi, theta):
 
 @triton.jit
 def _forward(
-    centres, attributes, rows, field, count, height, width, step,
+    attributes, rows, field, count, height, width, step,
     TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr,
 ):  # fmt: skip
     offset, inside, phi, theta, low, high, middle, half = _tile(rows, height, width, step, TILE_ROWS, TILE_COLUMNS)
@@ -71,8 +71,8 @@ def _forward(
     real = tl.zeros((TILE_ROWS, TILE_COLUMNS), tl.float32)
     imaginary = tl.zeros((TILE_ROWS, TILE_COLUMNS), tl.float32)
     for i in range(count):
-        own = attributes + (sample * count + i) * 8
-        azimuth, elevation = tl.load(centres + 2 * i), tl.load(centres + 2 * i + 1)
+        own = attributes + (sample * count + i) * 10
+        azimuth, elevation = tl.load(own + 8), tl.load(own + 9)
         if _reaches(azimuth, elevation, own, low, high, middle, half):
             a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
             _, _, value = _gaussian(azimuth, elevation, a, b, c, phi, theta)
@@ -88,7 +88,7 @@ def _forward(
 
 @triton.jit
 def _backward(
-    centres, attributes, rows, field, gradient, shares, count, height, width, step,
+    attributes, rows, field, gradient, shares, count, height, width, step,
     TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr,
 ):  # fmt: skip
     offset, inside, phi, theta, low, high, middle, half = _tile(rows, height, width, step, TILE_ROWS, TILE_COLUMNS)
@@ -100,8 +100,8 @@ def _backward(
     behind += g_imaginary * tl.load(field + address + 1, mask=inside, other=0.0)
     transmittance = tl.full((TILE_ROWS, TILE_COLUMNS), 1.0, tl.float32)
     for i in range(count):
-        own = attributes + (sample * count + i) * 8
-        azimuth, elevation = tl.load(centres + 2 * i), tl.load(centres + 2 * i + 1)
+        own = attributes + (sample * count + i) * 10
+        azimuth, elevation = tl.load(own + 8), tl.load(own + 9)
         if _reaches(azimuth, elevation, own, low, high, middle, half):
             a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
             d_azimuth, d_elevation, value = _gaussian(azimuth, elevation, a, b, c, phi, theta)
@@ -127,34 +127,33 @@ def _backward(
 class _Splat(torch.autograd.Function):
     @staticmethod
     def forward(ctx, azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns):
-        centres = torch.stack([azimuth, elevation], dim=-1).float().contiguous()
         # Half the extent of the ellipse G = CUTOFF in azimuth and in elevation, degrees.
         determinant = a * c - b * b
         reaches = (LEVEL * c / determinant).sqrt(), (LEVEL * a / determinant).sqrt()
-        attributes = torch.stack([a, b, c, opacity, real, imaginary, *reaches], dim=-1).float().contiguous()
+        numbers = a, b, c, opacity, real, imaginary, *reaches, azimuth, elevation
+        attributes = torch.stack(numbers, dim=-1).float().contiguous()
         rows = rows.float().contiguous()
         (batch, count, _), height = attributes.shape, len(rows)
         field = torch.empty(batch, height, columns, 2, device=a.device)
         grid = (triton.cdiv(height, TILE_ROWS) * triton.cdiv(columns, TILE_COLUMNS), batch)
         sizes = count, height, columns, 360.0 / columns, TILE_ROWS, TILE_COLUMNS
-        _forward[grid](centres, attributes, rows, field, *sizes)
-        ctx.save_for_backward(centres, attributes, rows, field)
+        _forward[grid](attributes, rows, field, *sizes)
+        ctx.save_for_backward(attributes, rows, field)
         ctx.grid, ctx.sizes = grid, sizes
         return field
 
     @staticmethod
     def backward(ctx, gradient):
-        centres, attributes, rows, field = ctx.saved_tensors
+        attributes, rows, field = ctx.saved_tensors
         (batch, count, _), tiles = attributes.shape, ctx.grid[0]
         shares = torch.zeros(batch, tiles, count, 8, device=field.device)
-        _backward[ctx.grid](centres, attributes, rows, field, gradient.float().contiguous(), shares, *ctx.sizes)
-        d_azimuth, d_elevation, *others = shares.sum(dim=1).unbind(-1)
-        return d_azimuth.sum(0), d_elevation.sum(0), *others, None, None
+        _backward[ctx.grid](attributes, rows, field, gradient.float().contiguous(), shares, *ctx.sizes)
+        return *shares.sum(dim=1).unbind(-1), None, None
 
 
 def splat_triton(
-    azimuth: Float[Tensor, " N_p"],
-    elevation: Float[Tensor, " N_p"],
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
     conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
     opacity: Float[Tensor, "B N_p"],
     coefficient: Float[Tensor, "B N_p 2"],
@@ -164,12 +163,13 @@ def splat_triton(
     """As ``learn.models.splat.splat_reference``, in single precision, with the cut-off ``CUTOFF``.
 
     Args:
-        azimuth: φ_i, degrees, in [0, 360), of primitives in depth order.
-        elevation: θ_i, degrees.
+        azimuth: φ_i, degrees, in [0, 360), in depth order; the same for all transmitters or for each its own.
+        elevation: θ_i, degrees, likewise.
         conic: a, b, c of Σ⁻¹ = [[a, b], [b, c]], per square degree.
         opacity: o_i in (0, 1).
         coefficient: c_i (real, imaginary).
         azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, … 360 − step.
         elevations: elevations of the grid's rows, degrees.
     """
-    return _Splat.apply(azimuth, elevation, *conic, opacity, *coefficient.unbind(-1), elevations, len(azimuths))
+    centres = (axis.expand(opacity.shape) for axis in (azimuth, elevation))
+    return _Splat.apply(*centres, *conic, opacity, *coefficient.unbind(-1), elevations, len(azimuths))

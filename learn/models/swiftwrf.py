@@ -1,45 +1,59 @@
-"""The idea of SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
+"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
 
-It is written in plain torch from the idea, not from the authors' code; differences are in the documentation, Other
-authors' models.
+The sizes and activations are those of the authors' code, from which no lines are taken. The documentation, Other
+authors' models, lists every setting, theirs and ours.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SpectrumModel
-from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
-from learn.models.networks import ResidualFFN
+from learn.models.base import SpectrumModel, power
+from learn.models.networks import LinearOfParts
 from learn.models.quadrature import Quadrature
-from learn.models.splat import splat
+from learn.models.splat import splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
-WIDTH, LAYERS = 128, 4
-"""Width and number of residual layers of the deformation network."""
+PUBLISHED = 10_000
+"""Number of Gaussians of the authors' runs."""
+
+WIDTH, LAYERS = 156, 8
+"""Width and number of layers of the deformation network."""
+
+PLACE_OCTAVES, POSITION_OCTAVES = 10, 6
+"""Octaves of the encodings of a Gaussian's place and of the transmitter's position."""
+
+SMALLEST_SCALE = 0.5
+"""Added to the diagonal of a Gaussian's Cholesky factor, degrees, with the published number of Gaussians."""
+
+NARROWEST = 0.05
+"""Least diagonal of a Cholesky factor, degrees; no pixel sees a narrower Gaussian."""
 
 FAINT = 1e-9
-"""Opacity of every Gaussian, so small that Π (1 − FAINT) is 1 and alpha blending becomes addition."""
+"""Opacity of every Gaussian in the renderer, so small that Π (1 − FAINT) is 1 and alpha blending becomes addition."""
 
-MOVED_DEG = 30.0
-"""Largest distance that the deformation moves a Gaussian along each axis, degrees."""
+LEAST_POWER = 1e-12
+"""Keeps the derivative of |F| finite where F is zero."""
 
 
 class SwiftWRF(SpectrumModel):
-    """The idea of SwiftWRF [liu2025]: a sum of deformed Gaussians, ``S(φ, θ) = Σ_i c_i G_i(φ, θ)``.
+    """SwiftWRF [liu2025]: the magnitude of a sum of deformed Gaussians, ``S(φ, θ) = |Σ_i o_i c_i G_i(φ, θ)|``.
 
-    The coefficients ("colours") c_i are real. A network deforms centre, scales, rotation and colour of each Gaussian,
-    given its centre and the transmitter's position.
+    Each Gaussian has a centre, the Cholesky factor of its covariance, an opacity o_i and a coefficient c_i of a real
+    and an imaginary part. A network moves the centre and changes o_i and c_i, given the centre and the transmitter's
+    position. The real and the imaginary part of the sum are clipped to 0…1.
 
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array, which this model does not use, and grid.
         wavelength: metres.
-        primitives: number of Gaussians.
-        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
+        primitives: number of Gaussians. With fewer than 10,000, each is as much larger as fills the spectrum.
+        width: width of the deformation network.
     """
 
     azimuths: Tensor
@@ -51,26 +65,24 @@ class SwiftWRF(SpectrumModel):
         beamformer: Beamformer,
         wavelength: float,
         *,
-        primitives: int = 500,
-        encoding: EncodingKind = "octaves",
+        primitives: int = PUBLISHED,
+        width: int = WIDTH,
     ):
         super().__init__(region, wavelength)
-        self.encoding = TransmitterEncoding(encoding)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
-        # In radians: Adam's steps would hardly move values in degrees.
-        self.centre_radians = nn.Parameter(torch.rand(primitives, 2) * torch.tensor([2 * torch.pi, torch.pi / 2]))
-        self.scale_raw = nn.Parameter((4 + 8 * torch.rand(primitives, 2)).log())
-        self.rotation = nn.Parameter(torch.pi * torch.rand(primitives))
-        self.colour = nn.Parameter(0.1 * torch.rand(primitives))
-        inputs = 2 * (2 * PRIMITIVE_ORDER + 1) + self.encoding.size
-        self.deformation = ResidualFFN(inputs, 6, WIDTH, LAYERS)
+        self.size = math.sqrt(PUBLISHED / primitives)
+        self.place = nn.Parameter(torch.atanh(2 * torch.rand(primitives, 2) - 1))
+        self.cholesky = nn.Parameter(torch.rand(primitives, 3))
+        self.opacity = nn.Parameter(torch.rand(primitives))
+        self.coefficient = nn.Parameter(torch.rand(primitives, 2))
+        self.deformation = DeformationNetwork(width)
 
     def undecayed(self) -> list[nn.Parameter]:
-        return [self.centre_radians, self.scale_raw, self.rotation, self.colour]
+        return [self.place, self.cholesky, self.opacity, self.coefficient]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the sum of the deformed Gaussians."""
+        """Predicted spectrum: the magnitude of the sum of the deformed Gaussians."""
         return self._spectra(positions, self.azimuths, self.elevations)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
@@ -79,33 +91,70 @@ class SwiftWRF(SpectrumModel):
     def _spectra(
         self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
     ) -> Float[Tensor, "B H W"]:
-        undeformed = self.centre_radians.rad2deg()
-        scaled_centre = undeformed / undeformed.new_tensor([180.0, 45.0]) - 1
-        encodings = (
-            positional_encoding(scaled_centre, PRIMITIVE_ORDER)[None],
-            self.encoded(positions)[:, None],
+        middle = self.region.mean(dim=0)
+        move, fade, change = self.deformation(self.place.tanh(), positions - middle)
+        place = (self.place + move).tanh()
+        azimuth = (180 * (place[..., 0] + 1)).remainder(360)
+        a, b, c = (entry.expand_as(azimuth) for entry in self._conic())
+        elevation = 45 * (place[..., 1] + 1)
+        weight = (self.opacity + fade[..., 0])[..., None] * (self.coefficient + change)
+        field = splat_by_conic(
+            azimuth,
+            elevation,
+            (a, b, c),
+            torch.full_like(azimuth, FAINT),
+            weight / FAINT,
+            azimuths,
+            elevations,
         )
-        d_centre, d_scale, d_rotation, d_colour = self.deformation(*encodings).split([2, 2, 1, 1], dim=-1)
-        centre = undeformed + MOVED_DEG * d_centre.tanh()
-        scale = (self.scale_raw + d_scale.tanh()).exp().clamp(0.5, 60.0)
-        rotation = self.rotation + d_rotation[..., 0]
-        colour = (self.colour + d_colour[..., 0]) / FAINT
-        coefficient = torch.stack([colour, torch.zeros_like(colour)], dim=-1)
-        opacity = torch.full_like(rotation, FAINT)
-        depth = torch.zeros_like(self.rotation)  # equal depths: the order has no effect on a sum
-        # One call per spectrum, since the renderer assumes that all spectra of a batch have the same centres.
-        fields = [
-            splat(
-                centre[sample, :, 0].remainder(360),
-                centre[sample, :, 1],
-                depth,
-                scale[[sample]],
-                rotation[[sample]],
-                opacity[[sample]],
-                coefficient[[sample]],
-                azimuths,
-                elevations,
-            )
-            for sample in range(len(positions))
-        ]
-        return torch.cat(fields)[..., 0]
+        return power(field.clamp(0, 1)).clamp_min(LEAST_POWER).sqrt()
+
+    def _conic(self) -> tuple[Float[Tensor, " N_p"], Float[Tensor, " N_p"], Float[Tensor, " N_p"]]:
+        """a, b, c of Σ⁻¹ = [[a, b], [b, c]] for Σ = L Lᵀ with L = [[l_0, 0], [l_1, l_2]], per square degree."""
+        across, slope, along = (self.size * self.cholesky).unbind(-1)
+        across, along = ((own + self.size * SMALLEST_SCALE).clamp_min(NARROWEST) for own in (across, along))
+        determinant = (across * along).square()
+        return (slope.square() + along.square()) / determinant, -across * slope / determinant, along.pow(-2)
+
+
+class DeformationNetwork(nn.Module):
+    """How each Gaussian changes with the transmitter's position: a network of ReLU layers, one of which sees the inputs
+    again, and a head of two layers for each of the three changes.
+
+    Args:
+        width: width of all layers.
+    """
+
+    def __init__(self, width: int):
+        super().__init__()
+        inputs = 2 * (2 * PLACE_OCTAVES + 1) + 3 * (2 * POSITION_OCTAVES + 1)
+        again = LAYERS // 2
+        self.layers = nn.ModuleList(
+            LinearOfParts(inputs if layer == 0 else width + inputs if layer == again else width, width)
+            for layer in range(LAYERS)
+        )
+        self.heads = nn.ModuleList(
+            nn.Sequential(nn.Linear(width, width), nn.ReLU(), nn.Linear(width, outputs)) for outputs in (2, 1, 2)
+        )
+
+    def forward(
+        self, place: Float[Tensor, "N_p 2"], position: Float[Tensor, "B 3"]
+    ) -> tuple[Float[Tensor, "B N_p 2"], Float[Tensor, "B N_p 1"], Float[Tensor, "B N_p 2"]]:
+        """Changes of the place (before the hyperbolic tangent), of the opacity and of the coefficient.
+
+        Args:
+            place: centres, −1…1.
+            position: transmitter positions from the middle of the region, metres.
+        """
+        inputs = octaves(place, PLACE_OCTAVES)[None], octaves(position, POSITION_OCTAVES)[:, None]
+        x = self.layers[0](*inputs).relu()
+        for number, layer in enumerate(self.layers[1:], start=1):
+            x = (layer(*inputs, x) if number == LAYERS // 2 else layer(x)).relu()
+        move, fade, change = (head(x) for head in self.heads)
+        return move, fade, change
+
+
+def octaves(x: Float[Tensor, "*batch n"], count: int) -> Float[Tensor, "*batch encoded"]:
+    """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1: n · (2 · count + 1) numbers."""
+    angles = (2.0 ** torch.arange(count, device=x.device, dtype=x.dtype)[:, None] * x[..., None, :]).flatten(-2)
+    return torch.cat([x, angles.sin(), angles.cos()], dim=-1)

@@ -103,8 +103,9 @@ MODELS: dict[str, ModelEntry] = {
     ),
     "swiftwrf": ModelEntry(
         builds="learn.models.swiftwrf:SwiftWRF",
-        summary="the idea of SwiftWRF: planar Gaussians that a network deforms, summed without depth order",
-        by_steps=Steps(steps=6000),
+        summary="SwiftWRF: planar Gaussians that a network deforms by position, summed without depth order",
+        by_steps=Steps(steps=6000, full_resolution=1.0),  # its Gaussians are smaller than a few pixels are apart
+        options_without_gpu={"primitives": 1000},
     ),
 }
 

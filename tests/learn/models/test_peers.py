@@ -66,32 +66,41 @@ def test_response_mlp_shows_what_the_array_makes_of_its_responses(make):
     np.testing.assert_allclose(pictures, normalise(Beamformer().spectrum(responses)), atol=1e-5)
 
 
-def test_swiftwrf_adds_its_deformed_gaussians_in_any_order(make):
-    """S = Σ c_i G_i: no depth, so a Gaussian behind others is seen like one before them."""
-    model = make(SwiftWRF, primitives=12)
-    shuffled = make(SwiftWRF, primitives=12)
-    order = torch.randperm(12)
-    with torch.no_grad():
-        for name in ("centre_radians", "scale_raw", "rotation", "colour"):
-            getattr(shuffled, name).copy_(getattr(model, name)[order])
-        found, expected = shuffled(POSITIONS), model(POSITIONS)
-        torch.testing.assert_close(found, expected, atol=1e-5, rtol=1e-4)
-        model.deformation.outward.weight.zero_()
-        model.deformation.outward.bias.zero_()
-        pictures = model(POSITIONS).numpy()
-    total = 0.0
+def test_swiftwrf_is_the_magnitude_of_the_sum_of_its_deformed_gaussians(make):
+    """One pixel, Gaussian by Gaussian; no depth, so one behind others is seen like one before them."""
+    model = make(SwiftWRF, primitives=12, width=8)
     azimuth, elevation = 100, 40
-    for (phi, theta), scale, rho, colour in zip(
-        model.centre_radians.rad2deg().tolist(),
-        model.scale_raw.exp().tolist(),
-        model.rotation.tolist(),
-        model.colour.tolist(),
-        strict=True,
-    ):
-        across, up = (azimuth - phi + 180) % 360 - 180, elevation - theta
-        x, y = math.cos(rho) * across + math.sin(rho) * up, -math.sin(rho) * across + math.cos(rho) * up
-        total += colour * math.exp(-0.5 * ((x / scale[0]) ** 2 + (y / scale[1]) ** 2))
-    np.testing.assert_allclose(pictures[:, elevation, azimuth], total, rtol=1e-3, atol=1e-6)
+    with torch.no_grad():
+        model.coefficient[:3] *= -1  # so that something is clipped at 0
+        model.cholesky[:, 1] -= 0.5
+        found = model(POSITIONS)[:, elevation, azimuth].tolist()
+        changes = model.deformation(model.place.tanh(), POSITIONS - model.region.mean(dim=0))
+        factors = (model.cholesky + torch.tensor([0.5, 0, 0.5])) * math.sqrt(10_000 / 12)
+    assert changes[0].abs().max() > 1e-3
+    for sample in range(2):
+        total = np.zeros(2)
+        for number in range(12):
+            move, fade, change = (each[sample, number].double().numpy() for each in changes)
+            across, up = np.tanh(model.place[number].detach().double().numpy() + move)
+            x = np.array([(azimuth - 180 * (across + 1) + 180) % 360 - 180, elevation - 45 * (up + 1)])
+            corner, slope, end = factors[number].tolist()
+            whitened = np.linalg.solve([[corner, 0], [slope, end]], x)
+            opacity = model.opacity[number].item() + fade[0]
+            coefficient = model.coefficient[number].detach().double().numpy() + change
+            total += opacity * coefficient * math.exp(-0.5 * whitened @ whitened)
+        assert found[sample] == pytest.approx(np.linalg.norm(total.clip(0, 1)), rel=1e-4)
+
+
+def test_swiftwrf_fills_the_spectrum_alike_with_fewer_gaussians(make):
+    means = []
+    for count in (300, 3000):
+        model = make(SwiftWRF, primitives=count, width=8)
+        with torch.no_grad():
+            for head in model.deformation.heads:
+                head[-1].weight.zero_()
+                head[-1].bias.zero_()
+            means.append(model(POSITIONS).mean().item())
+    assert means[0] == pytest.approx(means[1], rel=0.1)
 
 
 def test_nerf2_marches_rays_by_its_equations(make):

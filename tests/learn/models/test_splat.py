@@ -155,6 +155,19 @@ def test_nearer_opaque_primitive_hides_a_farther_one(renderer):
         torch.testing.assert_close(field[0, 4, 12], attributes["coefficient"][0, in_front])
 
 
+def test_transmitters_with_primitives_at_places_of_their_own_render_as_each_alone(renderer):
+    attributes = primitives(12, batch=3)
+    moved = attributes | {
+        "azimuth": (attributes["azimuth"] + torch.tensor([[0.0], [40.0], [300.0]])) % 360,
+        "elevation": (attributes["elevation"] * torch.tensor([[1.0], [0.5], [0.1]])),
+    }
+    found = splat(**moved, azimuths=GRID[0], elevations=GRID[1])
+    for sample in range(3):
+        alone = {name: x if name == "depth" else x[[sample]] for name, x in moved.items()}
+        alone |= {name: moved[name][sample] for name in ("azimuth", "elevation")}
+        torch.testing.assert_close(found[[sample]], splat(**alone, azimuths=GRID[0], elevations=GRID[1]))
+
+
 def test_shift_by_whole_pixels_rolls_the_picture(renderer):
     attributes = primitives(12)
     expected = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
@@ -198,13 +211,16 @@ def gradients(attributes, seed=0):
     return torch.autograd.grad((field * weights).real.sum(), [inputs[name] for name in LEARNED])
 
 
+@pytest.mark.parametrize("own_places", [False, True])
 @pytest.mark.parametrize("scales", [(0.05, 2), (5, 40), (100, 1000)])
-def test_compiled_gradients_are_the_references(monkeypatch, scales):
+def test_compiled_gradients_are_the_references(monkeypatch, scales, own_places):
     """Many primitives, and every extreme that finite differences cannot take: seam, ends, almost opaque."""
     attributes = primitives(60, scales=scales)
     attributes["azimuth"][:4] = torch.tensor([0.0, 359.999, 0.001, 180.0], dtype=torch.float64)
     attributes["elevation"][:2] = torch.tensor([0.0, 90.0], dtype=torch.float64)
     attributes["opacity"][:, :4] = torch.tensor([1e-6, 1 - 1e-6, 0.999, 0.5], dtype=torch.float64)
+    for name in ("azimuth", "elevation") if own_places else ():
+        attributes[name] = torch.stack([attributes[name], attributes[name].flip(0)])
     compiled = gradients(attributes)
     monkeypatch.setattr(splat_module, "splat_cpu", splat_module.splat_reference)
     for name, found, expected in zip(LEARNED, compiled, gradients(attributes), strict=True):

@@ -34,6 +34,8 @@ def primitives(kind, count=10, batch=2):
         scale[:] = 60.0, 2.0
     elif kind == "opaque and equal":  # one place: what is behind is hidden, and order decides
         azimuth[:5], elevation[:5], opacity[:, :5] = 120.0, 45.0, 0.999
+    elif kind == "own places":
+        azimuth, elevation = np.stack([azimuth, azimuth[::-1]]), np.stack([elevation, elevation[::-1]])
     elif kind == "opacity limits":
         opacity[:] = np.resize([1e-6, 1 - 1e-4], count)
     values = (
@@ -61,7 +63,8 @@ def rendered(renderer, values, dtype, device):
 
 
 @pytest.mark.parametrize(
-    "kind", ["any", "seam", "elevation limits", "tiny", "huge", "thin", "opaque and equal", "opacity limits"]
+    "kind",
+    ["any", "seam", "elevation limits", "tiny", "huge", "thin", "opaque and equal", "own places", "opacity limits"],
 )
 def test_values_and_gradients_are_those_of_the_reference(kind):
     values = primitives(kind)
