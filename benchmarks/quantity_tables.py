@@ -2,9 +2,10 @@
 
 python benchmarks/quantity_tables.py --json > runs/quantity_tables.json
 
-Datasets that are not there yet are made, which takes minutes each. Powers and channels are compared by ``compare_powers``
-and ``compare_channels``. Of spectra, the predictions are written and scored as those of other authors are. Seconds are
-those of fit and predictions. Each method has a file in benchmarks/leaderboard/, which benchmarks/results.py reads.
+Datasets that are not there yet are made, which takes minutes each. Powers and channels are compared by
+``compare_powers`` and ``compare_channels``. Of spectra, the predictions are written, and scored as those of others are.
+Seconds are those of fit and predictions. Each method has a file in benchmarks/leaderboard/, which
+benchmarks/results.py reads.
 """
 
 from __future__ import annotations

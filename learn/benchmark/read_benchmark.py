@@ -78,7 +78,8 @@ def named_benchmark(name: str) -> tuple[str, str]:
         hint = f"; {did_you_mean(name, benchmarks())}" if get_close_matches(str(name), benchmarks()) else ""
         raise ParameterError(
             "benchmark",
-            f"expected a dataset and a task, such as lab-blocked (bisplat benchmark lists them), found {shown(name)}{hint}",
+            "expected a dataset and a task, such as lab-blocked (bisplat benchmark lists them), found "
+            f"{shown(name)}{hint}",
         )
     return benchmarks()[name]
 
