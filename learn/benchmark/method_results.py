@@ -87,7 +87,7 @@ def add_result(path: Path, method: str, benchmark: str, scores: dict[str, Any], 
     of, task = named_benchmark(benchmark)
     facts = frozen()[of]
     result = {
-        "scores": {key: value for key, value in scores.items() if key != "predictions_sha256"},
+        "scores": {key: _rounded(value) for key, value in scores.items() if key != "predictions_sha256"},
         "date": datetime.date.today().isoformat(),
         "version": version("bisplat-wrf"),
         "test_sha256": facts["tasks"][task]["test"],
@@ -99,6 +99,11 @@ def add_result(path: Path, method: str, benchmark: str, scores: dict[str, Any], 
     order = [f"{name}-{each}" for name, one in SETS.items() for each in one.tasks]
     content["results"] = {name: results[name] for name in order if name in results}
     write_atomically(path, (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode())
+
+
+def _rounded(value: float | int | None) -> float | int | None:
+    """A score to six digits."""
+    return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
 def require_room(path: Path, method: str, benchmark: str, replaced: bool) -> dict[str, Any]:
