@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from learn.data.same_receiver import other_frequency
 from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_positions
 from learn.twin.calibration_table import RECORD, UNIT, changes_of
-from learn.twin.power_likelihood import PowerLikelihood
+from learn.twin.power_likelihood import PowerFit, PowerLikelihood
 from learn.twin.power_search import PowerMinimum, PowerSearch, independence
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
@@ -29,7 +29,7 @@ from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene, write_scene
-from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
+from simulate.positions.given_positions import MOST_POSITIONS, check_points, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from simulate.rssi.gateways_file import gateways_of
@@ -52,8 +52,9 @@ class PowerCalibration:
         which: what may have been wrong: n numbers, each with a ``label`` for a reader and its ``tolerance``.
         values: [n] the corrections: metres, or the logarithm of a ratio.
         deviations: [n] their standard deviations after the powers were seen, in the same units.
-        levels: [G] what was added to traced path gains, dBm: transmit power and gains that the scene does not state.
         error: median absolute error of the powers in the corrected scene, dB, and the same as described.
+        fit: the powers beside those of the corrected scene.
+        propagation: the mechanisms that rays followed.
     """
 
     scene: Scene
@@ -61,8 +62,30 @@ class PowerCalibration:
     which: list[Unknown]
     values: Float[np.ndarray, " n"]
     deviations: Float[np.ndarray, " n"]
-    levels: Float[np.ndarray, " G"]
     error: tuple[float, float]
+    fit: PowerFit = field(repr=False)
+    propagation: Propagation = Propagation()
+
+    @property
+    def levels(self) -> Float[np.ndarray, " G"]:
+        """What is added to traced path gains, dBm: transmit power and gains that the scene does not state, [G]."""
+        return self.fit.levels
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
+        """Predict received powers by rays in the corrected scene.
+
+        A deep fade of the traced field is not as deep here, since what the scene lacks fills it.
+
+        Args:
+            positions: transmitter positions, metres, world frame, [K, 3].
+
+        Returns:
+            Expected powers, dBm, [K, G].
+
+        Raises:
+            ParameterError: the positions are not finite points.
+        """
+        return self.fit.predicted(*traced_powers(self.scene, self.gateways, check_points(positions), self.propagation))
 
 
 def calibrate_powers(
@@ -161,7 +184,7 @@ def calibrate_powers_by(
     positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
     if np.isnan(powers).all():
         raise InputError(f"{dataset.folder}: expected received powers at the known positions, found none")
-    scenes = {name: replace(scene, gateway=each, further_gateways={}) for name, each in gateways.items()}
+    scenes = alone(scene, gateways)
     for name, each in scenes.items():
         validate(each, f"{dataset.folder}: gateway {name}")
     region = bounding_box(positions)
@@ -190,9 +213,9 @@ def _calibration(scene: Scene, search: PowerSearch, found: PowerMinimum, before:
     corrected = vary(scene, [search.which[each] for each in of_place], found.values[of_place])
     gateways = dict(zip(search.scenes, (each.gateway for each in search.varied(found.values)), strict=True))
     error = search.error(found.fit), before
-    return PowerCalibration(
-        corrected, gateways, list(search.which), found.values, found.deviations, found.fit.levels, error
-    )
+    propagation = found.tracers[0].ray_scene.propagation
+    which, values, deviations = list(search.which), found.values, found.deviations
+    return PowerCalibration(corrected, gateways, which, values, deviations, error, found.fit, propagation)
 
 
 def described_gateways(dataset: RssiDataset) -> dict[str, Gateway]:
@@ -217,6 +240,27 @@ def of_gateways(scene: Scene, names: list[str], tolerances: Tolerances) -> list[
     found = [Unknown("position", name, axis, tolerances.position) for name in names for axis in range(3)]
     found += unknowns(scene, replace(tolerances, position=0.0, rotation=0.0, carrier=0.0))
     return [each for each in found if each.tolerance > 0]
+
+
+def alone(scene: Scene, gateways: Mapping[str, Gateway]) -> dict[str, Scene]:
+    """The scene with each gateway alone, by its name."""
+    return {name: replace(scene, gateway=each, further_gateways={}) for name, each in gateways.items()}
+
+
+def traced_powers(
+    scene: Scene, gateways: Mapping[str, Gateway], positions: Float[np.ndarray, "K 3"], propagation: Propagation
+) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K G"]]:
+    """Path gains ``|y|²`` of gateways with one antenna, and the sums of the powers of their paths, both linear.
+
+    Args:
+        scene: the scene.
+        gateways: the G gateways by name.
+        positions: transmitter positions, metres, world frame.
+        propagation: the mechanisms that rays follow.
+    """
+    tracers = [Tracer(each, propagation, bounding_box(positions)) for each in alone(scene, gateways).values()]
+    gains = np.stack([np.abs(each.responses(positions)[:, 0].astype(complex)) ** 2 for each in tracers], axis=1)
+    return gains, np.stack([power_of_chains(each, positions) for each in tracers], axis=1)
 
 
 def power_of_chains(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:

@@ -1,4 +1,4 @@
-"""How likely received powers are, given the traced responses: a distribution in dB that knows fading and its deep fades.
+"""How likely received powers are, given the traced responses: a distribution in dB that knows deep fades.
 
 The field at a position is taken to be the traced response y plus a random one of the power σ², which stands for all
 that the description lacks. Its power then follows a Rice distribution. In dB this is narrow where ``|y|²`` is much
@@ -45,6 +45,7 @@ class PowerFit(NamedTuple):
         expected: expected powers, dBm.
         softened: ``|y|²`` plus the part of σ² that counts in the expected powers, linear, without level.
         levels: of the gateways: what is added to path gains, dBm.
+        share: σ², relative to the sum of the powers of the traced paths.
     """
 
     unlikely: Float[np.ndarray, " G"]
@@ -53,6 +54,16 @@ class PowerFit(NamedTuple):
     expected: Float[np.ndarray, "K G"]
     softened: Float[np.ndarray, "K G"]
     levels: Float[np.ndarray, " G"]
+    share: float
+
+    def predicted(self, gains: Float[np.ndarray, "P G"], scales: Float[np.ndarray, "P G"]) -> Float[np.ndarray, "P G"]:
+        """Expected powers at other positions, dBm.
+
+        Args:
+            gains: traced path gains ``|y|²``, linear.
+            scales: sums of the powers of the traced paths, linear.
+        """
+        return DB * np.log(gains + MEDIAN_OF_FADING * (self.share * scales + TINY)) + self.levels
 
 
 @dataclass(frozen=True)
@@ -112,8 +123,9 @@ class PowerLikelihood:
             weighted = np.einsum("k,kg->g", self.weights, curvatures)
             levels = levels + np.einsum("k,kg->g", self.weights, slopes) / np.maximum(weighted, TINY)
         unlikely, slopes, curvatures = self._terms(traced + levels, deviations)
-        weights = self.weights[:, None]
-        return PowerFit((weights * unlikely).sum(axis=0), weights * slopes, weights * curvatures, traced + levels, softened, levels)
+        weights, expected = self.weights[:, None], traced + levels
+        slopes, curvatures = weights * slopes, weights * curvatures
+        return PowerFit((weights * unlikely).sum(axis=0), slopes, curvatures, expected, softened, levels, share)
 
     def _terms(
         self, expected: Float[np.ndarray, "K G"], deviations: Float[np.ndarray, "K G"]

@@ -125,9 +125,7 @@ class PowerSearch:
         """Traced responses of the gateways."""
         return np.concatenate([each.responses(self.positions).astype(complex) for each in tracers], axis=1)
 
-    def _linearised(
-        self, tracers: Sequence[Tracer]
-    ) -> tuple[Complex[np.ndarray, "K G"], Complex[np.ndarray, "K G n"]]:
+    def _linearised(self, tracers: Sequence[Tracer]) -> tuple[Complex[np.ndarray, "K G"], Complex[np.ndarray, "K G n"]]:
         responses = np.zeros((len(self.positions), len(tracers)), complex)
         jacobian = np.zeros((*responses.shape, len(self.which)), complex)
         for column, (name, tracer) in enumerate(zip(self.scenes, tracers, strict=True)):

@@ -81,6 +81,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "crossvalidate": lambda: {"run": "network", "scene": "closet", "positions": 2, "seed": 1, "field": "field"},
     "plan": lambda: {"run_or_scene": "kriged", "n": 2, "tour": False, "seed": 0},
     "locate": lambda: {"runs": [], "pictures": []},
+    "calibrate_powers": lambda: {**{"scene": "closet", "dataset": "nowhere", "n": 3, "split": "files", "seed": 0}},
     "calibrate": lambda: {"scene": "closet", "dataset": "nowhere", "n": 3, "split": "files", "seed": 0},
     "retrieve_responses": lambda: {"spectra": PICTURES / 255, "beamformer": bisplat.Beamformer(), "seed": 0},
     "import_scene": lambda: {
