@@ -71,7 +71,8 @@ def calibrate(
     Args:
         scene: the scene as described, the name of a built-in one, or a scene YAML.
         dataset: the measured spectra, or their folder. Recorded responses are used if there are any, otherwise those
-            found behind the pictures.
+            found behind the pictures. Of a band, four subcarriers are used together if phases can be compared between
+            positions, and otherwise the carrier alone.
         n: largest number of spectra to use, evenly spread over those that the split does not hold out.
         split: which spectra are held out, as for ``train``.
         seed: seed of the split.
@@ -163,7 +164,8 @@ def calibrate_by(
         raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
     _require_same_gateway(scene, dataset, tolerances)
     places = dataset.positions[known]
-    if dataset.band is not None and dataset.band_responses is not None:
+    common = dataset.responses is not None  # otherwise each spectrum may have a clock of its own, too
+    if common and dataset.band is not None and dataset.band_responses is not None:
         measured, ratios = over_subcarriers(dataset.band, dataset.band_responses[known], scene.frequency)
         return most_likely(scene, which, propagation, places, measured, True, report, ratios)
     measured, phases_known = measured_responses(dataset, known)

@@ -91,6 +91,17 @@ def test_a_band_is_used_at_four_subcarriers(tiny, monkeypatch):
     assert used["phases_known"]
 
 
+def test_of_a_band_with_a_phase_for_each_position_the_carrier_is_used(tiny, monkeypatch):
+    data, used = read_dataset(tiny), []
+    recorded = data.responses
+    data = replace(
+        data, band=Band(20e6, 16), band_responses=recorded[..., None].repeat(16, 2), retrieved=recorded, responses=None
+    )
+    monkeypatch.setattr(calibrate_module, "most_likely", lambda *arguments: used.extend(arguments))
+    calibrate_by(small_scene(CABINET), data, np.arange(3))
+    assert used[4].shape == recorded[:3].shape and used[5] is False
+
+
 def test_spectra_of_another_place_are_warned_of(tiny, monkeypatch, capsys):
     """The positions of ``tiny`` reach to x = 4 m, those of this scene end at 3 m, and nothing explains the power."""
     outdoors = replace(small_scene(CABINET), objects=(SceneObject("block", box((0, 0, 0), (1, 1, 1)), "concrete"),))
