@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Int
 
 from learn.data.same_receiver import (
     SAME_DIRECTION,
@@ -215,7 +215,7 @@ def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[
 
 def over_subcarriers(
     band: Band, responses: Complex[np.ndarray, "n M subcarriers"], carrier: float
-) -> tuple[Complex[np.ndarray, "n M*used"], Float[np.ndarray, " used"]]:
+) -> tuple[Complex[np.ndarray, "n M*used"], list[float]]:
     """Responses at a few subcarriers, evenly spread over the band, and their frequencies in carrier frequencies.
 
     A room's responses change little between neighbouring subcarriers, and each that is used costs as much as a carrier.
@@ -226,11 +226,11 @@ def over_subcarriers(
         carrier: the carrier frequency, hertz.
 
     >>> responses, ratios = over_subcarriers(Band(20e6, 64), np.ones((5, 16, 64)), 1e9)
-    >>> responses.shape, ratios.tolist()
+    >>> responses.shape, ratios
     ((5, 64), [0.99, 0.9965625, 1.003125, 1.0096875])
     """
     used = evenly(np.arange(band.subcarriers), SUBCARRIERS)
-    ratios = band.frequencies(carrier)[used] / carrier
+    ratios = (band.frequencies(carrier)[used] / carrier).tolist()
     return np.concatenate(np.moveaxis(responses[..., used].astype(complex), 2, 0), axis=1), ratios
 
 
