@@ -74,11 +74,19 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
         calibrate(small_scene(CABINET), tiny, 0)
 
 
+def of_small_scene(folder):
+    """A dataset as of the small scene's gateway."""
+    gateway = small_scene().gateway
+    at, orientation = np.array(gateway.position), np.array(gateway.orientation)
+    return replace(read_dataset(folder), gateway_position=at, gateway_orientation=orientation)
+
+
 def test_a_band_is_used_at_four_subcarriers(tiny, monkeypatch):
-    data, used = read_dataset(tiny), {}
+    data, used = of_small_scene(tiny), {}
     band = Band(20e6, 16)
-    responses = data.responses[..., None] * np.exp(1j * np.arange(16))
-    data = replace(data, band=band, band_responses=responses)
+    carrier = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
+    responses = carrier[..., None] * np.exp(1j * np.arange(16))
+    data = replace(data, responses=carrier, band=band, band_responses=responses)
 
     def most_likely(scene, which, propagation, positions, measured, phases_known, report, ratios):
         used.update(measured=measured, ratios=ratios, phases_known=phases_known)
@@ -92,8 +100,8 @@ def test_a_band_is_used_at_four_subcarriers(tiny, monkeypatch):
 
 
 def test_of_a_band_with_a_phase_for_each_position_the_carrier_is_used(tiny, monkeypatch):
-    data, used = read_dataset(tiny), []
-    recorded = data.responses
+    data, used = of_small_scene(tiny), []
+    recorded = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
     data = replace(
         data, band=Band(20e6, 16), band_responses=recorded[..., None].repeat(16, 2), retrieved=recorded, responses=None
     )
