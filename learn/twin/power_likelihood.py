@@ -14,12 +14,13 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import log_ndtr
 
-from learn.powers.power_covariance import FADING_DB
-
 DB = 10 / np.log(10)
 """Decibels per unit of the natural logarithm of a power."""
 
-MEDIAN_OF_FADING = np.exp(-np.euler_gamma)
+FADING_DB = DB * np.pi / np.sqrt(6)
+"""Standard deviation of a power whose field is a complex Gaussian, dB."""
+
+MEAN_OF_FADING = np.exp(-np.euler_gamma)
 """exp of the mean logarithm of a fading power, relative to its mean."""
 
 SHARES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
@@ -63,7 +64,7 @@ class PowerFit(NamedTuple):
             gains: traced path gains ``|y|²``, linear.
             scales: sums of the powers of the traced paths, linear.
         """
-        return DB * np.log(gains + MEDIAN_OF_FADING * (self.share * scales + TINY)) + self.levels
+        return DB * np.log(gains + MEAN_OF_FADING * (self.share * scales + TINY)) + self.levels
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ class PowerLikelihood:
             noise: standard deviation of what is neither traced nor fading, dB.
         """
         random = share * self.scales + TINY
-        softened = gains + MEDIAN_OF_FADING * random
+        softened = gains + MEAN_OF_FADING * random
         ratio = FADING_DB**2 / (2 * DB**2)  # makes the variance that of strong responses, 2 DB² σ²/|y|², in its limit
         deviations = np.sqrt(noise**2 + FADING_DB**2 / (1 + ratio * gains / random))
         traced = DB * np.log(softened)
