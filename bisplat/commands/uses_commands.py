@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -40,27 +40,29 @@ def calibrate(
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     force: Force = False,
 ) -> None:
-    """Correct a scene with measured spectra.
+    """Correct a scene with measured spectra or received powers (RSSI).
 
-    The corrections are the gateway's position and orientation, the materials, and the positions of objects.
+    The corrections are the gateway's position and orientation, the materials, and the positions of objects. From
+    received powers, the positions of all their gateways are corrected; their orientations stay.
 
     Args:
         scene: the scene to correct: a built-in name or a scene YAML.
-        dataset: dataset folder of spectra measured there.
-        output: folder of the corrected scene.
+        dataset: dataset folder of spectra or received powers measured there.
+        output: folder of the corrected scene, and of gateways.yml, the gateways of received powers.
         changes: what is different from the scene as it is described.
-        spectra: largest number of spectra to use. Held-out spectra are never used.
+        spectra: largest number of spectra, or of positions of received powers, to use. Held-out ones are never used.
         split: choice of held-out spectra, as for bisplat train.
         seed: seed of that split.
         tolerances: how wrong the scene may be, as standard deviations.
         propagation: what the ray tracer follows.
     """
-    from learn.twin.calibrate import calibrate as calibrate_scene
-    from learn.twin.calibrate import rows_of, write_calibration
     from scenes.storage.scene_yaml import load_scene
     from simulate.positions.given_positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
+    powers = is_rssi(dataset)
+    if powers:
+        refuse_given(["--rotation", "--carrier", "--array"], "spectra, found received powers of single antennas")
     followed, allowed = checked(Propagation, propagation), checked(Tolerances, tolerances)
     if split not in ("random", "area"):
         refuse_given(["--seed"], f"--split random or area beside it, found {split}, which draws nothing")
@@ -68,21 +70,38 @@ def calibrate(
         place = changed_scene(load_scene(scene), changes)
         _refuse_idle_tolerances(place, allowed)
         refuse_idle_propagation(followed, [place])
-        found = calibrate_scene(
-            place,
-            dataset,
-            spectra,
-            split=split,
-            seed=seed,
-            tolerances=allowed,
-            propagation=followed,
-            report=say,
-        )
-        write_calibration(found, unfinished)
-    print_rows(f"changes of {found.scene.name}", rows_of(found))
-    now, before = found.misfit
-    print(f"unexplained share of the measured power: {before:.1%} before, {now:.1%} after")
+        options: dict[str, Any] = {"split": split, "seed": seed, "tolerances": allowed, "propagation": followed}
+        correct = _by_powers if powers else _by_spectra
+        told = correct(place, dataset, spectra, options, unfinished)
+    print(told)
     print(printable(f"scene: {output / 'scene.yaml'}"))
+    if powers:
+        print(printable(f"gateways: {output / 'gateways.yml'}"))
+
+
+def _by_spectra(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
+    """Correct a scene by spectra, write it to an empty folder and print what changed; returns how well it fits."""
+    from learn.twin.calibrate import calibrate as calibrate_scene
+    from learn.twin.calibrate import write_calibration
+    from learn.twin.calibration_table import rows_of
+
+    found = calibrate_scene(scene, dataset, n, report=say, **options)
+    write_calibration(found, folder)
+    print_rows(f"changes of {scene.name}", rows_of(found.which, found.values, found.deviations))
+    now, before = found.misfit
+    return f"unexplained share of the measured power: {before:.1%} before, {now:.1%} after"
+
+
+def _by_powers(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
+    """As ``_by_spectra``, by received powers."""
+    from learn.twin.calibrate_powers import calibrate_powers, write_power_calibration
+    from learn.twin.calibration_table import rows_of
+
+    found = calibrate_powers(scene, dataset, n, report=say, **options)
+    write_power_calibration(found, folder)
+    print_rows(f"changes of {scene.name}", rows_of(found.which, found.values, found.deviations))
+    now, before = found.error
+    return f"median error of the received powers: {before:.2f} dB before, {now:.2f} dB after"
 
 
 def _refuse_idle_tolerances(scene: Scene, tolerances: Tolerances) -> None:

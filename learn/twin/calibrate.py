@@ -21,6 +21,7 @@ from learn.data.same_receiver import (
 from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_dataset
 from learn.models.retrieved_field import retrieved_responses
+from learn.twin.calibration_table import RECORD, UNIT, changes_of
 from learn.twin.gauss_newton import Calibration, most_likely
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
@@ -28,16 +29,15 @@ from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
+from scenes.scene.unknowns import unknowns
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.fixed_array import require_fixed_array
 from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
+from simulate.spectra.band import Band
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
-
-RECORD = "calibration.json"
 
 MOST_TOLERANCES = 10.0
 """Largest difference between the gateways of a scene and of a dataset, in tolerances."""
@@ -45,6 +45,9 @@ MOST_TOLERANCES = 10.0
 UNEXPLAINED_MOST = 0.5
 """Share of the measured power that a corrected scene may leave unexplained. Spectra of another room leave nine tenths,
 those of the right one in full wave a tenth."""
+
+SUBCARRIERS = 4
+"""Largest number of subcarriers of a band that are used."""
 
 
 def calibrate(
@@ -68,7 +71,8 @@ def calibrate(
     Args:
         scene: the scene as described, the name of a built-in one, or a scene YAML.
         dataset: the measured spectra, or their folder. Recorded responses are used if there are any, otherwise those
-            found behind the pictures.
+            found behind the pictures. Of a band, four subcarriers are used together if phases can be compared between
+            positions, and otherwise the carrier alone.
         n: largest number of spectra to use, evenly spread over those that the split does not hold out.
         split: which spectra are held out, as for ``train``.
         seed: seed of the split.
@@ -159,8 +163,13 @@ def calibrate_by(
     if not which:
         raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
     _require_same_gateway(scene, dataset, tolerances)
+    places = dataset.positions[known]
+    common = dataset.responses is not None  # otherwise each spectrum may have a clock of its own, too
+    if common and dataset.band is not None and dataset.band_responses is not None:
+        measured, ratios = over_subcarriers(dataset.band, dataset.band_responses[known], scene.frequency)
+        return most_likely(scene, which, propagation, places, measured, True, report, ratios)
     measured, phases_known = measured_responses(dataset, known)
-    return most_likely(scene, which, propagation, dataset.positions[known], measured, phases_known, report)
+    return most_likely(scene, which, propagation, places, measured, phases_known, report)
 
 
 def _require_same_gateway(scene: Scene, dataset: Dataset, tolerances: Tolerances) -> None:
@@ -204,24 +213,25 @@ def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[
     return retrieved_responses(dataset, known), False
 
 
-def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:
-    """A change and its standard deviation in millimetres, degrees or per cent, for a reader."""
-    if unknown.kind in ("position", "object"):
-        return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
-    if unknown.kind == "rotation":
-        return f"{np.degrees(value):+.2f}°", f"{np.degrees(deviation):.2f}°"
-    digits = 1 if unknown.kind in OF_MATERIALS else 4
-    return f"{100 * np.expm1(value):+.{digits}f} %", f"{100 * deviation:.{digits}f} %"
+def over_subcarriers(
+    band: Band, responses: Complex[np.ndarray, "n M subcarriers"], carrier: float
+) -> tuple[Complex[np.ndarray, "n M*used"], list[float]]:
+    """Responses at a few subcarriers, evenly spread over the band, and their frequencies in carrier frequencies.
 
+    A room's responses change little between neighbouring subcarriers, and each that is used costs as much as a carrier.
 
-def rows_of(calibration: Calibration) -> list[dict[str, str]]:
-    """A table of what was changed and by how much, with standard deviations before and after."""
-    rows = []
-    for unknown, value, deviation in zip(calibration.which, calibration.values, calibration.deviations, strict=True):
-        changed, sure = in_units(unknown, float(value), float(deviation))
-        before = in_units(unknown, 0.0, unknown.tolerance)[1]
-        rows.append({"what": unknown.label, "changed by": changed, "±": sure, "± before": before})
-    return rows
+    Args:
+        band: the subcarriers.
+        responses: the responses at all of them.
+        carrier: the carrier frequency, hertz.
+
+    >>> responses, ratios = over_subcarriers(Band(20e6, 64), np.ones((5, 16, 64)), 1e9)
+    >>> responses.shape, ratios
+    ((5, 64), [0.99, 0.9965625, 1.003125, 1.0096875])
+    """
+    used = evenly(np.arange(band.subcarriers), SUBCARRIERS)
+    ratios = (band.frequencies(carrier)[used] / carrier).tolist()
+    return np.concatenate(np.moveaxis(responses[..., used].astype(complex), 2, 0), axis=1), ratios
 
 
 def write_calibration(calibration: Calibration, folder: Path) -> None:
@@ -232,19 +242,9 @@ def write_calibration(calibration: Calibration, folder: Path) -> None:
         folder: an empty folder.
     """
     write_scene(calibration.scene, folder)
-    columns = zip(calibration.which, calibration.values, calibration.deviations, strict=True)
     content: dict[str, Any] = {
-        "changes": [
-            {
-                "what": unknown.label,
-                "kind": unknown.kind,
-                "change": value,
-                "deviation": deviation,
-                "tolerance": unknown.tolerance,
-            }
-            for unknown, value, deviation in columns
-        ],
-        "unit": "metres, radians, or the logarithm of a ratio",
+        "changes": changes_of(calibration.which, calibration.values, calibration.deviations),
+        "unit": UNIT,
         "unexplained_power": {"described": calibration.misfit[1], "corrected": calibration.misfit[0]},
         "gain": [calibration.gain.real, calibration.gain.imag],
     }

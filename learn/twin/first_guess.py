@@ -28,7 +28,7 @@ AT_ONCE = 4_000_000
 
 
 def first_guess(
-    tracer: Tracer,
+    band: Sequence[Tracer],
     which: Sequence[Unknown],
     positions: Float[np.ndarray, "K 3"],
     measured: Complex[np.ndarray, "K M"],
@@ -46,21 +46,21 @@ def first_guess(
     2 N log(1 − s) + Σ (value / tolerance)². N is the number of responses that count as independent.
 
     Args:
-        tracer: a tracer of the scene as described.
+        band: tracers of the scene as described, one for each frequency of the responses.
         which: its n unknowns; those that do not belong to the pose stay 0.
         positions: transmitter positions, metres, world frame.
-        measured: element responses.
+        measured: element responses; those of several frequencies one after another.
         flips: whether these may be flipped, as behind pictures (y_m → conj y_{M−1−m}).
         counted: N.
     """
     of_pose = [number for number, each in enumerate(which) if each.kind in OF_POSE]
     if not of_pose:
         return np.zeros(len(which))
-    scene, guesses = tracer.ray_scene.description, np.zeros((GUESSES, len(which)))
+    scene, guesses = band[0].ray_scene.description, np.zeros((GUESSES, len(which)))
+    guesses[:, of_pose] = guessed_poses([which[number] for number in of_pose])
     deviations = [which[number].tolerance for number in of_pose]
-    guesses[1:, of_pose] = np.random.default_rng(0).normal(size=(GUESSES - 1, len(of_pose))) * deviations
     compared = evenly(np.arange(len(positions)), COMPARED)
-    found = _responses(tracer, which, positions[compared], guesses)
+    found = np.concatenate([responses_of(each, which, positions[compared], guesses) for each in band], axis=-1)
     wanted = measured[compared]
     alike = np.abs(np.einsum("gkm,km->gk", found, wanted.conj()))
     if flips:
@@ -75,13 +75,30 @@ def first_guess(
     return guesses[0]
 
 
-def _responses(
+def guessed_poses(which: Sequence[Unknown]) -> Float[np.ndarray, "G n"]:
+    """Draws of the unknowns of a pose from their prior; the first one is the description.
+
+    Args:
+        which: the n unknowns.
+    """
+    drawn = np.random.default_rng(0).normal(size=(GUESSES - 1, len(which))) * [each.tolerance for each in which]
+    return np.vstack([np.zeros(len(which)), drawn])
+
+
+def responses_of(
     tracer: Tracer,
     which: Sequence[Unknown],
     positions: Float[np.ndarray, "K 3"],
     guesses: Float[np.ndarray, "G n"],
 ) -> Complex[np.ndarray, "G K M"]:
-    """Responses at positions, for each guess of the pose."""
+    """Responses at positions, for each guess of the pose.
+
+    Args:
+        tracer: a tracer of the scene as described.
+        which: its n unknowns.
+        positions: transmitter positions, metres, world frame.
+        guesses: values of the unknowns.
+    """
     elements, wavenumber = len(tracer.elements), 2 * np.pi / tracer.ray_scene.description.wavelength
     total = np.zeros((len(positions) * elements, len(guesses)), complex)
     for batch in tracer.terms(positions):

@@ -12,7 +12,7 @@ from scipy.linalg import cho_factor
 
 from learn.twin.alignment import aligned_to, unexplained, without_own_phase
 from learn.twin.first_guess import first_guess
-from learn.twin.linearised import by_materials, linearised
+from learn.twin.linearised import CARRIER, by_materials, linearised, over_band
 from learn.twin.posterior import Quadratic, correlation, unlikelihood
 from scenes.checks.validation import is_valid
 from scenes.files.errors import InputError
@@ -68,6 +68,7 @@ def most_likely(
     measured: Complex[np.ndarray, "K M"],
     phases_known: bool,
     report: Callable[[str], None] = lambda sentence: None,
+    ratios: Sequence[float] = CARRIER,
 ) -> Calibration:
     """Correct a scene so that its responses fit measured ones.
 
@@ -81,10 +82,11 @@ def most_likely(
         which: what may be wrong with it.
         propagation: the mechanisms that rays follow.
         positions: transmitter positions, metres, world frame.
-        measured: element responses.
+        measured: element responses; those of several frequencies one after another.
         phases_known: whether responses of different positions share phase and scale. Otherwise, as behind pictures,
             each has its own, and may be flipped (y_m → conj y_{M−1−m}).
         report: called with sentences on the progress.
+        ratios: the frequencies of the responses, in carrier frequencies.
 
     Raises:
         InputError: all responses are zero, or no path reaches any of the positions.
@@ -93,14 +95,15 @@ def most_likely(
         raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")
     # Only responses behind pictures may be flipped, even while others are compared in phases of their own.
     flips = not phases_known and scene.gateway.elements is None  # elements at given places have no such symmetry
-    search = _Search(scene, list(which), positions, measured, flips=flips, report=report)
+    search = _Search(scene, list(which), positions, measured, flips=flips, report=report, ratios=ratios)
     tracer = Tracer(scene, propagation, search.region, report=report)
-    described = tracer.responses(positions).astype(complex)
+    band = over_band(tracer, ratios)
+    described = np.concatenate([each.responses(positions).astype(complex) for each in band], axis=1)
     if not described.any():
         raise InputError(f"{scene.name}: expected paths from the gateway to the positions of the spectra, found none")
     counted = min(measured.size, COUNTED)
     found = search.from_start(tracer, np.zeros(len(which)), phases_known, counted)
-    guess = first_guess(tracer, which, positions, measured, search.flips, counted)
+    guess = first_guess(band, which, positions, measured, search.flips, counted)
     where = [number for number, each in enumerate(which) if each.kind == "position"]
     elsewhere = np.linalg.norm((guess - found.values)[where]) > APART * scene.wavelength
     if guess.any() and (elsewhere or not where):
@@ -137,6 +140,7 @@ class _Search:
     measured: Complex[np.ndarray, "K M"]
     flips: bool
     report: Callable[[str], None]
+    ratios: Sequence[float] = CARRIER
 
     @property
     def region(self) -> Float[np.ndarray, "2 3"]:
@@ -190,7 +194,9 @@ class _Search:
                     break
                 values = values + step
                 tracer = moved(tracer, vary(scene, which, values), self.region)
-            traced, jacobian = linearised(tracer, which, self.positions)
+            band = over_band(tracer, self.ratios)
+            parts = [linearised(each, which, self.positions) for each in band]
+            traced, jacobian = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
             if not traced.any():
                 if model is None:
                     break
@@ -205,7 +211,9 @@ class _Search:
                 reach = model.next_reach(step, reach, best.unlikely - unlikely)
             if unlikely > best.unlikely:
                 continue
-            jacobian = jacobian + by_materials(tracer, which, self.positions, traced)
+            of_each = zip(band, np.split(traced, len(band), axis=1), strict=True)
+            of_materials = [by_materials(each, which, self.positions, responses) for each, responses in of_each]
+            jacobian = jacobian + np.concatenate(of_materials, axis=1)
             jacobian = without_own_phase(jacobian, traced, phases_known)
             model = Quadratic.of(alike, rest, jacobian, traced, values, prior, counted)
             best = _Minimum(values, model.deviations, gain, misfit, unlikely, tracer)

@@ -15,6 +15,25 @@ STEP = 0.02
 """Step of the finite differences, in the logarithm of a material's property."""
 
 
+CARRIER = (1.0,)
+"""The frequencies of responses at the carrier alone, in carrier frequencies."""
+
+
+def over_band(tracer: Tracer, ratios: Sequence[float]) -> list[Tracer]:
+    """Tracers of one scene at several frequencies. The array keeps its size in metres, the materials their properties.
+
+    Args:
+        tracer: the tracer of the scene at the carrier.
+        ratios: the frequencies, in carrier frequencies.
+    """
+    frequency = [Unknown("frequency", "", 0, 1.0)]
+
+    def at(ratio: float) -> Tracer:
+        return tracer.at_frequency(vary(tracer.ray_scene.description, frequency, np.log([ratio])))
+
+    return [tracer if ratio == 1 else at(ratio) for ratio in ratios]
+
+
 def linearised(
     tracer: Tracer, which: Sequence[Unknown], positions: Float[np.ndarray, "K 3"]
 ) -> tuple[Complex[np.ndarray, "K M"], Complex[np.ndarray, "K M n"]]:

@@ -39,7 +39,7 @@ class Unknown:
 
     Attributes:
         kind: the quantity.
-        name: name of the object or the material; empty for the gateway and the frequency.
+        name: name of the object or the material, or of one of several gateways; otherwise empty.
         axis: axis of a position, a rotation or an object, 0 to 2.
         tolerance: standard deviation of the error, in metres, in radians, or of the logarithm of a ratio.
     """
@@ -56,7 +56,7 @@ class Unknown:
         if self.kind in OF_MATERIALS:
             return f"{self.name} {self.kind.replace('_', ' ')}"
         return {
-            "position": f"gateway {axis}",
+            "position": f"gateway {self.name} {axis}" if self.name else f"gateway {axis}",
             "rotation": f"gateway rotation about {axis}",
             "frequency": "frequency",
         }.get(self.kind, f"{self.name} {axis}")

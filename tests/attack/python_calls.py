@@ -85,6 +85,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "locate_powers": lambda: {"dataset": "powers", "heard": [[-60.0]], "known": None, "level": 0.0, "seed": 0},
     "locate_channels": lambda: {"dataset": "csi", "heard": [[[1j]]], "known": None, "seed": 0},
     "locate": lambda: {"runs": [], "pictures": []},
+    "calibrate_powers": lambda: {**{"scene": "closet", "dataset": "nowhere", "n": 3, "split": "files", "seed": 0}},
     "calibrate": lambda: {"scene": "closet", "dataset": "nowhere", "n": 3, "split": "files", "seed": 0},
     "retrieve_responses": lambda: {"spectra": PICTURES / 255, "beamformer": bisplat.Beamformer(), "seed": 0},
     "import_scene": lambda: {

@@ -79,6 +79,7 @@ SWEEP_POWERS = "sweep heard -o out --models mean --sizes 3"
 EVALUATE = "evaluate heard -o out --model mri"
 SWEPT = "learn.comparison.sweep:sweep"
 CALIBRATED = "learn.twin.calibrate:calibrate"
+CALIBRATED_BY_POWERS = "learn.twin.calibrate_powers:calibrate_powers"
 PLANNED = "learn.planning.next_positions:plan"
 OF_EVALUATION = "bisplat.commands.evaluation_commands"
 ENGINES = "learn.evaluation.engines:compare_engines"
@@ -327,6 +328,7 @@ TRIALS: dict[str, list[Trial]] = {
             CALIBRATED,
         ),
         *_trials("calibrate closet data -o out", [("-o out2", "-o out"), "--force"], NEW_FOLDER),
+        *_trials("calibrate closet heard -o out", ["-n 5", "--position 0.1", "--split random"], CALIBRATED_BY_POWERS),
     ],
 }
 """Of each command, trials of its options."""

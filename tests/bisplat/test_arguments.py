@@ -477,6 +477,15 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
             CALLBACK,
         ),
+        "calibrate_powers": Call(
+            bisplat.calibrate_powers,
+            {"scene": scene, "dataset": file.with_name("powers")},
+            {
+                "scene": OBJECT, "dataset": (*PATH, "nowhere", data), "n": WHOLE, "split": WORD, "seed": SEED,
+                "tolerances": OBJECT, "propagation": OBJECT,
+            },
+            CALLBACK,
+        ),
         "export": Call(bisplat.export, {"run": run, "path": "a.onnx"}, {"run": OBJECT, "path": (*PATH, "a.txt")}),
         "export_hdf5": Call(
             bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}, {"dataset": (*PATH, "nowhere"), "path": PATH}

@@ -11,7 +11,8 @@ import bisplat
 from bisplat.__main__ import main
 from learn.data.splits import split
 from learn.twin import calibrate as calibrate_module
-from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
+from learn.twin.calibrate import calibrate, calibrate_by, write_calibration
+from learn.twin.calibration_table import RECORD, rows_of
 from learn.twin.gauss_newton import Calibration
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SceneObject
@@ -22,6 +23,7 @@ from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.band import Band
 from tests.small_scene import CABINET, small_scene
 
 OF_POSITION = [Unknown("position", "", axis, 0.02) for axis in range(3)]
@@ -72,6 +74,42 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
         calibrate(small_scene(CABINET), tiny, 0)
 
 
+def of_small_scene(folder):
+    """A dataset as of the small scene's gateway."""
+    gateway = small_scene().gateway
+    at, orientation = np.array(gateway.position), np.array(gateway.orientation)
+    return replace(read_dataset(folder), gateway_position=at, gateway_orientation=orientation)
+
+
+def test_a_band_is_used_at_four_subcarriers(tiny, monkeypatch):
+    data, used = of_small_scene(tiny), {}
+    band = Band(20e6, 16)
+    carrier = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
+    responses = carrier[..., None] * np.exp(1j * np.arange(16))
+    data = replace(data, responses=carrier, band=band, band_responses=responses)
+
+    def most_likely(scene, which, propagation, positions, measured, phases_known, report, ratios):
+        used.update(measured=measured, ratios=ratios, phases_known=phases_known)
+
+    monkeypatch.setattr(calibrate_module, "most_likely", most_likely)
+    calibrate_by(small_scene(CABINET), data, np.arange(3))
+    chosen = [0, 5, 10, 15]
+    np.testing.assert_allclose(used["ratios"], band.frequencies(915e6)[chosen] / 915e6)
+    np.testing.assert_allclose(used["measured"].reshape(3, 4, -1)[:, 2], responses[:3, :, chosen[2]])
+    assert used["phases_known"]
+
+
+def test_of_a_band_with_a_phase_for_each_position_the_carrier_is_used(tiny, monkeypatch):
+    data, used = of_small_scene(tiny), []
+    recorded = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
+    data = replace(
+        data, band=Band(20e6, 16), band_responses=recorded[..., None].repeat(16, 2), retrieved=recorded, responses=None
+    )
+    monkeypatch.setattr(calibrate_module, "most_likely", lambda *arguments: used.extend(arguments))
+    calibrate_by(small_scene(CABINET), data, np.arange(3))
+    assert used[4].shape == recorded[:3].shape and used[5] is False
+
+
 def test_spectra_of_another_place_are_warned_of(tiny, monkeypatch, capsys):
     """The positions of ``tiny`` reach to x = 4 m, those of this scene end at 3 m, and nothing explains the power."""
     outdoors = replace(small_scene(CABINET), objects=(SceneObject("block", box((0, 0, 0), (1, 1, 1)), "concrete"),))
@@ -99,7 +137,7 @@ def test_changes_are_written_down(tmp_path):
     record = json.loads((tmp_path / RECORD).read_text())
     assert [each["change"] for each in record["changes"]] == values.tolist()
     assert record["unexplained_power"] == {"described": 0.5, "corrected": 0.1} and record["gain"] == [0, 2]
-    rows = {row["what"]: row for row in rows_of(found)[:6]}
+    rows = {row["what"]: row for row in rows_of(found.which, found.values, found.deviations)[:6]}
     assert rows["gateway x"]["changed by"] == "-10.0 mm" and rows["gateway x"]["± before"] == "10.0 mm"
     assert rows["gateway rotation about z"]["±"] == "0.29°"
 

@@ -5,6 +5,7 @@ import pytest
 
 from learn.twin import gauss_newton
 from learn.twin.gauss_newton import _Minimum, _Search, most_likely
+from learn.twin.linearised import over_band
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject
@@ -68,6 +69,22 @@ def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
     assert max(abs(left[f"gateway rotation about {axis}"]) for axis in "xyz") < np.radians(0.4)
     assert abs(left["cabinet y"]) < 0.006
     assert found.misfit[0] < 0.1 * found.misfit[1]
+
+
+@pytest.mark.slow
+def test_pose_is_found_from_a_band_in_which_phases_turn(true, measured):
+    """Half as many spectra, at two subcarriers, and a gain of the receiver's own."""
+    positions, ratios = measured[0][:8], (0.99, 1.01)
+    followed = Propagation(max_depth=1, rays=20_000, diffraction=False)
+    band = over_band(Tracer(true, followed), ratios)
+    responses = np.concatenate([2j * each.responses(positions).astype(complex) for each in band], axis=1)
+    which = unknowns(true, Tolerances(position=0.03, rotation=2.0, objects=0, materials=0))
+    off = np.array([0.03, -0.02, 0.03, 0.03, -0.02, 0.02])
+    found = most_likely(vary(true, which, off), which, followed, positions, responses, True, ratios=ratios)
+    np.testing.assert_allclose(found.values, -off, atol=0.002)
+    assert found.gain == pytest.approx(2j, abs=0.05)
+    alone = most_likely(vary(true, which, off), which, followed, positions, responses, True, ratios=(1.0, 1.0))
+    assert alone.misfit[0] > 10 * found.misfit[0]  # the frequencies matter
 
 
 @pytest.mark.slow
@@ -159,7 +176,7 @@ def steps_of(true, monkeypatch):
 
         monkeypatch.setattr(gauss_newton, "moved", lambda tracer, scene, region: scene.gateway.position[0])
         monkeypatch.setattr(gauss_newton, "linearised", linearised)
-        monkeypatch.setattr(gauss_newton, "by_materials", lambda tracer, which, positions, traced: 0)
+        monkeypatch.setattr(gauss_newton, "by_materials", lambda tracer, which, positions, traced: np.zeros((1, 16, 1)))
         monkeypatch.setattr(gauss_newton, "is_valid", lambda scene: True)
         search = _Search(true, which, np.zeros((1, 3)), measured, False, lambda sentence: None)
         return search.minimum(0.0, np.zeros(1), True, 1e-3, 16), tried
