@@ -13,12 +13,13 @@ from jaxtyping import Complex
 from learn.channels.channel_comparison import ChannelComparison
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
-from learn.channels.known_channels import KnownChannels
+from learn.channels.known_channels import USUAL_WAVELENGTH, KnownChannels
 from learn.comparison.score_table import chosen_methods
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_rows
 from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 
 MOST_KNOWN = 5000
@@ -91,6 +92,8 @@ def compare_channels(
         dataset.downlink[taught] / level,
         None if places is None else places[taught],
         seed,
+        antennas=dataset.antenna_positions,
+        wavelength=USUAL_WAVELENGTH if dataset.frequency is None else SPEED_OF_LIGHT / dataset.frequency.hertz,
     )
     heard = None if places is None else places[parts.test]
     uplink, truth = dataset.uplink[parts.test] / level, dataset.downlink[parts.test] / level
