@@ -1,5 +1,6 @@
 # Every public name of bisplat and the module it comes from: __init__.py, type checkers and editors read this.
 
+from learn.band.compare_band import compare_band as compare_band
 from learn.channels.compare_channels import compare_channels as compare_channels
 from learn.comparison.ablate import ablate as ablate
 from learn.comparison.compare import compare as compare

@@ -16,7 +16,12 @@ def write_links(folder: Path, channels: np.ndarray) -> None:
     np.save(folder / "csidata.npy", channels)
     antennas = "".join(f"  - [0.0, {0.06 * number:.2f}, 2.0]\n" for number in range(channels.shape[1]))
     (folder / "base-station.yml").write_text("base_station:\n" + antennas)
-    rows = range(len(channels))
+    write_index(folder, len(channels))
+
+
+def write_index(folder: Path, count: int) -> None:
+    """Write index files of rows, with every fifth one for testing."""
+    rows = range(count)
     for name, part in {"train": [n for n in rows if n % 5], "test": [n for n in rows if n % 5 == 0]}.items():
         (folder / f"{name}_index.txt").write_text("".join(f"{row}\n" for row in part))
 

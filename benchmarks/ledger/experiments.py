@@ -34,11 +34,15 @@ def experiment(runs: Path, name: str) -> Measured | None:
     if not ((folder / "protocol.json").is_file() and (folder / "results.jsonl").is_file()):
         return None
     from learn.baselines.array_ceiling import CEILING, shown_name
-    from learn.comparison.experiment import summary  # imports torch, which the other sections do without
+    from learn.comparison.averages import averaged
 
     protocol = json.loads((folder / "protocol.json").read_text())
     rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
-    table: Table = summary(rows, lambda row: (row["label"], row["train_size"] or 0))
+    averages = averaged(rows, ("label", "train_size"), "ssim_median")
+    table: Table = {
+        (row["label"], row["train_size"] or 0): {key: value for key, value in row.items() if value is not None}
+        for row in averages
+    }
     sweeping = any(row["train_size"] for row in rows)
     order = sorted(table) if sweeping else sorted(table, key=lambda key: -table[key]["ssim_median"])
     order.sort(key=lambda key: key[0] == CEILING)  # the bound last

@@ -1,111 +1,165 @@
-"""What ``bisplat compare`` does with a folder of received powers (RSSI) or of channels over subcarriers (CSI)."""
+"""What ``bisplat compare``, ``sweep`` and ``evaluate`` do with a folder of received powers (RSSI) or channels (CSI)."""
 
 from __future__ import annotations
 
 import json as json_format
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from bisplat.commands.given_options import refuse_given
 from learn.data.splits import SplitKind
-from scenes.files.errors import printable
+from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
+from simulate.dataset.folder_kinds import is_rssi
 
 if TYPE_CHECKING:
-    from learn.channels.channel_comparison import ChannelComparison
     from learn.comparison.score_table import ScoreTable
-    from learn.powers.power_comparison import PowerComparison
-
-Compared = TypeVar("Compared", bound="ScoreTable")
-
-OF_SPECTRA = ("--budget", "--seeds", "--test-spectra")
-"""Options that mean nothing here: no method trains by steps or depends much on chance, and scores take no time."""
 
 
-def compare_received_powers(
-    folder: Path,
-    output: Path | None,
-    methods: Sequence[str],
-    split: SplitKind,
-    guard: float,
-    force: bool,
-    json: bool,
-) -> None:
-    """Compare methods on received powers, and print the table.
+@dataclass(frozen=True)
+class Fitted:
+    """What is fitted to the powers or channels of a folder.
+
+    Attributes:
+        folder: the dataset.
+        methods: names of the methods; none: all that are not trained by steps.
+        split: choice of the test part.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
+        budget: training time of each method that is trained by steps, minutes.
+        seeds: number of fits of each method.
+        sizes: numbers of training positions or rows. None: all of the training part.
+        over_band: whether the folder holds spectra, whose responses over the band are fitted.
+    """
+
+    folder: Path
+    methods: Sequence[str]
+    split: SplitKind
+    guard: float
+    budget: float
+    seeds: int = 1
+    sizes: Sequence[int] | None = None
+    over_band: bool = False
+
+    @property
+    def kind(self) -> str:
+        """What the methods are fitted to."""
+        if self.over_band:
+            return "responses over a band"
+        return "received powers" if is_rssi(self.folder) else "channels (CSI)"
+
+    def __call__(self) -> ScoreTable:
+        """Fit and score the methods."""
+        from learn.comparison.makers import checked_sizes
+
+        compare: Callable[..., ScoreTable]
+        if self.over_band:
+            from learn.band.compare_band import compare_band as compare
+        elif is_rssi(self.folder):
+            from learn.powers.compare_powers import compare_powers as compare
+        else:
+            from learn.channels.compare_channels import compare_channels as compare
+        return compare(
+            self.folder,
+            self.methods or None,
+            split=self.split,
+            train_size=None if self.sizes is None else checked_sizes("samples", sizes=self.sizes),
+            guard=self.guard,
+            seeds=self.seeds,
+            budget=self.budget,
+        )
+
+    def refuse_idle_budget(self) -> None:
+        """Refuse a training time if no method is trained by steps. Classes of the user may be."""
+        from learn.band.band_methods import BAND_METHODS
+        from learn.channels.channel_methods import CHANNEL_METHODS
+        from learn.comparison.makers import trained_by_steps
+        from learn.powers.power_methods import POWER_METHODS
+
+        known: Mapping[str, Callable[[], Any]] = POWER_METHODS if is_rssi(self.folder) else CHANNEL_METHODS
+        known = BAND_METHODS if self.over_band else known
+        if not any(":" in name or (name in known and trained_by_steps(known[name])) for name in self.methods):
+            found = ", ".join(self.methods) or "none"
+            refuse_given(["--budget"], f"a method trained by steps, found {found}")
+
+
+def compare_quantity(fitted: Fitted, output: Path | None, force: bool, json: bool) -> None:
+    """Compare methods, and print the table.
 
     Args:
-        folder: the dataset.
+        fitted: the methods and the data.
         output: folder for results.json, table.tex, table.csv and the figure. None: nothing is written.
-        methods: their names; none: all.
-        split: choice of test positions.
-        guard: as for ``compare_powers``.
         force: existing files may be replaced.
         json: print all scores as JSON.
     """
-    refuse_given(OF_SPECTRA, "spectra, found received powers, which are compared without it")
-    from learn.powers.compare_powers import compare_powers
-    from learn.reports.power_report import write_power_comparison
-
-    def compare() -> PowerComparison:
-        return compare_powers(folder, methods or None, split=split, guard=guard)
-
-    comparison = _compared(compare, write_power_comparison, output, force)
-    _print("comparison of received powers", comparison, json)
-    silent = comparison.rows[0]["not_received"]
-    if silent and not json:
-        print(f"{silent} powers of the test part were not received; they count in the share alone, not in the errors")
-    _say_where(output)
-
-
-def compare_channels_of_links(
-    folder: Path, output: Path | None, methods: Sequence[str], split: SplitKind, force: bool, json: bool
-) -> None:
-    """Compare methods that predict the downlink from the uplink, and print the table.
-
-    Args:
-        folder: the dataset.
-        output: folder for results.json, table.tex, table.csv and the figure. None: nothing is written.
-        methods: their names; none: all.
-        split: choice of test rows.
-        force: existing files may be replaced.
-        json: print all scores as JSON.
-    """
-    refuse_given([*OF_SPECTRA, "--guard"], "spectra, found channels (CSI), which are compared without it")
-    from learn.channels.compare_channels import compare_channels
-    from learn.reports.channel_report import write_channel_comparison
-
-    def compare() -> ChannelComparison:
-        return compare_channels(folder, methods or None, split=split)
-
-    comparison = _compared(compare, write_channel_comparison, output, force)
-    _print("downlink predicted from the uplink", comparison, json)
-    _say_where(output)
-
-
-def _compared(
-    compare: Callable[[], Compared], write: Callable[[Compared, Path], None], output: Path | None, force: bool
-) -> Compared:
-    """Compare, and write the result into a new folder if one is given."""
+    refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
+    fitted.refuse_idle_budget()
     if output is None:
         refuse_given(["--force", "--no-force"], "--output beside it, found none")
-        return compare()
+        comparison = fitted()
+    else:
+        from learn.reports.score_report import write_score_comparison
+
+        comparison = _written(fitted, write_score_comparison, output, force)
+    _print("comparison", fitted, comparison, json)
+    if output is not None:
+        say(printable(f"results: {output / 'results.json'}"))
+
+
+def sweep_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> None:
+    """Compare methods for several sizes of the training part; arguments as for ``compare_quantity``."""
+    refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
+    refuse_given(["--init"], f"spectra, found {fitted.kind}, of which there are no runs")
+    fitted.refuse_idle_budget()
+    from learn.reports.score_report import write_score_sweep
+
+    comparison = _written(fitted, write_score_sweep, output, force)
+    _print("sweep", fitted, comparison, json)
+    say(printable(f"figure: {output / 'sweep.png'}"))
+
+
+def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> None:
+    """Score one method beside the baselines, and write a report; arguments as for ``compare_quantity``."""
+    fitted.refuse_idle_budget()
+    from learn.channels import channel_methods
+    from learn.powers import power_methods
+    from learn.reports.score_evaluation import write_score_evaluation
+
+    baselines = power_methods.BASELINES if is_rssi(fitted.folder) else channel_methods.BASELINES
+    (model,) = fitted.methods
+
+    def write(comparison: ScoreTable, folder: Path) -> None:
+        write_score_evaluation(comparison, model, folder)
+
+    among = replace(fitted, methods=tuple(dict.fromkeys([*baselines, model])))
+    try:
+        comparison = _written(among, write, output, force)
+    except ParameterError as error:
+        if error.parameter == "methods":
+            raise ParameterError("model", error.message) from error
+        raise
+    _print("evaluation", fitted, comparison, json)
+    say(printable(f"report: {output / 'report.html'}"))
+
+
+def _written(fitted: Fitted, write: Callable[[ScoreTable, Path], None], output: Path, force: bool) -> ScoreTable:
+    """Compare, and write the result into a new folder."""
     with new_folder(output, force) as unfinished:
-        comparison = compare()
+        comparison = fitted()
         write(comparison, unfinished)
     return comparison
 
 
-def _print(title: str, comparison: ScoreTable, json: bool) -> None:
+def _print(title: str, fitted: Fitted, comparison: ScoreTable, json: bool) -> None:
     if json:
         print(json_format.dumps(comparison.facts(), indent=2))
         return
     headings, *lines = comparison.cells()
-    print_rows(title, [dict(zip(headings, line, strict=True)) for line in lines])
-
-
-def _say_where(output: Path | None) -> None:
-    if output is not None:
-        say(printable(f"results: {output / 'results.json'}"))
+    what = fitted.kind if fitted.over_band or is_rssi(fitted.folder) else "the downlink, predicted from the uplink"
+    print_rows(f"{title} of {what}", [dict(zip(headings, line, strict=True)) for line in lines])
+    remark = comparison.remark()
+    if remark is not None:
+        print(printable(f"bisplat: {remark}"))

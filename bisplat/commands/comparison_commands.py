@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.compared_quantities import compare_channels_of_links, compare_received_powers
+from bisplat.commands.compared_quantities import Fitted, compare_quantity, sweep_quantity
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
-from learn.training.registry import DEFAULT_MODEL, MODELS
+from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.text_tables import print_rows
 from simulate.dataset.folder_kinds import is_csi, is_rssi
@@ -26,6 +26,7 @@ else:
     ModelName = Literal[tuple(MODELS)]  # the choices of the command line
 
 DatasetFolder = Annotated[Positional[Path], arg(help="NeRF² dataset folder.")]
+Folder = Annotated[Positional[Path], arg(help="NeRF² dataset folder, or one of powers (RSSI) or channels (CSI).")]
 Split = Annotated[
     SplitKind,
     arg(help="choice of test spectra, as for bisplat train. All methods have the same test spectra."),
@@ -33,19 +34,31 @@ Split = Annotated[
 Guard = Annotated[float, arg(help="known positions nearer than this to a test position are left out, wavelengths.")]
 Budget = Annotated[float, arg(help="training time of each model that is trained in steps, minutes.")]
 Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
+Models = Annotated[
+    tuple[str, ...],
+    arg(
+        aliases=["--methods"],
+        help="names (documentation: Train and compare models), or module:Class for your own. Default: all; in a sweep, "
+        "some.",
+    ),
+]
 TestSpectra = Annotated[int | None, arg(help="largest number of test spectra to score (default: all).")]
 Json = Annotated[bool, arg(help="print the table as JSON.")]
 
+CONTINUED = "received powers or channels, found spectra, whose results are continued"
+"""Why --force is refused."""
+
 
 def compare(
-    dataset: Annotated[Positional[Path], arg(help="NeRF² dataset folder, or one of powers (RSSI) or channels (CSI).")],
+    dataset: Folder,
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
-    models: Annotated[tuple[str, ...], arg(aliases=["--methods"])] = (),
+    models: Models = (),
     split: Split = "files",
     guard: Guard = 0.0,
     budget: Budget = 5.0,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
+    over_band: bool = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -55,16 +68,18 @@ def compare(
 
     Args:
         output: folder for the table, its figure, the scores and the runs. RSSI and CSI do without one.
-        models: names (documentation: Train and compare models), or module:Class for your own. Default: all.
-        force: replace existing output files of received powers or channels.
+        over_band: score responses over the band of a dataset, instead of spectra.
+        force: replace existing output files of received powers, channels or responses.
     """
-    if is_rssi(dataset):
-        compare_received_powers(dataset, output, models, split, guard, force, json)
+    if over_band:
+        if is_rssi(dataset) or is_csi(dataset):
+            refuse_given(["--over-band"], "a dataset of spectra with a band, found powers or channels")
+        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, over_band=True), output, force, json)
         return
-    if is_csi(dataset):
-        compare_channels_of_links(dataset, output, models, split, force, json)
+    if is_rssi(dataset) or is_csi(dataset):
+        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds), output, force, json)
         return
-    refuse_given(["--force", "--no-force"], "received powers, found none; a comparison of spectra is continued")
+    refuse_given(["--force", "--no-force"], CONTINUED)
     if output is None:
         raise InputError("-o: expected a folder for the results beside spectra, found none")
     if models:
@@ -109,33 +124,40 @@ def ablate(
 
 
 def sweep(
-    dataset: DatasetFolder,
+    dataset: Folder,
     output: Output,
     sizes: tuple[int, ...],
-    models: tuple[str, ...] = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance"),
+    models: Models = (),
     split: Split = "files",
     guard: Guard = 0.0,
     budget: Budget = 5.0,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
     init: Path | None = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
-    """Compare methods for several numbers of training spectra.
+    """Compare methods for several numbers of training spectra, powers or channels.
 
     If the command is interrupted, the same command continues.
 
     Args:
         output: folder for the figure, the scores and the runs.
-        sizes: numbers of training spectra.
-        models: models and baselines, as for bisplat compare.
+        sizes: numbers of training spectra, positions or rows.
         init: finished run, such as one on simulated spectra. Its model is also trained from its weights.
+        force: replace existing output files of received powers or channels.
     """
-    if init is None:
-        _refuse_idle_budget(models)
+    if is_rssi(dataset) or is_csi(dataset):
+        sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes), output, force, json)
+        return
+    refuse_given(["--force", "--no-force"], CONTINUED)
+    from learn.comparison.sweep import SWEPT
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
+    models = models or SWEPT
+    if init is None:
+        _refuse_idle_budget(models)
     comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())

@@ -8,18 +8,25 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.compared_quantities import Fitted, evaluate_quantity
 from bisplat.commands.given_options import names_of, refuse_given
 from bisplat.commands.given_propagation import refuse_idle_propagation
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import EngineName
+from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.options import checked, unchecked
 from scenes.files.text_tables import print_table
+from simulate.dataset.folder_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from learn.evaluation.locations import Heard, Locations
     from learn.reports.provenance import Provenance
+
+OF_RUNS = ("--dataset", "--index", "--locate", "--no-locate", "--further-gateways", "--ceiling", "--no-ceiling")
+OF_QUANTITIES = ("-o", "--output", "--model", "--split", "--guard", "--budget", "--force", "--no-force")
+"""Options of ``evaluate`` that only act on a run, and on a dataset of powers or channels."""
 
 
 def evaluate(
@@ -29,21 +36,42 @@ def evaluate(
     locate: bool = False,
     further_gateways: tuple[Path, ...] = (),
     ceiling: bool = True,
+    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
+    model: str = "helmholtz",
+    split: SplitKind = "files",
+    guard: float = 0.0,
+    budget: float = 5.0,
+    force: Force = False,
     json: bool = False,
 ) -> None:
-    """Score a trained model and the baselines on held-out spectra.
+    """Score a model and the baselines on held-out spectra, powers or channels.
 
-    The table also has the array's ceiling, an upper bound. The report is written to RUN/evaluation.
+    Of a run, the table also has the array's ceiling, an upper bound, and the report is written to RUN/evaluation. Of
+    powers and channels, no run is needed: the model is fitted here.
 
     Args:
-        run: the run folder.
+        run: the run folder. Or a dataset of powers (RSSI) or channels (CSI).
         dataset: dataset folder to test on (default: the run's own, which is also recognised where it has moved to).
         index: file with the names of the test spectra, one per line (default: the test part of the split).
         locate: also locate the test transmitters from their spectra, and measure the errors.
         further_gateways: with --locate: runs of other gateways that received the same transmitters.
         ceiling: score the array's ceiling, too, which takes half a minute for 16 × 16 elements without responses.
+        output: of powers or channels: new folder for the report.
+        model: of powers or channels: name of the method, as for bisplat compare, or module:Class for your own.
+        split: of powers or channels: choice of the test part.
+        guard: of powers or channels: known positions nearer than this to a test position are left out, wavelengths.
+        budget: of powers or channels: training time of a method that is trained in steps, minutes.
+        force: of powers or channels: replace existing output files.
         json: print the scores as JSON.
     """
+    if is_rssi(run) or is_csi(run):
+        fitted = Fitted(run, (model,), split, guard, budget)
+        refuse_given(OF_RUNS, f"a run, found {fitted.kind} without one")
+        if output is None:
+            raise InputError(f"{run}: expected -o FOLDER for the report of {fitted.kind}, found none")
+        evaluate_quantity(fitted, output, force, json)
+        return
+    refuse_given(OF_QUANTITIES, f"received powers or channels (CSI), found {run}")
     if further_gateways and not locate:
         raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
     if locate and (dataset or index) is not None:

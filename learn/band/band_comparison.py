@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
-from learn.comparison.score_table import ScoreTable
-from learn.data.split_distances import SplitDistances
-from learn.data.splits import SplitKind
+from learn.comparison.score_table import Measure, ScoreTable
+from simulate.dataset.dataset_folder import Dataset
 
 
 @dataclass(frozen=True, kw_only=True)
 class BandComparison(ScoreTable):
     """Rows measured by ``compare_band``.
 
-    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows them, the best first, and a
-    notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
+    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
+    the best first, and a notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
 
-    A row has "label", the name of the method, "seconds" for its fit and its predictions, "found", what its fit found in
-    words (None: it says nothing), and these scores:
+    A row has "label", the name of the method, "seed" of the fit, "train_size", the number of training positions asked
+    for (None: all), "known", the number of known positions, "found", what the fit found in words (None: it says
+    nothing), "steps" of training (None: the method has none), "seconds" for the fit and the predictions, and these
+    scores:
 
     - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the signal-to-noise ratio of the predicted
       responses over all elements and subcarriers of a position, 10 log₁₀ ‖y‖² / ‖y − ŷ‖², dB;
@@ -35,13 +35,29 @@ class BandComparison(ScoreTable):
     Attributes:
         folder: the dataset's folder.
         split: how the test part was chosen.
-        seed: seed of the split and of the methods.
+        seed: seed of the split.
         guard: known positions nearer than this to a test position were left out, wavelengths.
-        known_positions: number of known positions.
-        test_positions: number of test positions.
-        rows: a dictionary for each method, in the order in which they were measured.
-        snr_db: SNR of each test position, dB, by method.
+        minutes: training time of each method that is trained by steps.
+        parts: training, validation and test part; of several sizes, those of the largest.
+        rows: a dictionary for each method, seed and size, in the order in which they were measured. ``averages()`` and
+            ``table()`` average them over the seeds.
         distances: how far the test positions are from the known ones.
+        dataset: the spectra, with their responses over the band.
+        snr_db: SNR of each test position, dB, [test], of the first seed, by the name of the row in the table.
+
+    Example:
+        >>> import bisplat, numpy as np
+        >>> places = np.random.default_rng(0).uniform(0, 0.2, (60, 3))
+        >>> delays = np.linalg.norm(places - [4, 0, 0], axis=1) / 3e8
+        >>> waves = np.exp(-2j * np.pi * delays[:, None] * (2.4e9 + 1.25e6 * (np.arange(16) - 8)))
+        >>> array = bisplat.PlanarArray(1, 4)
+        >>> wide = bisplat.write_dataset("data/hall", places, waves[:, None] * np.ones((4, 1)), array, "2.4 GHz",
+        ...                              bandwidth="20 MHz")
+        >>> comparison = bisplat.compare_band(wide, ["nearest", "helmholtz"], split="random")
+        >>> [row["label"] for row in comparison.table()]  # the best first
+        ['helmholtz', 'nearest']
+        >>> comparison
+        BandComparison('data/hall': 2 methods, 48 known and 12 test positions, split random)
     """
 
     COLUMNS: ClassVar[Mapping[str, str]] = {
@@ -51,38 +67,23 @@ class BandComparison(ScoreTable):
         "correlation_median": "median correlation",
         "delay_spread_error_median_ns": "delay spread off (ns)",
         "coverage_90": "in 90 % interval",
+        "steps": "steps",
         "seconds": "seconds",
     }
+    MEASURE: ClassVar[Measure] = Measure(
+        "snr", "snr_median_db", "snr_mean_db", False, "SNR of the predicted responses (dB)", "share of positions"
+    )
+    THINGS: ClassVar[str] = "positions"
 
-    folder: Path
-    split: SplitKind
-    seed: int
-    guard: float
-    known_positions: int
-    test_positions: int
-    rows: list[dict[str, Any]]
+    dataset: Dataset = field(repr=False)
     snr_db: Mapping[str, Float[np.ndarray, " K"]]
-    distances: SplitDistances
 
     def __repr__(self) -> str:
+        methods = len({row["label"] for row in self.rows})
         return (
-            f"BandComparison({str(self.folder)!r}: {len(self)} methods, {self.known_positions} known and "
-            f"{self.test_positions} test positions, split {self.split})"
+            f"BandComparison({str(self.folder)!r}: {methods} methods, {self.known} known and {self.test} test "
+            f"positions, split {self.split})"
         )
 
-    def table(self) -> list[dict[str, Any]]:
-        """Sort the rows by the median SNR, the largest first; of equal ones, by the mean."""
-        return sorted(self.rows, key=lambda row: [-(row[key] or 0.0) for key in ("snr_median_db", "snr_mean_db")])
-
-    def facts(self) -> dict[str, Any]:
-        """All scores and what they are of, for JSON."""
-        return {
-            "dataset": str(self.folder),
-            "split": self.split,
-            "seed": self.seed,
-            "guard": self.guard,
-            "known": self.known_positions,
-            "test": self.test_positions,
-            **self.distances.facts(),
-            "methods": {row["label"]: {key: row[key] for key in row if key != "label"} for row in self.table()},
-        }
+    def of_each(self) -> dict[str, Float[np.ndarray, "..."]]:
+        return dict(self.snr_db)

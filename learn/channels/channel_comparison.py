@@ -3,30 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float, Int
 
-from learn.comparison.score_table import ScoreTable, without
-from learn.data.splits import SplitKind
+from learn.comparison.score_table import Measure, ScoreTable
+from simulate.csi.csi_dataset import CsiDataset
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ChannelComparison(ScoreTable):
     """Rows measured by ``compare_channels``.
 
-    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows them, the best first, and a
-    notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
+    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
+    the best first, and a notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
 
-    A row has "label", the name of the method, "seconds" for its fit and its predictions, and these scores:
+    A row has "label", the name of the method, "seed" of the fit, "train_size", the number of training rows asked for
+    (None: all), "known", the number of known rows, "steps" of training (None: the method has none), "seconds" for the
+    fit and the predictions, and these scores:
 
     - "rows", the number of test rows that the scores refer to, those whose downlink is not zero;
     - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the signal-to-noise ratio of the predicted
       downlink, 10 log₁₀ ‖h‖² / ‖h − ĥ‖² for each row, dB, at most 200;
-    - "correlation_median", of ``|ĥ^H h|`` / (‖ĥ‖ ‖h‖), which a wrong level or common phase leaves as it is.
+    - "correlation_median", of ``|ĥ^H h|`` / (‖ĥ‖ ‖h‖), which a wrong level or common phase leaves as it is;
+    - "delay_spread_error_median_ns", of the absolute error of the downlink's root mean square delay spread, ns; None if
+      the folder states no bandwidth.
 
     They are None if no test row has a downlink.
 
@@ -34,10 +37,18 @@ class ChannelComparison(ScoreTable):
         folder: the dataset's folder.
         split: how the test part was chosen.
         seed: seed of the split.
-        known: number of known rows.
-        test: number of test rows.
-        rows: a dictionary for each method, in the order in which they were measured.
-        snr_db: SNR of each test row, dB, [test], by method; NaN where the downlink is zero.
+        guard: known positions nearer than this to a test position were left out, wavelengths.
+        minutes: training time of each method that is trained by steps.
+        parts: training, validation and test part; of several sizes, those of the largest.
+        rows: a dictionary for each method, seed and size, in the order in which they were measured. ``averages()`` and
+            ``table()`` average them over the seeds.
+        distances: how far the test positions are from the known ones. None: positions or frequency are not known.
+        dataset: the channels.
+        snr_db: SNR of each test row, dB, [test], of the first seed, by the name of the row in the table; NaN where the
+            downlink is zero.
+        shown: which of the test rows ``examples`` are, at most 1,000, evenly spread.
+        examples: predicted downlinks of these rows, [shown, antennas, subcarriers], of the first seed, by the name of
+            the row in the table.
 
     Example:
         >>> import bisplat, numpy as np
@@ -60,34 +71,26 @@ class ChannelComparison(ScoreTable):
         "snr_mean_db": "mean SNR (dB)",
         "snr_p10_db": "10th % (dB)",
         "correlation_median": "median correlation",
+        "delay_spread_error_median_ns": "delay spread off (ns)",
+        "steps": "steps",
         "seconds": "seconds",
     }
+    MEASURE: ClassVar[Measure] = Measure(
+        "snr", "snr_median_db", "snr_mean_db", False, "SNR of the predicted downlink (dB)", "share of rows"
+    )
+    THINGS: ClassVar[str] = "rows"
 
-    folder: Path
-    split: SplitKind
-    seed: int
-    known: int
-    test: int
-    rows: list[dict[str, Any]]
+    dataset: CsiDataset = field(repr=False)
     snr_db: Mapping[str, Float[np.ndarray, " K"]]
+    shown: Int[np.ndarray, " E"]
+    examples: Mapping[str, Complex[np.ndarray, "E A S"]]
 
     def __repr__(self) -> str:
+        methods = len({row["label"] for row in self.rows})
         return (
-            f"ChannelComparison({str(self.folder)!r}: {len(self)} methods, {self.known} known and {self.test} test "
+            f"ChannelComparison({str(self.folder)!r}: {methods} methods, {self.known} known and {self.test} test "
             f"rows, split {self.split})"
         )
 
-    def table(self) -> list[dict[str, Any]]:
-        """Sort the rows by the median SNR, the largest first; of equal ones, by the mean."""
-        return sorted(self.rows, key=lambda row: [-(row[key] or 0.0) for key in ("snr_median_db", "snr_mean_db")])
-
-    def facts(self) -> dict[str, Any]:
-        """All scores and what they are of, for JSON."""
-        return {
-            "dataset": str(self.folder),
-            "split": self.split,
-            "seed": self.seed,
-            "known": self.known,
-            "test": self.test,
-            "methods": {row["label"]: without(row, "label") for row in self.table()},
-        }
+    def of_each(self) -> dict[str, Float[np.ndarray, "..."]]:
+        return dict(self.snr_db)

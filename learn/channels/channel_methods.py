@@ -19,3 +19,6 @@ CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
     "helmholtz-positions": PlacedChannels,
 }
 """Functions that make new, unfitted methods."""
+
+BASELINES = ("copy", "ramp", "nearest")
+"""Methods that the report of another one shows beside it."""

@@ -7,8 +7,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float
 
+from simulate.spectra.delay_spread import delay_spread
+
 MOST_SNR_DB = 200.0
 """Largest SNR that is stated. A prediction without any error gets it."""
+
+
+SCORES = ("snr_median_db", "snr_mean_db", "snr_p10_db", "correlation_median", "delay_spread_error_median_ns")
+"""Keys of the scores of a row."""
 
 
 def snr_db(predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "K A S"]) -> Float[np.ndarray, " K"]:
@@ -50,30 +56,40 @@ def correlation(
     return np.where(_energy(truth) > 0, product / np.where(norm > 0, norm, 1), np.nan)
 
 
-def score_channels(predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "K A S"]) -> dict[str, Any]:
+def score_channels(
+    predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "K A S"], bandwidth: float | None
+) -> dict[str, Any]:
     """Score predicted channels.
 
     Args:
         predicted: predicted channels of the downlink.
         truth: measured ones.
+        bandwidth: that of the downlink, Hz: the number of its subcarriers times their distance. None: it is not known.
 
     Returns:
         - "rows": number of rows that the scores refer to, those whose downlink is not zero;
-        - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the SNR in dB over the rows; None if
-          there is no such row;
-        - "correlation_median": of the correlation.
+        - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the SNR in dB over the rows;
+        - "correlation_median": of the correlation;
+        - "delay_spread_error_median_ns": of the absolute error of the root mean square delay spread, ns; None if the
+          bandwidth is not known.
+
+        All scores are None if there is no such row.
     """
     snr = snr_db(predicted, truth)
     heard = ~np.isnan(snr)
     if not heard.any():
-        names = ("snr_median_db", "snr_mean_db", "snr_p10_db", "correlation_median")
-        return {"rows": 0, **dict.fromkeys(names)}
+        return {"rows": 0, **dict.fromkeys(SCORES)}
+    predicted, truth, snr = predicted[heard], truth[heard], snr[heard]
+    late = None
+    if bandwidth is not None:
+        late = 1e9 * float(np.median(np.abs(delay_spread(predicted, bandwidth) - delay_spread(truth, bandwidth))))
     return {
         "rows": int(heard.sum()),
-        "snr_median_db": float(np.median(snr[heard])),
-        "snr_mean_db": float(snr[heard].mean()),
-        "snr_p10_db": float(np.quantile(snr[heard], 0.1)),
-        "correlation_median": float(np.median(correlation(predicted[heard], truth[heard]))),
+        "snr_median_db": float(np.median(snr)),
+        "snr_mean_db": float(snr.mean()),
+        "snr_p10_db": float(np.quantile(snr, 0.1)),
+        "correlation_median": float(np.median(correlation(predicted, truth))),
+        "delay_spread_error_median_ns": late,
     }
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -13,14 +12,15 @@ from jaxtyping import Complex
 from learn.channels.channel_comparison import ChannelComparison
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
-from learn.channels.known_channels import USUAL_WAVELENGTH, KnownChannels
-from learn.comparison.score_table import chosen_methods
-from learn.data.splits import SplitKind
-from learn.data.splits import split as split_rows
+from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels
+from learn.comparison.fits import Parts, checked_array, fits
+from learn.comparison.makers import check_effort, chosen
+from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
+from simulate.spectra.spectrum import evenly
 
 MOST_KNOWN = 5000
 """With more known rows, so many of them are drawn, and the methods learn from these alone."""
@@ -28,17 +28,23 @@ MOST_KNOWN = 5000
 BLOCK = 1000
 """Rows that are predicted at once."""
 
+EXAMPLES = 1000
+"""Most test rows whose predictions are kept."""
+
 SMALLEST = 1e-290
 """Smallest number that channels are divided by: complex division by smaller ones overflows."""
 
 
 def compare_channels(
     dataset: CsiDataset | Path | str,
-    methods: Sequence[str] | None = None,
+    methods: Sequence[str] | Mapping[str, str | ChannelMethod | Callable[[], ChannelMethod]] | None = None,
     *,
     split: SplitKind = "files",
-    train_size: int | None = None,
+    train_size: int | Sequence[int] | None = None,
     seed: int = 0,
+    guard: float = 0.0,
+    seeds: int = 1,
+    budget: float = 5.0,
 ) -> ChannelComparison:
     """Fit and score methods that predict the downlink of rows of channels (CSI) from their uplink.
 
@@ -46,23 +52,37 @@ def compare_channels(
     then given the uplink of the same test rows, and their positions if the folder has them. The downlink's subcarriers
     are taken to follow the uplink's at the same distance, as in the data of NeRF² and of ``export_csi``.
 
+    A method is an object with two methods. ``fit(known)`` learns from ``known.uplink`` and ``known.downlink``
+    [n, A, S], in units of their largest number, and may use ``known.positions`` ([n, 3] in metres, or None),
+    ``known.seed`` and ``known.minutes``. ``predict(uplink, positions)`` takes uplinks [K, A, S], in the same units, and
+    positions [K, 3] or None, and returns downlinks [K, A, S].
+
     Args:
         dataset: channels, or their folder.
         methods: some of "copy" (the uplink as it is), "ramp" (each antenna's uplink as one path), "nearest" (the
             downlink of the known row whose uplink correlates most, with the factor that fits the uplinks), "delays"
             (Gaussian-process regression over frequency, with a power of each delay that is fitted to the known rows)
-            and "helmholtz" (the linear minimum-mean-square-error estimate over all antennas and subcarriers). None:
-            all of them.
+            "helmholtz" (the linear minimum-mean-square-error estimate over all antennas and subcarriers) and
+            "helmholtz-positions" (the same of what kriging of both links from the known rows nearby leaves), or
+            classes of your own ("module:Class"). Or a dictionary from labels to methods, as for ``compare_powers``.
+            None: all that are not trained by steps.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive rows) or "area" (connected areas with a fifth, of known positions).
-        train_size: number of training rows to keep; the validation part shrinks in proportion. None: all.
+        train_size: number of training rows to keep; the validation part shrinks in proportion. Or several numbers:
+            every method is then fitted to each. Smaller training parts are contained in larger ones, and the test part
+            is the same for all. None: all of them.
         seed: seed of the split.
+        guard: known positions nearer than this to a test position are left out, wavelengths. Positions and frequency
+            must be known.
+        seeds: number of fits of each method, with seeds 0, 1, …
+        budget: training time of each method that is trained by steps, minutes.
 
     Returns:
         The scores.
 
     Raises:
-        InputError: the folder cannot be read; or it has too few rows, no index files or no positions for the split.
+        InputError: the folder cannot be read; or it has too few rows, no index files or no positions for the split. Or
+            something went wrong in a method of your own.
         ParameterError: a method or the split is unknown, or another argument is out of its range.
 
     Example:
@@ -75,41 +95,65 @@ def compare_channels(
         >>> best["label"], best["snr_median_db"] > 100
         ('ramp', True)
     """
-    names = chosen_methods(methods, CHANNEL_METHODS)
+    check_effort(budget, seeds)
+    makers = chosen(methods, CHANNEL_METHODS)
     require_instance(CsiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
-    parts = split_rows(dataset, split, seed, train_size)
     if dataset.frequencies is None:
         say(f"{dataset.folder}: assumed that the downlink's subcarriers follow the uplink's at the same distance")
-    taught = parts.known
-    if len(taught) > MOST_KNOWN:
-        say(f"the methods learn from {MOST_KNOWN} of the {len(taught)} known rows")
-        taught = np.sort(np.random.default_rng(seed).permutation(taught)[:MOST_KNOWN])
+    parts = Parts.of(dataset, split, seed, train_size, guard, "rows")
     level = _largest(dataset.uplink, dataset.downlink)  # so that no square of a channel is out of a float's range
-    places = dataset.positions
-    known = KnownChannels(
-        dataset.uplink[taught] / level,
-        dataset.downlink[taught] / level,
-        None if places is None else places[taught],
-        seed,
-        antennas=dataset.antenna_positions,
-        wavelength=USUAL_WAVELENGTH if dataset.frequency is None else SPEED_OF_LIGHT / dataset.frequency.hertz,
-    )
-    heard = None if places is None else places[parts.test]
-    uplink, truth = dataset.uplink[parts.test] / level, dataset.downlink[parts.test] / level
-    rows, ratios = [], {}
-    for name in names:
-        begun = time.perf_counter()
-        method = CHANNEL_METHODS[name]()
-        method.fit(known)
-        blocks = [slice(at, at + BLOCK) for at in range(0, len(uplink), BLOCK)]
-        predicted = np.concatenate(
-            [method.predict(uplink[block], None if heard is None else heard[block]) for block in blocks]
+    test, places = parts.largest.test, dataset.positions
+    heard = None if places is None else places[test]
+    uplink, truth = dataset.uplink[test] / level, dataset.downlink[test] / level
+    bandwidth = None if dataset.band is None else truth.shape[2] * dataset.band.spacing
+    if len(parts.largest.known) > MOST_KNOWN:
+        say(f"the methods learn from {MOST_KNOWN} of the {len(parts.largest.known)} known rows")
+
+    def known(part: Split, method_seed: int) -> KnownChannels:
+        taught = part.known
+        if len(taught) > MOST_KNOWN:
+            taught = np.sort(np.random.default_rng(seed).permutation(taught)[:MOST_KNOWN])
+        positions = None if places is None else places[taught]
+        return KnownChannels(
+            dataset.uplink[taught] / level,
+            dataset.downlink[taught] / level,
+            positions,
+            method_seed,
+            budget,
+            antennas=dataset.antenna_positions,
+            wavelength=USUAL_WAVELENGTH if dataset.frequency is None else SPEED_OF_LIGHT / dataset.frequency.hertz,
         )
-        seconds = time.perf_counter() - begun
-        rows.append({"label": name, **score_channels(predicted, truth), "seconds": round(seconds, 3)})
-        ratios[name] = snr_db(predicted, truth)
-    return ChannelComparison(dataset.folder, split, seed, len(parts.known), len(parts.test), rows, ratios)
+
+    def predict(label: str, method: ChannelMethod) -> Complex[np.ndarray, "K A S"]:
+        blocks = []
+        for at in range(0, len(uplink), BLOCK):
+            block = slice(at, at + BLOCK)
+            found = method.predict(uplink[block], None if heard is None else heard[block])
+            blocks.append(checked_array(label, "channels of the downlink", found, truth[block].shape, "cf"))
+        return np.concatenate(blocks)
+
+    shown = evenly(np.arange(len(test)), EXAMPLES)
+    rows, ratios, examples = [], {}, {}
+    for fit in fits(makers, seeds, parts, known, predict):
+        rows.append({**fit.row, **score_channels(fit.predicted, truth, bandwidth), **fit.cost})
+        if fit.is_first:
+            ratios[fit.name] = snr_db(fit.predicted, truth)
+            examples[fit.name] = level * fit.predicted[shown]
+    return ChannelComparison(
+        folder=dataset.folder,
+        split=split,
+        seed=seed,
+        guard=guard,
+        minutes=budget,
+        parts=parts.largest,
+        rows=rows,
+        distances=parts.distances,
+        dataset=dataset,
+        snr_db=ratios,
+        shown=shown,
+        examples=examples,
+    )
 
 
 def _largest(*links: Complex[np.ndarray, "K A S"]) -> float:

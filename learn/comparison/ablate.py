@@ -6,8 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from learn.comparison.compare import SEEDS_MOST, makers
+from learn.comparison.compare import spectrum_makers
 from learn.comparison.experiment import begun
+from learn.comparison.makers import SEEDS_MOST
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
@@ -107,7 +108,7 @@ def ablate(
     for model in models:
         for _, method in variants(model, primitives):
             _check_parts(model, method)
-    methods = makers({label: method for model in models for label, method in variants(model, primitives)})
+    methods = spectrum_makers({label: method for model in models for label, method in variants(model, primitives)})
     with begun(dataset, split, output, steps=steps, test_spectra=test_spectra, guard=guard) as experiment:
         experiment.measure(methods, seeds)
         return Comparison.of(experiment)

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from learn.comparison.experiment import begun
+from learn.comparison.makers import check_effort, makers
 from learn.comparison.methods import is_reduced, method_named, method_names
-from learn.comparison.own_method import built
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.data.splits import SplitKind
-from learn.training.budget import MINUTES_MOST
-from scenes.files.errors import ParameterError, require_instance, require_positive, require_whole, require_within, shown
 from simulate.dataset.dataset_folder import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
 """Names of methods, or a dictionary from labels to methods; ``compare`` describes both."""
-
-
-SEEDS_MOST = 1000
-"""Largest number of fits of each method."""
 
 
 def compare(
@@ -91,26 +82,14 @@ def compare(
         True
     """
     check_effort(budget, seeds)
-    methods = makers(method_names() if models is None else models)
+    methods = spectrum_makers(method_names() if models is None else models)
     with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra, guard=guard) as experiment:
         experiment.measure(methods, seeds)
         experiment.measure_ceiling()
         return Comparison.of(experiment)
 
 
-def check_effort(budget: float, seeds: int) -> None:
-    """Refuse a budget or a number of seeds that is out of its range.
-
-    Raises:
-        ParameterError: ``budget`` is not above 0 and at most ``MINUTES_MOST``, or ``seeds`` is not a whole number from
-            1 to ``SEEDS_MOST``.
-    """
-    require_positive(budget=budget)
-    require_within(0, MINUTES_MOST, "minutes", budget=budget)
-    require_whole(1, SEEDS_MOST, seeds=seeds)
-
-
-def makers(models: Models) -> dict[str, Callable[[], Method]]:
+def spectrum_makers(models: Models) -> dict[str, Callable[[], Method]]:
     """Functions that make new, unfitted methods, by the label of their rows.
 
     The label of a model of reduced size ends in "(reduced)".
@@ -121,30 +100,7 @@ def makers(models: Models) -> dict[str, Callable[[], Method]]:
     Raises:
         ParameterError: no method is given; or one is unknown, cannot be built, or has no ``fit`` or no ``predict``.
 
-    >>> list(makers(["nearest", "kriging"]))
+    >>> list(spectrum_makers(["nearest", "kriging"]))
     ['nearest', 'kriging']
     """
-    if isinstance(models, str) or not isinstance(models, Iterable):
-        raise ParameterError("models", f"expected a list of names, or methods by label, found {shown(models)}")
-    given = models if isinstance(models, Mapping) else list(models)
-    if not given:
-        raise ParameterError("models", "expected at least one method, found none")
-    if not isinstance(given, Mapping):
-        for name in given:
-            require_instance(str, models=name)
-        found = {f"{name} (reduced)" if is_reduced(name) else name: method_named(name) for name in given}
-    else:
-        found = {name: _maker(name, each) for name, each in given.items()}
-    for label, make in found.items():
-        built(label, make)  # refuses it now rather than after hours of other rows
-    return found
-
-
-def _maker(name: str, given: Any) -> Callable[[], Method]:
-    if isinstance(given, str):
-        return method_named(given)
-    if not isinstance(given, type) and hasattr(given, "fit"):
-        return partial(copy.deepcopy, given)
-    if not callable(given):
-        raise ParameterError("models", f"expected a method with fit and predict for {name}, found {shown(given)}")
-    return given
+    return makers(models, method_named, "models", lambda name: f"{name} (reduced)" if is_reduced(name) else name)

@@ -367,31 +367,3 @@ def row_name(row: Mapping[str, Any]) -> str:
     """
     size = "" if row["train_size"] is None else f"-{row['train_size']}"
     return f"{row['label'].replace(' ', '_').replace('/', '_')}{size}-{row['seed']}"
-
-
-def summary(rows: Sequence[dict[str, Any]], by: Callable[[dict[str, Any]], Any]) -> dict[Any, dict[str, float]]:
-    """Averages of rows that differ in their seed.
-
-    Args:
-        rows: measured rows.
-        by: function from a row to the key of its group.
-
-    Returns:
-        For each group the mean of every number; ``seeds``, the number of rows; and, of several rows, ``ssim_spread``,
-        the standard deviation of ``ssim_median`` over the seeds.
-
-    >>> rows = [{"label": "mlp", "seed": 0, "ssim_median": 0.5}, {"label": "mlp", "seed": 1, "ssim_median": 0.75}]
-    >>> summary(rows, lambda row: row["label"])["mlp"]["ssim_median"]
-    0.625
-    """
-    groups: dict[Any, list[dict[str, Any]]] = {}
-    for row in rows:
-        groups.setdefault(by(row), []).append(row)
-    result = {}
-    for name, group in groups.items():
-        numbers = [key for key, value in group[0].items() if isinstance(value, int | float) and key != "seed"]
-        shared = [key for key in numbers if all(isinstance(row.get(key), int | float) for row in group)]
-        result[name] = {key: float(np.mean([row[key] for row in group])) for key in shared} | {"seeds": len(group)}
-        if len(group) > 1:
-            result[name]["ssim_spread"] = float(np.std([row["ssim_median"] for row in group], ddof=1))
-    return result

@@ -14,19 +14,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from learn.comparison.task import Method
-from learn.comparison.trained_model import TrainedModel
 from learn.training.own_class import OURS, what_happened
-from learn.training.registry import model_class
 from scenes.files.errors import InputError, ParameterError
 
 
-def built(label: str, make: Callable[[], Method]) -> Method:
+def built(label: str, make: Callable[[], Any], parameter: str = "models") -> Any:
     """Make a new, unfitted method.
 
     Args:
         label: label of its rows.
         make: a class, or a function without parameters.
+        parameter: name of the caller's parameter, for error messages.
 
     Raises:
         ParameterError: it cannot be made without arguments, or has no ``fit`` or no ``predict``.
@@ -36,17 +34,17 @@ def built(label: str, make: Callable[[], Method]) -> Method:
     except (Exception, SystemExit) as error:
         found = what_happened(error)
         raise ParameterError(
-            "models", f"expected a class that can be built without arguments for {label}, found {found}"
+            parameter, f"expected a class that can be built without arguments for {label}, found {found}"
         ) from error
     lacking = [name for name in ("fit", "predict") if not callable(getattr(method, name, None))]
     if lacking:
         found = f"{type(method).__name__} without {' and '.join(lacking)}"
-        raise ParameterError("models", f"expected a method with fit and predict for {label}, found {found}")
+        raise ParameterError(parameter, f"expected a method with fit and predict for {label}, found {found}")
     return method
 
 
 @contextmanager
-def named(label: str, method: Method, expected: str) -> Iterator[None]:
+def named(label: str, method: Any, expected: str) -> Iterator[None]:
     """Turn errors of a user's method into a sentence that names it. Errors of our own methods pass.
 
     Args:
@@ -86,12 +84,12 @@ def checked_spectra(label: str, given: Any, count: int) -> Float[np.ndarray, "K 
     raise InputError(f"{label}: expected predict to return real, finite spectra [{count}, 90, 360], found {found}")
 
 
-def is_own(method: Method) -> bool:
+def is_own(method: Any) -> bool:
     """Whether a method is of a class that the user wrote, or trains a model that the user wrote."""
     return _class_of(method).__module__.split(".")[0] not in OURS
 
 
-def source_hash(method: Method) -> str | None:
+def source_hash(method: Any) -> str | None:
     """A hash of the source and of the settings of a method that the user wrote.
 
     The source is that of the class and of the module it is in; of a script, it is that of the script's classes,
@@ -111,8 +109,9 @@ def source_hash(method: Method) -> str | None:
     return hashlib.sha256(f"{source}\n{sorted(settings.items())!r}".encode()).hexdigest()[:16]
 
 
-def _class_of(method: Method) -> type:
-    return model_class(method.model) if isinstance(method, TrainedModel) else type(method)
+def _class_of(method: Any) -> type:
+    """The class of a method, or that of the model which it trains."""
+    return getattr(method, "model_class", type(method))
 
 
 @cache  # as it was when the class was first used: the file may change later without the loaded class

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from learn.comparison.compare import Models, check_effort, makers
+from learn.comparison.compare import Models, spectrum_makers
 from learn.comparison.experiment import begun
+from learn.comparison.makers import check_effort, checked_sizes
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
 from learn.training.registry import DEFAULT_MODEL
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import ParameterError, require_whole, shown
 from simulate.dataset.dataset_folder import Dataset
-from simulate.positions.given_positions import MOST_POSITIONS
+
+SWEPT = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance")
+"""Methods that are compared if none are named."""
 
 
 def sweep(
     dataset: Dataset | Path | str,
     sizes: Sequence[int],
-    models: Models = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance"),
+    models: Models = SWEPT,
     split: SplitKind = "files",
     budget: float = 5.0,
     seeds: int = 1,
@@ -67,18 +69,12 @@ def sweep(
         [('nearest', 5), ('nearest', 10)]
     """
     check_effort(budget, seeds)
-    if isinstance(sizes, str) or not isinstance(sizes, Iterable):
-        raise ParameterError("sizes", f"expected a list of numbers of training spectra, found {shown(sizes)}")
-    sizes = list(sizes)
-    for size in sizes:
-        require_whole(1, MOST_POSITIONS, sizes=size)
-    if not sizes or len(set(sizes)) < len(sizes):
-        raise ParameterError("sizes", f"expected different numbers of training spectra, found {shown(sizes)}")
-    methods = makers(models)
+    rising = checked_sizes("spectra", sizes=sizes)
+    methods = spectrum_makers(models)
     if init is not None:
         run = init if isinstance(init, Run) else load_run(init)
         model, folder = run.config.model, run.folder
         methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
     with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra, guard=guard) as experiment:
-        experiment.measure(methods, seeds, sorted(sizes))
+        experiment.measure(methods, seeds, rising)
         return Comparison.of(experiment)

@@ -12,8 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.comparison.averages import averaged
 from learn.comparison.doubts import average_name, doubts_of, remark_on
-from learn.comparison.experiment import Experiment, Settings, row_name, summary
+from learn.comparison.experiment import Experiment, Settings, row_name
 from learn.comparison.scores_file import read_scores
 from learn.data.split_distances import SplitDistances
 from simulate.spectra.array import Array
@@ -106,8 +107,9 @@ class Comparison:
             >>> [(row["label"], row["seeds"]) for row in comparison.averages()]
             [('nearest', 2), ("array's ceiling", 1)]
         """
-        groups = summary(self.rows, lambda row: (row["label"], row["train_size"]))
-        return [{"label": label, **figures, "train_size": size} for (label, size), figures in groups.items()]
+        names = ("label", "train_size")
+        rows = averaged(self.rows, names, "ssim_median")
+        return [{key: value for key, value in row.items() if key in names or value is not None} for row in rows]
 
     def table(self) -> list[dict[str, Any]]:
         """Sort the averages by median SSIM.

@@ -12,7 +12,7 @@ from learn.comparison.task import Task
 from learn.training.budget import timed
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
-from learn.training.registry import model_entry
+from learn.training.registry import model_class, model_entry
 from learn.training.run_folder import Run, build_model, load_run
 from learn.training.train import box_of, train_run
 from learn.training.training_file import TrainingFile, read_training
@@ -62,6 +62,11 @@ class TrainedModel:
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         return self._run.predict(positions).spectra
+
+    @property
+    def model_class(self) -> type:
+        """The class of the model, which may be the user's."""
+        return model_class(self.model)
 
     @property
     def parameters(self) -> int:

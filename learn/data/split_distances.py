@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 
 from scenes.files.plain_text import say
+
+BANDS = ((0.0, 0.25), (0.25, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, np.inf))
+"""Bands of the distance to the nearest known position, wavelengths."""
 
 INDEPENDENT = 0.5
 """From this distance on, in wavelengths, the spectra of two positions have little in common."""
@@ -88,3 +92,17 @@ def say_distances(distances: SplitDistances, before: str = "") -> None:
     warning = distances.warning()
     if warning is not None:
         say(f"warning: {warning}")
+
+
+def distance_bands(wavelengths: Float[np.ndarray, " K"]) -> Iterator[tuple[str, Bool[np.ndarray, " K"]]]:
+    """The bands of distances in words, with the positions in each.
+
+    Args:
+        wavelengths: distance of each position to the nearest known one, wavelengths.
+
+    >>> [words for words, within in distance_bands(np.array([0.3, 5.0])) if within.any()]
+    ['0.25 to 0.5 λ', 'over 2 λ']
+    """
+    for low, high in BANDS:
+        words = f"{low:g} to {high:g} λ" if np.isfinite(high) else f"over {low:g} λ"
+        yield words, (wavelengths >= low) & (wavelengths < high)

@@ -119,7 +119,7 @@ def split(
             lacks the index files that ``files`` needs, or the positions for ``area``; ``guard`` leaves no training or
             no validation spectrum; or both ends of the link move.
         ParameterError: no split has this name, the seed or ``train_size`` is not a whole number in its range, or
-            ``guard`` is not from 0 to ``GUARD_MOST``, or not 0 for channels.
+            ``guard`` is not from 0 to ``GUARD_MOST``, or not 0 for channels without positions or frequency.
 
     Example:
         >>> import bisplat
@@ -169,8 +169,8 @@ def split(
         in_validation = np.isin(unit, chosen)
     train, validation = known[~in_validation], known[in_validation]
     if guard:
-        if isinstance(dataset, CsiDataset):
-            raise ParameterError("guard", f"expected 0 for channels, which are not predicted by place, found {guard:g}")
+        if dataset.positions is None or dataset.wavelength is None:
+            raise ParameterError("guard", f"expected 0 for channels without positions or frequency, found {guard:g}")
         train, validation = _guarded(dataset, train, validation, test, guard, kind, things)
     if train_size is not None:
         if train_size > len(train):
@@ -188,7 +188,7 @@ def split(
 
 
 def _guarded(
-    dataset: Recorded,
+    dataset: Recorded | CsiDataset,
     train: Int[np.ndarray, " n_train"],
     validation: Int[np.ndarray, " n_validation"],
     test: Int[np.ndarray, " n_test"],
@@ -203,6 +203,7 @@ def _guarded(
     """
     from scipy.spatial import cKDTree
 
+    assert dataset.positions is not None and dataset.wavelength is not None
     if not (len(train) and len(validation) and len(test)):
         return [train, validation]  # too few spectra, which the caller says
     tested = cKDTree(dataset.positions[test])

@@ -28,6 +28,7 @@ from simulate.rssi.rssi_check import RssiCheck, check_rssi
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.delay_spread import delay_spread
 from simulate.spectra.element_array import uniform
 from simulate.spectra.identification import tells_little
 
@@ -272,23 +273,12 @@ def _ends(dataset: Dataset) -> dict[str, str]:
 
 
 def _band(band: Band | None, responses: Complex[np.ndarray, "K elements subcarriers"]) -> str:
-    """The subcarriers, and the delay spread of the responses.
-
-    The spread is that of the power over the delays, between the places of an inverse Fourier transform of the
-    subcarriers. It is no finer than 1 / bandwidth.
-    """
+    """The subcarriers, and the delay spread of the responses."""
     assert band is not None
-    power = np.square(np.abs(np.fft.ifft(responses, axis=-1))).sum(axis=1)
-    # Delays are counted from the strongest one, since they are only known up to a multiple of the whole period.
-    steps = (np.arange(band.subcarriers) + band.subcarriers // 2) % band.subcarriers - band.subcarriers // 2
-    spreads = []
-    for each in power:
-        around = np.roll(each, -int(each.argmax()))
-        mean = (around * steps).sum() / around.sum()
-        spreads.append(np.sqrt((around * (steps - mean) ** 2).sum() / around.sum()) / band.bandwidth)
+    spread = 1e9 * np.median(delay_spread(responses, band.bandwidth))
     return (
         f"{band.subcarriers} subcarriers over {band.bandwidth / 1e6:g} MHz around the carrier; delay spread "
-        f"{1e9 * np.median(spreads):.0f} ns (median; delays are told apart from {1e9 / band.bandwidth:.0f} ns on)"
+        f"{spread:.0f} ns (median; delays are told apart from {1e9 / band.bandwidth:.0f} ns on)"
     )
 
 

@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from learn.data.split_distances import distance_bands
 from learn.training.deviation import NORMAL
-
-BANDS = ((0.0, 0.25), (0.25, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, np.inf))
-"""Bands of the distance to the nearest known position, wavelengths."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +69,7 @@ def intervals_by_distance(
         >>> list(intervals_by_distance(np.array([[0.5]]), np.array([0.1]), np.array([3.0])))
         [('over 2 λ', StatedIntervals(spectra=1, share=1.0, width=0.328...))]
     """
-    for low, high in BANDS:
-        band = (wavelengths >= low) & (wavelengths < high)
+    for words, band in distance_bands(wavelengths):
         found = StatedIntervals.of(errors_in_deviations[band], deviation[band])
         if found is not None:
-            yield (f"{low:g} to {high:g} λ" if np.isfinite(high) else f"over {low:g} λ"), found
+            yield words, found

@@ -12,6 +12,9 @@ from simulate.positions.given_positions import MOST_POSITIONS
 STEPS_MOST = 10**9
 """Largest number of steps: many weeks of the fastest model."""
 
+MINUTES_MOST = 10_000.0
+"""Largest training time: a week."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:

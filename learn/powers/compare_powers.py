@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
-from learn.comparison.score_table import chosen_methods
-from learn.data.split_distances import SplitDistances, say_distances
-from learn.data.splits import SplitKind
-from learn.data.splits import split as split_positions
-from learn.powers.known_powers import KnownPowers
+from learn.comparison.fits import Parts, checked_array, fits
+from learn.comparison.makers import check_effort, chosen
+from learn.data.splits import Split, SplitKind
+from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
 from learn.powers.power_comparison import PowerComparison
 from learn.powers.power_methods import POWER_METHODS
-from learn.powers.power_scores import absolute_errors, of_gateway, score_powers
+from learn.powers.power_scores import of_gateway, score_powers
+from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
 from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset, read_rssi
 
 
 def compare_powers(
     dataset: RssiDataset | Path | str,
-    methods: Sequence[str] | None = None,
+    methods: Sequence[str] | Mapping[str, str | PowerMethod | Callable[[], PowerMethod]] | None = None,
     *,
     split: SplitKind = "files",
-    train_size: int | None = None,
+    train_size: int | Sequence[int] | None = None,
     seed: int = 0,
     guard: float = 0.0,
+    seeds: int = 1,
+    budget: float = 5.0,
 ) -> PowerComparison:
     """Fit and score methods that predict received powers (RSSI) at new positions.
 
@@ -34,23 +37,36 @@ def compare_powers(
     distance are fitted to it as a censored value, and the other methods take the power that the law of its gateway then
     expects. At test positions it is no error in dB, and only counts for whether reception is predicted.
 
+    A method is an object with two methods. ``fit(known)`` learns from ``known.positions`` [n, 3] (metres) and
+    ``known.powers`` [n, G] (dBm, NaN where nothing was received), and may use ``known.gateways`` [G, 3],
+    ``known.floor``, ``known.wavelength``, ``known.seed`` and ``known.minutes``. ``predict(positions)`` takes positions
+    [K, 3] and returns powers [K, G] in dBm, or an object with the attributes ``median``, ``low`` and ``high``, the ends
+    of the 90 % interval.
+
     Args:
         dataset: received powers, or their folder.
         methods: some of "mean" (of each gateway), "nearest" (known position), "inverse-distance" (mean of the four
             nearest), "log-distance" (P = P₀ − 10 n log₁₀ d for each gateway), "mri" (the same for all gateways
             together, NeRF²'s baseline), "kriging" (about the log-distance law), and "helmholtz" (with a covariance of
-            slow change and of fading). None: all of them.
+            slow change and of fading), or classes of your own ("module:Class"). Or a dictionary from the label of a row
+            to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
+            or such an object, which is copied for each fit. None: all that are not trained by steps.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive positions) or "area" (connected areas with a fifth).
-        train_size: number of training positions to keep; the validation part shrinks in proportion. None: all.
-        seed: seed of the split and of the methods.
+        train_size: number of training positions to keep; the validation part shrinks in proportion. Or several
+            numbers: every method is then fitted to each. Smaller training parts are contained in larger ones, and the
+            test part is the same for all. None: all of them.
+        seed: seed of the split.
         guard: known positions nearer than this to a test position are left out, wavelengths.
+        seeds: number of fits of each method, with seeds 0, 1, …
+        budget: training time of each method that is trained by steps, minutes.
 
     Returns:
         The scores.
 
     Raises:
         InputError: the folder cannot be read; or it has too few positions, or no index files, for the split.
+            Or something went wrong in a method of your own.
         ParameterError: a method or the split is unknown, or another argument is out of its range.
 
     Example:
@@ -61,28 +77,71 @@ def compare_powers(
         >>> scores = bisplat.compare_powers(hall, ["nearest", "log-distance"], split="random").table()
         >>> scores[0]["label"], round(scores[0]["error_median_db"], 3)
         ('log-distance', 0.0)
+
+        Several sizes, and a method of one's own:
+
+        >>> class Loudest:
+        ...     def fit(self, known):
+        ...         self.most = np.nanmax(known.powers, axis=0)
+        ...
+        ...     def predict(self, positions):
+        ...         return np.tile(self.most, (len(positions), 1))
+        >>> both = {"loudest": Loudest, "nearest": "nearest"}
+        >>> comparison = bisplat.compare_powers(hall, both, split="random", train_size=[10, 20])
+        >>> [(row["label"], row["train_size"]) for row in comparison]
+        [('loudest', 10), ('nearest', 10), ('loudest', 20), ('nearest', 20)]
     """
-    names = chosen_methods(methods, POWER_METHODS)
+    check_effort(budget, seeds)
+    makers = chosen(methods, POWER_METHODS)
+    require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
-    parts = split_positions(dataset, split, seed, train_size, guard)
-    known, places, truth = parts.known, dataset.positions[parts.test], dataset.rssi_dbm[parts.test]
     if dataset.frequency is None:
         say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
-    distances = SplitDistances.between(dataset.positions[known], places, dataset.wavelength)
-    say_distances(distances)
-    task = KnownPowers.of(dataset, known, seed)
-    rows, gateway_rows, errors = [], [], {}
-    for name in names:
-        begun = time.perf_counter()
-        method = POWER_METHODS[name]()
-        method.fit(task)
-        predicted = method.predict(places)
-        seconds = time.perf_counter() - begun
-        scores = score_powers(predicted, truth, dataset.floor_dbm)
-        rows.append({"label": name, **scores, "seconds": round(seconds, 3)})
+    parts = Parts.of(dataset, split, seed, train_size, guard, "positions")
+    test = parts.largest.test
+    places, truth = dataset.positions[test], dataset.rssi_dbm[test]
+
+    def known(part: Split, method_seed: int) -> KnownPowers:
+        return KnownPowers.of(dataset, part.known, method_seed, budget)
+
+    def predict(label: str, method: PowerMethod) -> PredictedPowers:
+        return checked_powers(label, method.predict(places), truth.shape)
+
+    rows, gateway_rows, predicted = [], [], {}
+    for fit in fits(makers, seeds, parts, known, predict):
+        rows.append({**fit.row, **score_powers(fit.predicted, truth, dataset.floor_dbm), **fit.cost})
         for number, gateway in enumerate(dataset.gateway_names):
-            of_one = score_powers(of_gateway(predicted, number), truth[:, [number]], dataset.floor_dbm)
-            gateway_rows.append({"label": name, "gateway": gateway, **of_one})
-        errors[name] = absolute_errors(predicted, truth)
-    counts = len(known), len(parts.test)
-    return PowerComparison(dataset.folder, split, seed, guard, *counts, rows, gateway_rows, errors, distances)
+            of_one = score_powers(of_gateway(fit.predicted, number), truth[:, [number]], dataset.floor_dbm)
+            gateway_rows.append({**fit.row, "gateway": gateway, **of_one})
+        if fit.is_first:
+            predicted[fit.name] = fit.predicted
+    return PowerComparison(
+        folder=dataset.folder,
+        split=split,
+        seed=seed,
+        guard=guard,
+        minutes=budget,
+        parts=parts.largest,
+        rows=rows,
+        distances=parts.distances,
+        dataset=dataset,
+        gateway_rows=gateway_rows,
+        predicted=predicted,
+    )
+
+
+def checked_powers(label: str, given: Any, shape: tuple[int, ...]) -> PredictedPowers:
+    """What a method predicts, if it is powers: an array, or an object with ``median``, ``low`` and ``high``.
+
+    Args:
+        label: name of the method.
+        given: what its ``predict`` returned.
+        shape: numbers of positions and of gateways.
+
+    Raises:
+        InputError: it is something else.
+    """
+    parts = [given] if not hasattr(given, "median") else [given.median, given.low, given.high]
+    if any(each is None for each in parts[1:]):  # no interval
+        parts = parts[:1]
+    return PredictedPowers(*(checked_array(label, "powers in dBm", each, shape, "iuf") for each in parts))

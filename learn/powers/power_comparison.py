@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
-from learn.comparison.score_table import ScoreTable, without
-from learn.data.split_distances import SplitDistances
-from learn.data.splits import SplitKind
+from learn.comparison.averages import averaged
+from learn.comparison.score_table import Measure, ScoreTable, by_name
+from learn.data.split_distances import distance_bands
+from learn.powers.known_powers import PredictedPowers
+from learn.powers.power_scores import absolute_errors
+from simulate.rssi.rssi_dataset import RssiDataset
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PowerComparison(ScoreTable):
     """Rows measured by ``compare_powers``.
 
-    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows them, the best first, and a
-    notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
+    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
+    the best first, and a notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
 
-    A row has "label", the name of the method, "seconds" for its fit and its predictions, and these scores:
+    A row has "label", the name of the method, "seed" of the fit, "train_size", the number of training positions asked
+    for (None: all), "known", the number of known positions, "steps" of training (None: the method has none), "seconds"
+    for the fit and the predictions, and these scores:
 
     - "powers", the number of received powers at the test positions, and "not_received", that of those that were not;
     - "error_median_db", "error_p90_db" (90th percentile) and "rmse_db" of the absolute error of received powers, dB;
@@ -34,14 +39,17 @@ class PowerComparison(ScoreTable):
     Attributes:
         folder: the dataset's folder.
         split: how the test part was chosen.
-        seed: seed of the split and of the methods.
+        seed: seed of the split.
         guard: known positions nearer than this to a test position were left out, wavelengths.
-        known: number of known positions.
-        test: number of test positions.
-        rows: a dictionary for each method with all gateways together, in the order in which they were measured.
-        gateway_rows: the same for each method and gateway; "gateway" is the gateway's name.
-        errors: absolute error of each power in dB, [test, gateways], by method; NaN where nothing was received.
+        minutes: training time of each method that is trained by steps.
+        parts: training, validation and test part; of several sizes, those of the largest.
+        rows: a dictionary for each method, seed and size with all gateways together, in the order in which they were
+            measured. ``averages()`` and ``table()`` average them over the seeds.
         distances: how far the test positions are from the known ones.
+        dataset: the received powers.
+        gateway_rows: the same as ``rows`` for each gateway; "gateway" is the gateway's name.
+        predicted: predicted powers at the test positions, dBm, [test, gateways], of the first seed, by the name of the
+            row in the table.
 
     Example:
         >>> import bisplat, numpy as np
@@ -63,53 +71,82 @@ class PowerComparison(ScoreTable):
         "rmse_db": "RMSE (dB)",
         "received_rightly": "received or not, right",
         "coverage_90": "in 90 % interval",
+        "steps": "steps",
         "seconds": "seconds",
     }
+    MEASURE: ClassVar[Measure] = Measure(
+        "error", "error_median_db", "rmse_db", True, "absolute error (dB)", "share of received powers"
+    )
+    THINGS: ClassVar[str] = "positions"
 
-    folder: Path
-    split: SplitKind
-    seed: int
-    guard: float
-    known: int
-    test: int
-    rows: list[dict[str, Any]]
+    dataset: RssiDataset = field(repr=False)
     gateway_rows: list[dict[str, Any]]
-    errors: Mapping[str, Float[np.ndarray, "K G"]]
-    distances: SplitDistances
+    predicted: Mapping[str, PredictedPowers]
 
     def __repr__(self) -> str:
-        count = len({row["gateway"] for row in self.gateway_rows})
+        count = len(self.dataset.gateway_names)
         gateways = "1 gateway" if count == 1 else f"{count} gateways"
+        methods = len({row["label"] for row in self.rows})
         return (
-            f"PowerComparison({str(self.folder)!r}: {len(self)} methods, {gateways}, {self.known} known and "
+            f"PowerComparison({str(self.folder)!r}: {methods} methods, {gateways}, {self.known} known and "
             f"{self.test} test positions, split {self.split})"
         )
 
-    def table(self) -> list[dict[str, Any]]:
-        """Sort the rows by the median absolute error, the smallest first; of equal ones, by the root mean square."""
-        return sorted(self.rows, key=lambda row: [np.inf if row[key] is None else row[key] for key in _ORDER])
+    @cached_property
+    def errors(self) -> dict[str, Float[np.ndarray, "K G"]]:
+        """Absolute error of each power in dB, [test, gateways], of the first seed, by the name of the row in the table.
+
+        It is NaN where nothing was received.
+        """
+        truth = self.dataset.rssi_dbm[self.parts.test]
+        return {name: absolute_errors(each, truth) for name, each in self.predicted.items()}
+
+    def of_each(self) -> dict[str, Float[np.ndarray, "..."]]:
+        return self.errors
+
+    def gateway_averages(self, gateway: str) -> list[dict[str, Any]]:
+        """The averages over the seeds of one gateway, in the order of ``averages``.
+
+        Args:
+            gateway: its name.
+        """
+        rows = [row for row in self.gateway_rows if row["gateway"] == gateway]
+        return averaged(rows, ("label", "train_size", "gateway"), self.MEASURE.key)
+
+    def intervals_by_distance(self, name: str) -> list[dict[str, Any]]:
+        """How often the stated 90 % intervals hold, by the distance to the nearest known position; first seed.
+
+        Args:
+            name: name of the method, or of another row of the table.
+
+        Returns:
+            A dictionary for each band of distances that has received powers: "distance" in words, "powers", their
+            number, "coverage_90" and "interval_median_db", as in ``rows``. Empty if the method states no intervals.
+        """
+        predicted, truth = self.predicted[name], self.dataset.rssi_dbm[self.parts.test]
+        if predicted.low is None or predicted.high is None or self.distances is None:
+            return []
+        within, width = (predicted.low <= truth) & (truth <= predicted.high), predicted.high - predicted.low
+        found = []
+        for words, near in distance_bands(self.distances.distance / self.distances.wavelength):
+            counted = near[:, None] & ~np.isnan(truth)
+            if counted.any():
+                share, median = float(within[counted].mean()), float(np.median(width[counted]))
+                row = {"distance": words, "powers": int(counted.sum())}
+                found.append({**row, "coverage_90": share, "interval_median_db": median})
+        return found
+
+    def remark(self) -> str | None:
+        """Sentences that name methods with too few training steps, and powers that have no error. None: no such."""
+        silent = self.rows[0]["not_received"]
+        sentence = (
+            f"{silent} powers of the test part were not received; they count in the share alone, not in the errors"
+        )
+        return ". ".join(filter(None, [super().remark(), sentence if silent else None])) or None
 
     def facts(self) -> dict[str, Any]:
-        """All scores and what they are of, for JSON."""
-        table = self.table()
-        return {
-            "dataset": str(self.folder),
-            "split": self.split,
-            "seed": self.seed,
-            "guard": self.guard,
-            "known": self.known,
-            "test": self.test,
-            **self.distances.facts(),
-            "methods": {row["label"]: without(row, "label") for row in table},
-            "gateways": {
-                row["label"]: {
-                    each["gateway"]: without(each, "label", "gateway")
-                    for each in self.gateway_rows
-                    if each["label"] == row["label"]
-                }
-                for row in table
-            },
-        }
-
-
-_ORDER = ("error_median_db", "rmse_db")
+        """All scores and what they are of, for JSON; methods by name, of several sizes with the size."""
+        of_gateways = {each: by_name(self.gateway_averages(each), "gateway") for each in self.dataset.gateway_names}
+        facts = super().facts()
+        facts["gateways"] = {name: {each: of_gateways[each][name] for each in of_gateways} for name in facts["methods"]}
+        return facts

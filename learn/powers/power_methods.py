@@ -18,3 +18,6 @@ POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
     "helmholtz": PowerField,
 }
 """Functions that make new, unfitted methods."""
+
+BASELINES = ("mean", "nearest", "inverse-distance", "log-distance")
+"""Methods that the report of another one shows beside it."""

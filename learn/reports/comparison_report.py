@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from learn.comparison.doubts import FEW_STEPS, average_name
@@ -15,9 +14,9 @@ from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from learn.reports.learning_curves import draw_learning_curves
 from learn.reports.method_styles import DOUBTFUL, line_styles
-from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
-from learn.reports.plots import label_log_axis
+from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.provenance import Provenance
+from learn.reports.sweep_figure import draw_sweep, over_seeds
 from learn.reports.table_files import write_tables
 from scenes.files.plain_text import in_figure
 
@@ -27,13 +26,7 @@ COST_COLUMNS = {
     "milliseconds_per_spectrum": "ms per spectrum",
 }
 
-
-_FOOTNOTE = f"† fewer than {FEW_STEPS} training steps, or below the mean picture: says little"
-
-
-def _over_seeds(averages: Sequence[Mapping[str, Any]]) -> str:
-    """What the points and bars of a figure are, if there are several seeds."""
-    return " (mean ± deviation over seeds)" if any(row["seeds"] > 1 for row in averages) else " (one seed)"
+FOOTNOTE = f"† fewer than {FEW_STEPS} training steps, or below the mean picture: says little"
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
@@ -50,7 +43,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
     doubts, made = comparison.doubts(), Provenance.of_comparison(comparison)
     marks = {label: f"{label}{DOUBTFUL}" if label in doubts else label for label in rows}
-    curves, note = {marks[label]: values for label, values in ssim.items()}, _FOOTNOTE if doubts else ""
+    curves, note = {marks[label]: values for label, values in ssim.items()}, FOOTNOTE if doubts else ""
     draw_ssim_distribution(curves, folder / "ssim_cdf.png", note, made)
     _write_tables(comparison, comparison.table(), folder)
     write_page(
@@ -91,15 +84,14 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
     axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
-    measure = f"median SSIM{_over_seeds(rows)}"
+    measure = f"median SSIM{over_seeds(rows)}"
     axis.set_xlabel(measure)
     axis.grid(axis="x", alpha=0.3)
-    save(figure, folder / "ablation.png", Provenance.of_comparison(comparison), _FOOTNOTE if doubts else "")
+    save(figure, folder / "ablation.png", Provenance.of_comparison(comparison), FOOTNOTE if doubts else "")
     draw_learning_curves(comparison, folder / "learning_curves.png")
     _write_tables(comparison, rows[::-1], folder)
 
 
-@at_paper_size()
 def write_sweep(comparison: Comparison, folder: Path) -> None:
     """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv.
 
@@ -110,27 +102,9 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
         folder: folder to write to; it must exist.
     """
     averages, doubts = comparison.averages(), comparison.doubts()
-    figure = Figure(figsize=(COLUMN, 2.9), layout="constrained")
-    axis = figure.subplots()
-    styles = line_styles(row["label"] for row in averages)
-    for label in dict.fromkeys(row["label"] for row in averages):
-        rows = sorted((row for row in averages if row["label"] == label), key=lambda row: row["train_size"])
-        sizes, values = ([row[key] for row in rows] for key in ("train_size", "ssim_median"))
-        spreads = [row.get("ssim_spread", np.nan) for row in rows]  # nan draws no bar
-        marked = f"{label}{DOUBTFUL}" if any(average_name(row) in doubts for row in rows) else label
-        bars = spreads if np.isfinite(spreads).any() else None
-        axis.errorbar(sizes, values, yerr=bars, capsize=2, label=in_figure(marked), **styles[label])
-    measure = f"median SSIM{_over_seeds(averages)}"
-    axis.set(xscale="log", xlabel="training spectra", ylabel=measure)
-    label_log_axis(axis.xaxis)
-    sizes = sorted({row["train_size"] for row in averages})
-    if len(sizes) == 1:  # an axis of two decades around one point would promise a curve
-        axis.set_xlim(0.8 * sizes[0], 1.25 * sizes[0])
-        axis.set_xticks(sizes, [f"{sizes[0]:g}"])
-        axis.minorticks_off()
-    axis.grid(which="both", alpha=0.3)
-    figure.legend(loc="outside upper center", ncols=2, handlelength=3.2)
-    save(figure, folder / "sweep.png", Provenance.of_comparison(comparison), _FOOTNOTE if doubts else "")
+    made, note = Provenance.of_comparison(comparison), FOOTNOTE if doubts else ""
+    axes = ("training spectra", f"median SSIM{over_seeds(averages)}")
+    draw_sweep(averages, "ssim_median", axes, folder / "sweep.png", made, doubts, note)
     _write_tables(comparison, averages, folder)
 
 
@@ -141,5 +115,5 @@ def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]],
         f"{name}{DOUBTFUL}" if name in doubts else name: row
         for name, row in zip(map(average_name, averages), averages, strict=True)
     }
-    note = _FOOTNOTE if doubts else ""
+    note = FOOTNOTE if doubts else ""
     write_tables(rows, {**SCORE_COLUMNS, **COST_COLUMNS}, folder, Provenance.of_comparison(comparison), note)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.spatial import cKDTree
 
-from learn.reports.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
+from learn.reports.figures import MapScore, draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from learn.reports.method_styles import THIS_RUN
 from learn.reports.provenance import Provenance
@@ -32,7 +32,9 @@ def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
     metrics = {**fresh.metrics(), "provenance": made.facts()}
     write_atomically(folder / "crossvalidation.json", (json.dumps(metrics, indent=2) + "\n").encode())
     positions, known, scores = fresh.positions, fresh.known_positions, fresh.scores
-    draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png", made)
+    draw_error_map(
+        positions, MapScore.of_spectra(scores.ssim, scores.aoa_error), known, folder / "crossvalidation_map.png", made
+    )
     distance = cKDTree(known).query(positions)[0]
     draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png", made)
     draw_examples(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -176,46 +178,70 @@ LARGEST_AOA_ERROR = 30.0
 """Upper end of the colour scale of AoA errors in the map, degrees."""
 
 
+class MapScore(NamedTuple):
+    """A score that ``draw_error_map`` shows.
+
+    Attributes:
+        values: [K] the score at each test position.
+        limits: ends of the colour scale.
+        label: what it is, with its unit.
+        colours: name of the colour map.
+    """
+
+    values: Float[np.ndarray, " K"]
+    limits: tuple[float, float]
+    label: str
+    colours: str = MAGNITUDE
+
+    @classmethod
+    def of_spectra(cls, ssim: Float[np.ndarray, " K"], aoa_error: Float[np.ndarray, " K"]) -> list[MapScore]:
+        """SSIM and AoA error, degrees."""
+        return [
+            cls(ssim, (0, 1), "SSIM"),
+            cls(aoa_error, (0, LARGEST_AOA_ERROR), "AoA error (°)", f"{MAGNITUDE}_r"),
+        ]
+
+    @property
+    def extend(self) -> str:
+        """Ends of the colour scale beyond which there are values, as Matplotlib calls them."""
+        below, above = bool((self.values < self.limits[0]).any()), bool((self.values > self.limits[1]).any())
+        return {(False, False): "neither", (True, False): "min", (False, True): "max"}.get((below, above), "both")
+
+
 @at_paper_size()
 def draw_error_map(
     positions: Float[np.ndarray, "K 3"],
-    ssim: Float[np.ndarray, " K"],
-    aoa_error: Float[np.ndarray, " K"],
+    scores: Sequence[MapScore],
     known: Float[np.ndarray, "n 3"],
     path: Path,
     provenance: Provenance | None = None,
 ) -> None:
-    """Draw SSIM and AoA error over the transmitter region, from above and from the side.
+    """Draw scores over the transmitter region, from above and from the side.
 
     Args:
         positions: test positions, metres, world frame.
-        ssim: SSIM at each test position.
-        aoa_error: angle between predicted and true direction of arrival at each test position, degrees.
-        known: positions of the known spectra, metres, world frame; they are drawn as small dots.
+        scores: the scores at the test positions, a row of the figure each.
+        known: known positions, metres, world frame; they are drawn as small dots.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
         provenance: where the figure comes from, for its foot and its metadata.
     """
-    figure = Figure(figsize=(PAGE, 5.8), layout="constrained")
-    axes = figure.subplots(2, 2, squeeze=False)
-    for row, (values, largest, label, colours) in zip(
-        axes,
-        ((ssim, 1, "SSIM", MAGNITUDE), (aoa_error, LARGEST_AOA_ERROR, "AoA error (°)", f"{MAGNITUDE}_r")),
-        strict=True,
-    ):
+    figure = Figure(figsize=(PAGE, 2.9 * len(scores)), layout="constrained")
+    axes = figure.subplots(len(scores), 2, squeeze=False)
+    for row, score in zip(axes, scores, strict=True):
         for axis, (first, second) in zip(row, ((0, 1), (0, 2)), strict=True):
             axis.scatter(known[:, first], known[:, second], s=1.5, color="0.75", label="training positions")
             points = axis.scatter(
                 positions[:, first],
                 positions[:, second],
-                c=values,
+                c=score.values,
                 s=14,
-                cmap=colours,
-                vmin=0,
-                vmax=largest,
+                cmap=score.colours,
+                vmin=score.limits[0],
+                vmax=score.limits[1],
                 label="test positions",
             )
             axis.set(xlabel=f"{'xyz'[first]} (m)", ylabel=f"{'xyz'[second]} (m)", aspect="equal")
-        figure.colorbar(points, ax=row, label=label, extend="max" if largest > 1 else "neither")
+        figure.colorbar(points, ax=row, label=score.label, extend=score.extend)
     axes[0, 0].set_title("from above")
     axes[0, 1].set_title("from the side")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)

@@ -28,6 +28,12 @@ KNOWN: dict[str, tuple[str, Any, str]] = {
     "mean-picture": ("#9a7d00", SPARSE, "d"),
     "nearest": ("#1fa5c9", DASH_DOT_DOT, "p"),
     "inverse-distance": ("#8c564b", SHORT, "h"),
+    "mean": ("#9a7d00", SPARSE, "d"),
+    "log-distance": ("#84b819", LONG, ">"),
+    "mri": ("#ff7f0e", DASHED, "D"),
+    "copy": ("#9a7d00", SPARSE, "d"),
+    "ramp": ("#8c564b", SHORT, "h"),
+    "delays": ("#7b4fa3", DASHED, "P"),
 }
 """Colour, dash and marker of the methods of this package."""
 

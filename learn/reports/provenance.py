@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # loads torch
+    from learn.comparison.score_table import ScoreTable
     from learn.comparison.table import Comparison
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
@@ -126,6 +127,23 @@ class Provenance:
             spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
             distances=comparison.distances.sentence() if comparison.distances else "",
             array=(comparison.array and comparison.array.cannot_tell) or "",
+            seed="0" if seeds == 1 else f"0 to {seeds - 1}",
+        )
+
+    @classmethod
+    def of_scores(cls, comparison: ScoreTable, title: str = "") -> Provenance:
+        """The provenance of a comparison of methods for powers or channels; without a title, that of a comparison."""
+        from learn.evaluation.origin import split_words
+
+        name, things = comparison.folder.resolve().name, comparison.THINGS
+        seeds = max(row["seed"] for row in comparison) + 1
+        return cls(
+            title=title or f"Comparison of methods on {name}",
+            model=", ".join(dict.fromkeys(row["label"] for row in comparison)),
+            dataset=name,
+            split=split_words(comparison.split, comparison.guard or None, comparison.seed),
+            spectra=f"{comparison.known} known {things}, {comparison.test} test {things}",
+            distances="" if comparison.distances is None else comparison.distances.sentence(),
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
         )
 

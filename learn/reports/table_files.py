@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.comparison.averages import spread_of
+from learn.comparison.doubts import average_name, doubts_of
 from learn.comparison.score_table import ScoreTable
+from learn.reports.method_styles import DOUBTFUL
 from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable
 
 LATEX, CSV = "table.tex", "table.csv"
 """Names of the files."""
-
-SPREAD = "ssim_spread"
-"""Key of a row: the standard deviation of the median SSIM over the seeds."""
 
 _SPECIAL = {
     "\\": r"\textbackslash{}",
@@ -56,7 +56,8 @@ def write_tables(
     table.tex is a ``tabular``, which needs the package booktabs. A comment above it says where it comes from.
 
     Args:
-        rows: numbers by key, by the name of the row. Of several seeds, "ssim_spread" follows "ssim_median" after ±.
+        rows: numbers by key, by the name of the row. Of several seeds, "ssim_spread" follows "ssim_median" after ±, and
+            so for other medians.
         columns: headings with units, by the keys of the columns. Columns without any number are left out.
         folder: folder to write to; it must exist.
         provenance: where the scores come from.
@@ -77,7 +78,9 @@ def write_scores(comparison: ScoreTable, folder: Path, provenance: Provenance) -
     """
     facts = {**comparison.facts(), "provenance": provenance.facts()}
     write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
-    write_tables({row["label"]: row for row in comparison.table()}, comparison.COLUMNS, folder, provenance)
+    doubts = doubts_of(comparison.averages())
+    rows = {f"{average_name(row)}{DOUBTFUL if average_name(row) in doubts else ''}": row for row in comparison.table()}
+    write_tables(rows, comparison.COLUMNS, folder, provenance)
 
 
 def _latex(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str], provenance: Provenance, note: str) -> str:
@@ -97,13 +100,17 @@ def _cell(row: Mapping[str, Any], key: str) -> str:
     if value is None:
         return "--"
     text = f"{value:,.0f}" if key in ("parameters", "training_seconds") else f"{value:.3f}"
-    return rf"{text} $\pm$ {row[SPREAD]:.3f}" if key == "ssim_median" and row.get(SPREAD) is not None else text
+    spread = row.get(spread_of(key)) if spread_of(key) != key else None
+    return text if spread is None else rf"{text} $\pm$ {spread:.3f}"
 
 
 def _csv(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str]) -> str:
-    keys = list(columns)
-    if any(row.get(SPREAD) is not None for row in rows.values()):
-        keys.insert(keys.index("ssim_median") + 1, SPREAD)
+    keys = []
+    for key in columns:
+        keys.append(key)
+        spread = spread_of(key)
+        if spread != key and any(row.get(spread) is not None for row in rows.values()):
+            keys.append(spread)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["method", *keys])

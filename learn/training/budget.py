@@ -24,9 +24,6 @@ from learn.training.lightning_module import Spectra, Training
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset
 
-MINUTES_MOST = 10_000.0
-"""Largest budget: a week."""
-
 SLOWER, LEAST_TIMED, MOST_TIMED, SECONDS = 2, 3, 100, 1.0
 """The first steps are slower, and are not timed. Then so many steps are timed, or for so many seconds if there is time
 for more than the least number."""

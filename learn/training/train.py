@@ -25,8 +25,8 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
 from learn.models.retrieved_field import not_retrieved
-from learn.models.steps import Processes, Steps
-from learn.training.budget import MINUTES_MOST, Timed, timed
+from learn.models.steps import MINUTES_MOST, Processes, Steps
+from learn.training.budget import Timed, timed
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress

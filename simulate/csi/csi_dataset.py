@@ -20,6 +20,7 @@ from scenes.files.npz_file import Expected, read_npy
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
+from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_reader import read_metadata
@@ -101,6 +102,11 @@ class CsiDataset:
         """The carrier frequency (``hertz``), as metadata.json states it; None if it does not."""
         stated = self.metadata.get("frequency_hz")
         return None if stated is None else Frequency(read_frequency(stated), "metadata")
+
+    @property
+    def wavelength(self) -> float | None:
+        """Wavelength of the carrier, metres; None if no frequency is stated."""
+        return None if self.frequency is None else SPEED_OF_LIGHT / self.frequency.hertz
 
     @property
     def band(self) -> Band | None:

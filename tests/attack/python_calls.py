@@ -73,10 +73,12 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         **{"test_spectra": 1, "output": "out"},
     },
     "compare_powers": lambda: {
-        **{"dataset": "powers", "methods": ["mean"], "split": "random", "train_size": 3, "seed": 0, "guard": 0.0}
+        **{"dataset": "powers", "methods": ["mean"], "split": "random", "train_size": 3, "seed": 0, "guard": 0.0},
+        **{"seeds": 1, "budget": 1.0},
     },
     "compare_channels": lambda: {
-        **{"dataset": "csi", "methods": ["ramp", "delays"], "split": "random", "train_size": 3, "seed": 0}
+        **{"dataset": "csi", "methods": ["ramp", "delays"], "split": "random", "train_size": 3, "seed": 0},
+        **{"guard": 0.0, "seeds": 1, "budget": 1.0},
     },
     "crossvalidate": lambda: {"run": "network", "scene": "closet", "positions": 2, "seed": 1, "field": "field"},
     "plan": lambda: {"run_or_scene": "kriged", "n": 2, "tour": False, "seed": 0},

@@ -74,6 +74,8 @@ RECORDED = "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out"
 CONVERTED = "simulate.exchange.convert:convert"
 ABLATED = "learn.comparison.ablate:ablate"
 SWEEP = "sweep others -o out --models nearest --sizes 3"
+SWEEP_POWERS = "sweep heard -o out --models mean --sizes 3"
+EVALUATE = "evaluate heard -o out --model mri"
 SWEPT = "learn.comparison.sweep:sweep"
 CALIBRATED = "learn.twin.calibrate:calibrate"
 PLANNED = "learn.planning.next_positions:plan"
@@ -147,6 +149,11 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("evaluate mlp", ["--dataset others", "--index one.txt", "--no-ceiling", "--json"]),
         *_trials("evaluate mlp", ["--locate"], LOCATED),
         *_trials("evaluate mlp --locate", ["--further-gateways mlp"], LOCATED),
+        *_trials(EVALUATE, [("--model nearest", "--model mri"), "--split random", "--guard 0.1"], COMPARED_POWERS),
+        *_trials(EVALUATE, [("-o out2", "-o out"), "--force"], "bisplat.commands.compared_quantities:new_folder"),
+        *_trials("evaluate heard -o out --model log:Own", ["--budget 1"], COMPARED_POWERS),
+        *_trials("evaluate links -o out --model delays", [("--model helmholtz", "--model delays")], COMPARED_CHANNELS),
+        *_trials("evaluate links -o out --model ramp", ["--json"]),
     ],
     "view": [
         *_trials("view closet", ["--port 8081"], SERVED),
@@ -246,9 +253,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(NEAREST, ["--test-spectra 1", ("-o out2", "-o out")]),
         *_trials("compare data -o out --models mlp", ["--budget 1", "--guard 0.1"], "learn.comparison.compare:compare"),
         *_trials("compare heard -o out --models nearest", ["--force"], there="out/table.csv"),
-        *_trials("compare heard", ["--models mean", "--split random", "--guard 0.1"], COMPARED_POWERS),
+        *_trials("compare heard", ["--models mean", "--split random", "--guard 0.1", "--seeds 2"], COMPARED_POWERS),
+        *_trials("compare heard --models log:Own", ["--budget 1"], COMPARED_POWERS),
         *_trials("compare heard --models mean", ["--json", "-o out"]),
-        *_trials("compare links", ["--models copy", "--split random"], COMPARED_CHANNELS),
+        *_trials("compare links", ["--models copy", "--split random", "--seeds 2"], COMPARED_CHANNELS),
         *_trials("compare links --models copy", ["--json", "-o out"]),
     ],
     "ablate": [
@@ -262,6 +270,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(SWEEP, ["--split random", "--seeds 2", "--test-spectra 1", "--json", ("-o out2", "-o out")]),
         *_trials(SWEEP, ["--init mlp", "--guard 0.1"], SWEPT),
         *_trials("sweep data -o out --models mlp --sizes 3", ["--budget 1"], SWEPT),
+        *_trials(SWEEP_POWERS, ["--split random", "--guard 0.1", "--seeds 2"], COMPARED_POWERS),
+        *_trials(SWEEP_POWERS, [("--sizes 4", "--sizes 3"), ("--models mri", "--models mean")], COMPARED_POWERS),
+        *_trials("sweep links -o out --models copy --sizes 3", ["--split random", "--json"]),
+        *_trials(SWEEP_POWERS, ["--force"], there="out/table.csv"),
     ],
     "engines": [
         *_trials("engines data -o out", ["-n 2", *MECHANISMS], ENGINES),

@@ -8,6 +8,7 @@ SOLVED = f"simulate closet -o out --engine fullwave --field {FIELD}"
 NONE_SOLVED = f"expected none beside --field, found the solved field of {FIELD}"
 POWERS = "rssi closet -o out --gateways gateways.yml"
 OF_STEPS = "expected a model trained by steps, found"
+OF_METHODS = "expected a method trained by steps, found"
 
 REFUSED: dict[str, str] = {
     "scene closet --material wall=wood": f"--material: {AN_IMPORT}",
@@ -134,14 +135,26 @@ REFUSED: dict[str, str] = {
     "crossvalidate mlp --scene closet --field data --engine rays": "--engine: expected none beside --field",
     "compare data -o out --models nearest helmholtz --budget 5": f"--budget: {OF_STEPS} nearest, helmholtz",
     "compare data --models nearest": "-o: expected a folder for the results beside spectra, found none",
-    "compare data -o out --models nearest --force": "--force: expected received powers, found none",
-    "compare heard --budget 5": "--budget: expected spectra, found received powers, which are compared without it",
-    "compare heard --seeds 1": "--seeds: expected spectra, found received powers",
-    "compare heard --test-spectra 3": "--test-spectra: expected spectra, found received powers",
-    "compare links --guard 0.5": "--guard: expected spectra, found channels (CSI), which are compared without it",
-    "compare links --budget 5": "--budget: expected spectra, found channels (CSI)",
+    "compare data -o out --models nearest --force": "--force: expected received powers or channels, found spectra",
+    "sweep data -o out --sizes 3 --models nearest --force": "--force: expected received powers or channels, found",
+    "compare heard --budget 5": f"--budget: {OF_METHODS} none",
+    "compare heard --models mean --budget 5": f"--budget: {OF_METHODS} mean",
+    "compare heard --test-spectra 3": "--test-spectra: expected spectra, found received powers, all of",
+    "compare links --test-spectra 3": "--test-spectra: expected spectra, found channels (CSI), all of",
+    "compare links --budget 5": f"--budget: {OF_METHODS} none",
+    "sweep heard -o out --sizes 3 3": "--sizes: expected different numbers of training samples, found [3, 3]",
+    "sweep heard -o out --sizes 3 --init mlp": "--init: expected spectra, found received powers, of which there are no",
+    "sweep links -o out --sizes 3 --test-spectra 3": "--test-spectra: expected spectra, found channels (CSI)",
+    "evaluate heard": "heard: expected -o FOLDER for the report of received powers, found none",
+    "evaluate heard -o out --dataset data": "--dataset: expected a run, found received powers without one",
+    "evaluate links -o out --no-ceiling": "--no-ceiling: expected a run, found channels (CSI) without one",
+    "evaluate links -o out --locate": "--locate: expected a run, found channels (CSI) without one",
+    "evaluate heard -o out --model bisplat": "--model: expected mean, nearest, inverse-distance",
+    "evaluate heard -o out --budget 5": f"--budget: {OF_METHODS} helmholtz",
+    "evaluate mlp -o out": "-o: expected received powers or channels (CSI), found mlp",
+    "evaluate mlp --model mlp": "--model: expected received powers or channels (CSI), found mlp",
     "compare links --force": "--force: expected --output beside it, found none",
-    "compare links --models mlp": "--methods: expected copy, ramp, nearest, delays or helmholtz, found 'mlp'",
+    "compare links --models mlp": "--methods: expected copy, ramp, nearest, delays, helmholtz or module:Class, found",
     "compare heard --force": "--force: expected --output beside it, found none",
     "compare heard --models mean --methods mean": "--models and --methods: expected one of them, found both",
     "compare heard --models bisplat": "--methods: expected mean, nearest, inverse-distance, log-distance, mri, kriging",

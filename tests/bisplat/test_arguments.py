@@ -347,8 +347,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.compare_powers,
             {"dataset": file.with_name("powers"), "methods": ["mean"], "split": "random"},
             {
-                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD, "train_size": WHOLE[:6],
-                "seed": SEED, "guard": (*NUMBER, -1),
+                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
+                "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
+                "budget": (*NUMBER, 0),
             },
         ),
         "fit_powers": Call(
@@ -363,8 +364,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.compare_channels,
             {"dataset": file.with_name("links"), "methods": ["copy"], "split": "random"},
             {
-                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD, "train_size": WHOLE[:6],
-                "seed": SEED,
+                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
+                "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
+                "budget": (*NUMBER, 0),
             },
         ),
         "ablate": Call(

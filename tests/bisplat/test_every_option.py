@@ -45,8 +45,7 @@ DRAWN = (
     "learn.reports.comparison_report:write_ablation",
     "learn.reports.comparison_report:write_sweep",
     "learn.reports.engines_report:draw_plane",
-    "learn.reports.power_report:draw_score_distribution",
-    "learn.reports.channel_report:draw_score_distribution",
+    "learn.reports.score_report:draw_sweep",
     "learn.evaluation.engines_plane:compare_on_plane",
     "learn.comparison.experiment:array_ceiling",
 )

@@ -1,46 +1,15 @@
 """The table of predicted downlinks: scores, splits, and the command."""
 
-import csv
 import dataclasses
 import json
-import re
-import sys
 
 import numpy as np
 import pytest
 
 import bisplat
-from bisplat.__main__ import main
 from learn.channels.channel_scores import correlation, score_channels, snr_db
-from tests.csi_folders import paths, write_links
-
-
-@pytest.fixture(scope="module")
-def links(tmp_path_factory) -> bisplat.CsiDataset:
-    """60 rows, 4 antennas, 12 + 12 subcarriers, two paths each."""
-    generator = np.random.default_rng(0)
-    gains = generator.normal(size=(60, 2)) + 1j * generator.normal(size=(60, 2))
-    channels = paths(generator.uniform(0, 0.08, (60, 2)), gains * [1, 0.3], 24)
-    folder = tmp_path_factory.mktemp("channels") / "links"
-    write_links(folder, channels.astype(np.complex64))
-    return bisplat.read_csi(folder)
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Function: arguments of ``bisplat compare`` -> status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["bisplat", "compare", *map(str, arguments)])
-        status = 0
-        try:
-            main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        return status, *capsys.readouterr()
-
-    return run
+from simulate.spectra.delay_spread import delay_spread
+from tests.csi_folders import write_links
 
 
 def test_scores_by_hand():
@@ -49,12 +18,13 @@ def test_scores_by_hand():
     np.testing.assert_allclose(snr_db(predicted, truth), [20, 0, np.nan, 10 * np.log10(4 / 12)], atol=1e-9)
     alike = (9 + 14) / (5 * np.sqrt(9 + 3.5**2))
     np.testing.assert_allclose(correlation(predicted, truth), [alike, 0, np.nan, np.sqrt(0.5)])
-    found = score_channels(predicted, truth)
+    found = score_channels(predicted, truth, None)
     assert found["rows"] == 3 and found["snr_median_db"] == 0
     assert found["snr_mean_db"] == pytest.approx((20 + 10 * np.log10(4 / 12)) / 3)
     assert found["correlation_median"] == pytest.approx(np.sqrt(0.5))
-    assert score_channels(predicted, 0 * truth) == {
+    assert score_channels(predicted, 0 * truth, None) == {
         "rows": 0, "snr_median_db": None, "snr_mean_db": None, "snr_p10_db": None, "correlation_median": None,
+        "delay_spread_error_median_ns": None,
     }  # fmt: skip
 
 
@@ -77,23 +47,12 @@ def test_scores_do_not_depend_on_the_unit(links):
         assert other["snr_median_db"] == pytest.approx(row["snr_median_db"], abs=0.01)
 
 
-@pytest.mark.parametrize("split", ["files", "random", "blocked", "area"])
-def test_splits_are_those_of_spectra(links, split):
-    places = np.random.default_rng(1).uniform(0, 5, (len(links), 3))
-    placed = dataclasses.replace(links, positions=places)
-    comparison = bisplat.compare_channels(placed, ["copy"], split=split)
-    parts = bisplat.split(placed, split, 0)
-    assert (comparison.known, comparison.test) == (len(parts.known), len(parts.test))
-    if split == "files":
-        assert parts.test.tolist() == links.test.tolist()
-
-
 def test_what_a_split_needs_is_said(links):
     with pytest.raises(bisplat.InputError, match=r"expected positions \(tx_pos.csv\) for the split area, found none"):
         bisplat.compare_channels(links, ["copy"], split="area")
     with pytest.raises(bisplat.InputError, match="expected 900 rows to train on, found 43"):
         bisplat.compare_channels(links, ["copy"], train_size=900)
-    with pytest.raises(bisplat.InputError, match="guard: expected 0 for channels"):
+    with pytest.raises(bisplat.InputError, match="guard: expected 0 for channels without positions or frequency"):
         bisplat.split(links, "random", 0, guard=0.5)
     assert bisplat.compare_channels(links, ["copy"], train_size=10).known == 11
 
@@ -106,33 +65,67 @@ def test_many_known_rows_are_drawn_from(links, monkeypatch, capsys):
     assert comparison.snr_db["nearest"].shape == (12,)
 
 
-def test_the_command_prints_the_best_first_and_writes_nothing(links, command, tmp_path):
-    status, out, err = command(links.folder, "--methods", "copy", "delays")
-    assert status == 0 and re.search("delays.*\n.* copy ", out)
-    assert "assumed that the downlink's subcarriers follow the uplink's at the same distance" in err
-    assert not list(tmp_path.iterdir())
+def test_the_assumption_about_subcarriers_is_said(links, bisplat_command):
+    status, _, err = bisplat_command("compare", links.folder, "--methods", "copy")
+    assert status == 0 and "assumed that the downlink's subcarriers follow the uplink's at the same distance" in err
 
 
-def test_the_command_writes_tables_and_a_figure(links, command, tmp_path):
-    call = (links.folder, "-o", "table", "--split", "random", "--models", "nearest", "delays")
-    assert command(*call)[0] == 0
-    folder = tmp_path / "table"
-    names = {path.name for path in folder.iterdir()}
-    assert names == {"results.json", "table.tex", "table.csv", "snr_cdf.png", "snr_cdf.pdf"}
-    facts = json.loads((folder / "results.json").read_text())
-    assert facts["known"] == 48 and facts["methods"].keys() == {"nearest", "delays"}
-    assert "48 known rows, 12 test rows" in facts["provenance"]["spectra"]
-    rows = list(csv.DictReader((folder / "table.csv").open()))
-    assert float(rows[0]["snr_median_db"]) == facts["methods"][rows[0]["method"]]["snr_median_db"]
-    status, _, err = command(*call)
-    assert status == 1 and "--force replaces files of the same names" in err
-    assert command(*call, "--force")[0] == 0
+def test_delay_spreads_are_scored_where_the_band_is_stated(placed, links):
+    true = delay_spread(placed.downlink[placed.test], 8e6)
+    row, exact = bisplat.compare_channels(placed, {"copy": "copy", "exact": Exact(placed)}).rows
+    copied = 1e9 * np.median(np.abs(delay_spread(placed.uplink[placed.test], 8e6) - true))
+    assert row["delay_spread_error_median_ns"] == pytest.approx(copied, rel=1e-4)  # the folder has complex64
+    assert row["delay_spread_error_median_ns"] > 0.1 > exact["delay_spread_error_median_ns"]
+    assert bisplat.compare_channels(links, ["copy"]).rows[0]["delay_spread_error_median_ns"] is None
 
 
-def test_a_downlink_of_zeros_has_no_scores(command, tmp_path):
+class Exact:
+    """Knows the downlink of every row by its position."""
+
+    def __init__(self, dataset):
+        self.dataset = dataset
+
+    def fit(self, known):
+        self.level = np.abs(known.uplink[0, 0, 0]) / np.abs(
+            self.dataset.uplink[(self.dataset.positions == known.positions[0]).all(axis=1)][0, 0, 0]
+        )
+
+    def predict(self, uplink, positions):
+        rows = [int((self.dataset.positions == place).all(axis=1).argmax()) for place in positions]
+        return self.level * self.dataset.downlink[rows]
+
+
+def test_distances_are_said_and_a_guard_keeps_them_where_positions_are_known(placed, links, capsys):
+    assert "of 8 test positions to the nearest of 32 known ones" in said(placed, capsys)
+    assert "test positions" not in said(links, capsys)
+    comparison = bisplat.compare_channels(placed, ["copy"], split="random", guard=4)
+    assert comparison.known < 32 and comparison.distances.distance.min() >= 4 * placed.wavelength
+    assert comparison.facts()["test_to_known_least_m"] > 0 and "warning" not in capsys.readouterr().err
+
+
+def said(dataset, capsys) -> str:
+    bisplat.compare_channels(dataset, ["copy"])
+    return capsys.readouterr().err
+
+
+def test_examples_are_kept_in_the_units_of_the_folder(placed):
+    comparison = bisplat.compare_channels(placed, ["copy"])
+    assert np.allclose(comparison.examples["copy"], placed.uplink[placed.test][comparison.shown])
+
+
+def test_a_report_shows_delays_examples_and_a_map(placed, bisplat_command, tmp_path):
+    status, _, err = bisplat_command("evaluate", placed.folder, "-o", "report", "--model", "ramp")
+    assert status == 0, err
+    names = {path.name for path in (tmp_path / "report").iterdir()}
+    assert {"snr_cdf.png", "examples.png", "delay_spread.png", "snr_map.png"} <= names
+    header, first, *_ = (tmp_path / "report" / "per_sample.csv").read_text().splitlines()
+    assert header == "row,x,y,z,snr_db_copy,snr_db_ramp,snr_db_nearest" and first.count(",") == 6
+
+
+def test_a_downlink_of_zeros_has_no_scores(bisplat_command, tmp_path):
     channels = np.random.default_rng(0).normal(size=(20, 2, 8)) + 0j
     channels[::5, :, 4:] = 0
     write_links(tmp_path / "silent", channels)
-    status, out, err = command("silent", "-o", "out", "--json")
+    status, out, err = bisplat_command("compare", "silent", "-o", "out", "--json")
     assert status == 0, err
     assert all(each["snr_median_db"] is None for each in json.loads(out)["methods"].values())

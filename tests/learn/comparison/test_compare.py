@@ -21,9 +21,10 @@ from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
 from learn.comparison import experiment, trained_model
 from learn.comparison.ablate import ablate, variants
+from learn.comparison.averages import averaged
 from learn.comparison.compare import compare
 from learn.comparison.doubts import FEW_STEPS
-from learn.comparison.experiment import CEILING, summary
+from learn.comparison.experiment import CEILING
 from learn.comparison.methods import method_named, method_names
 from learn.comparison.sweep import sweep
 from learn.comparison.table import table_cells
@@ -546,11 +547,12 @@ def test_model_without_parts_to_switch_off_is_refused_before_anything_is_trained
     assert not (tmp_path / "out").exists()
 
 
-def test_summary_is_the_mean_and_the_standard_deviation_over_seeds():
+def test_averages_are_the_mean_and_the_standard_deviation_over_seeds():
     rows = [{"label": "a", "seed": seed, "ssim_median": value, "date": "x"} for seed, value in enumerate((0.5, 0.7))]
-    found = summary(rows, lambda row: row["label"])["a"]
+    (found,) = averaged(rows, ["label"], "ssim_median")
     assert found["ssim_median"] == pytest.approx(0.6)
     assert found["ssim_spread"] == pytest.approx(np.sqrt(0.02)) and found["seeds"] == 2
+    assert "date" not in found
 
 
 def test_sweep_grows_the_training_part_and_keeps_the_test_part(tiny, tmp_path, rows):

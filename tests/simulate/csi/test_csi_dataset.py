@@ -228,7 +228,7 @@ def test_check_warns_of_oddities(change, warning, folder):
 @pytest.mark.parametrize(
     "command",
     [
-        *("train mimo -o out", "sweep mimo -o out --sizes 3 --models nearest", "convert mimo -o out", "responses mimo"),
+        *("train mimo -o out", "ablate mimo -o out", "convert mimo -o out", "responses mimo"),
         *("simulate mimo -o out", "export mimo --deepmimo out", "export mimo --hdf5 out", "view mimo"),
         *("engines mimo -o out", "calibrate closet mimo -o out", "check mimo --split random"),
     ],

@@ -270,7 +270,7 @@ def test_hdf5_has_all(folder, tmp_path):
 @pytest.mark.parametrize(
     "command",
     [
-        *("train hall -o out", "sweep hall -o out --sizes 2 --models nearest", "convert hall -o out", "responses hall"),
+        *("train hall -o out", "ablate hall -o out", "convert hall -o out", "responses hall"),
         *("simulate hall -o out", "export hall --deepmimo out", "view hall", "engines hall -o out"),
         *("calibrate closet hall -o out", "check hall --split random"),
     ],

@@ -1,0 +1,246 @@
+"""What comparisons of received powers and of channels have in common: splits, seeds, sizes, own methods, commands."""
+
+import csv
+import json
+import re
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+import bisplat
+from learn.comparison.fits import Parts
+from learn.comparison.makers import chosen
+from learn.reports.score_report import write_score_sweep
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One of both kinds, with two of its methods, of which the second is the better one.
+
+    Attributes:
+        dataset: powers or channels.
+        compare: the function that compares methods.
+        worse: name of a method.
+        better: name of a better one.
+        score: key of the score that ranks them.
+        things: what is known and tested.
+        figure: name of the figure without suffix.
+    """
+
+    dataset: Any
+    compare: Any
+    worse: str
+    better: str
+    score: str
+    things: str
+    figure: str
+
+
+@pytest.fixture(params=["powers", "channels"])
+def kind(request, hall, links) -> Kind:
+    if request.param == "powers":
+        words = ("mean", "log-distance", "error_median_db", "positions", "error_cdf")
+        return Kind(hall, bisplat.compare_powers, *words)
+    return Kind(links, bisplat.compare_channels, "copy", "delays", "snr_median_db", "rows", "snr_cdf")
+
+
+class Own:
+    """A method of one's own for both kinds: nothing is received, and the uplink is the downlink."""
+
+    seeds: ClassVar[list[tuple[int, float]]] = []
+    wrong: ClassVar[Any] = None
+
+    def fit(self, known):
+        self.seeds.append((known.seed, known.minutes))
+        self.steps = 3
+        self.gateways = getattr(known, "powers", np.zeros((0, 0))).shape[1]
+
+    def predict(self, given, positions=None):
+        if self.wrong is not None:
+            return self.wrong(given)
+        return given if np.iscomplexobj(given) else np.full((len(given), self.gateways), -60.0 - self.seeds[-1][0])
+
+
+@pytest.mark.parametrize("split", ["files", "random", "blocked", "area"])
+def test_splits_are_those_of_spectra(kind, split):
+    places = np.random.default_rng(1).uniform(0, 5, (60, 3))
+    dataset = replace(kind.dataset, positions=places)
+    comparison = kind.compare(dataset, [kind.worse], split=split)
+    parts = bisplat.split(dataset, split, 0)
+    assert (comparison.known, comparison.test) == (len(parts.known), len(parts.test))
+    assert not set(parts.known) & set(parts.test)
+    if split == "files":
+        assert parts.test.tolist() == dataset.test.tolist()
+
+
+def test_train_size_leaves_fewer_known(kind):
+    whole, fewer = (kind.compare(kind.dataset, [kind.worse], train_size=size) for size in (None, 10))
+    assert fewer.test == whole.test == 12 and (fewer.known, whole.known) == (11, 48)
+    with pytest.raises(bisplat.InputError, match=f"expected 900 {kind.things} to train on, found 43"):
+        kind.compare(kind.dataset, [kind.worse], train_size=900)
+
+
+def test_sizes_share_the_test_part_and_are_contained_in_larger_ones(kind):
+    parts = Parts.of(kind.dataset, "random", 0, (30, 10), 0.0, kind.things)
+    small, large = (parts.of_size[size] for size in (10, 30))
+    assert set(small.train) < set(large.train) and small.test.tolist() == large.test.tolist()
+    comparison = kind.compare(kind.dataset, [kind.worse, kind.better], split="random", train_size=(30, 10))
+    assert [(row["train_size"], row["known"]) for row in comparison] == [(10, 11)] * 2 + [(30, 33)] * 2
+    assert comparison.known == 33
+    assert set(comparison.of_each()) == set(comparison.facts()["methods"]) == {
+        f"{name}, {size}" for name in (kind.worse, kind.better) for size in (10, 30)
+    }  # fmt: skip
+    alone = kind.compare(kind.dataset, [kind.better], split="random", train_size=10)
+    assert alone.rows[0][kind.score] == comparison.rows[1][kind.score]
+    for sizes in ([], [5, 5], ["x"]):
+        with pytest.raises(bisplat.InputError, match="train_size: expected"):
+            kind.compare(kind.dataset, [kind.worse], train_size=sizes)
+
+
+def test_seeds_fit_each_method_anew_on_the_same_split(kind, monkeypatch):
+    monkeypatch.setattr(Own, "seeds", [])
+    comparison = kind.compare(kind.dataset, {"mine": Own, "other": kind.worse}, seeds=2, budget=0.5, seed=7)
+    assert Own.seeds == [(0, 0.5), (1, 0.5)]
+    assert [(row["label"], row["seed"]) for row in comparison] == [("mine", 0), ("other", 0), ("mine", 1), ("other", 1)]
+    mine, other = comparison.averages()
+    assert mine["seeds"] == other["seeds"] == 2 and other[kind.score.replace("median", "spread")] == 0
+    both = [row[kind.score] for row in comparison if row["label"] == "mine"]
+    assert mine[kind.score] == pytest.approx(np.mean(both))
+    assert mine[kind.score.replace("median", "spread")] == pytest.approx(np.std(both, ddof=1))
+    assert "± seeds" in str(comparison).splitlines()[0] and len(comparison.facts()["fits"]) == 4
+    assert "only a few training steps fit into 0.5 minutes: mine (3)" in comparison.remark()
+
+
+def test_own_methods_are_classes_functions_objects_or_names(kind, tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text("from tests.learn.comparison.test_fits import Own as Mine\n")
+    monkeypatch.chdir(tmp_path)
+    given = {"class": Own, "function": lambda: Own(), "object": Own(), "name": "mine:Mine", "ours": kind.worse}
+    comparison = kind.compare(kind.dataset, given)
+    first, *others, _ = comparison.rows
+    assert all(row[kind.score] == first[kind.score] for row in others)
+    assert kind.compare(kind.dataset, ["mine:Mine"]).rows[0]["label"] == "mine:Mine"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "expected"),
+    [
+        (lambda given: given[:1, :1], "mine: expected predict to return .* found an array"),
+        (lambda given: np.array(["x"]), "mine: expected predict to return .* found an array"),
+        (lambda given: 1 / 0, r"mine: expected predict .* found ZeroDivisionError: .*test_fits.py, line"),
+    ],
+)
+def test_errors_of_own_methods_name_them(kind, wrong, expected, monkeypatch):
+    monkeypatch.setattr(Own, "wrong", staticmethod(wrong))
+    with pytest.raises(bisplat.InputError, match=expected) as raised:
+        kind.compare(kind.dataset, {"mine": Own})
+    assert "\n" not in str(raised.value)
+
+
+def test_predictions_that_are_not_finite_are_refused(kind, monkeypatch):
+    def nothing(given):
+        shape = given.shape if np.iscomplexobj(given) else (len(given), 2)
+        return np.full(shape, np.nan, given.dtype)
+
+    monkeypatch.setattr(Own, "wrong", staticmethod(nothing))
+    with pytest.raises(bisplat.InputError, match=r"mine: .* values that are not finite"):
+        kind.compare(kind.dataset, {"mine": Own})
+
+
+@pytest.mark.parametrize(
+    ("methods", "expected"),
+    [
+        (["bisplat"], "methods: expected .* or module:Class, found 'bisplat'"),
+        (["nowhere:Class"], "methods: expected a class at nowhere:Class, found no module nowhere"),
+        ({"mine": 3}, "methods: expected a method with fit and predict for mine, found 3"),
+        ({"mine": int}, "methods: expected a method with fit and predict for mine, found int without fit and predict"),
+        ([], "methods: expected at least one method, found none"),
+        ("mean", "methods: expected a list of names, or methods by label, found 'mean'"),
+    ],
+)
+def test_wrong_methods_are_refused(kind, methods, expected):
+    with pytest.raises(bisplat.InputError, match=expected):
+        kind.compare(kind.dataset, methods)
+
+
+def test_methods_that_are_trained_by_steps_are_only_compared_if_named():
+    class Learned(Own):
+        by_steps = True
+
+    known = {"quick": Own, "learned": Learned}
+    assert list(chosen(None, known)) == ["quick"] and list(chosen(["learned"], known)) == ["learned"]
+
+
+def test_the_command_prints_the_best_first_and_writes_nothing(kind, bisplat_command, tmp_path):
+    status, out, _ = bisplat_command("compare", kind.dataset.folder, "--methods", kind.worse, kind.better)
+    assert status == 0 and re.search(rf"{kind.better}.*\n.* {kind.worse} ", out)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_writes_tables_and_a_figure(kind, bisplat_command, tmp_path):
+    call = ("compare", kind.dataset.folder, "-o", "table", "--split", "random", "--models", kind.worse, kind.better)
+    assert bisplat_command(*call, "--seeds", 2)[0] == 0
+    folder = tmp_path / "table"
+    names = {path.name for path in folder.iterdir()}
+    assert names == {"results.json", "table.tex", "table.csv", f"{kind.figure}.png", f"{kind.figure}.pdf"}
+    facts = json.loads((folder / "results.json").read_text())
+    assert facts["known"] == 48 and list(facts["methods"]) == [kind.better, kind.worse] and len(facts["fits"]) == 4
+    assert f"48 known {kind.things}, 12 test {kind.things}" in facts["provenance"]["spectra"]
+    assert facts["provenance"]["seed"] == "0 to 1"
+    rows = list(csv.DictReader((folder / "table.csv").open()))
+    assert float(rows[0][kind.score]) == facts["methods"][rows[0]["method"]][kind.score]
+    assert float(rows[0][kind.score.replace("median", "spread")]) == 0
+    status, _, err = bisplat_command(*call)
+    assert status == 1 and "--force replaces files of the same names" in err
+    assert bisplat_command(*call, "--force")[0] == 0
+
+
+def test_json_is_what_the_folder_has(kind, bisplat_command):
+    status, out, _ = bisplat_command("compare", kind.dataset.folder, "--models", kind.better, "--json")
+    assert status == 0 and json.loads(out)["methods"][kind.better][kind.score] > 0
+
+
+def test_sweep_writes_a_figure_and_all_rows(kind, bisplat_command, tmp_path):
+    call = ("sweep", kind.dataset.folder, "-o", "sizes", "--sizes", 30, 10, "--methods", kind.worse, kind.better)
+    status, out, err = bisplat_command(*call)
+    assert status == 0 and re.search(rf"{kind.better}, 10.*\n.* {kind.worse}, 10 .*\n.* {kind.better}, 30", out), err
+    names = {path.name for path in (tmp_path / "sizes").iterdir()}
+    assert names == {"results.json", "table.tex", "table.csv", "sweep.png", "sweep.pdf"}
+    assert len(json.loads((tmp_path / "sizes" / "results.json").read_text())["methods"]) == 4
+    status, _, err = bisplat_command(*call)
+    assert status == 1 and "--force replaces" in err
+
+
+def test_a_figure_of_a_sweep_has_a_line_for_each_method(kind, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("learn.reports.sweep_figure.save", lambda figure, *others: drawn.append(figure))
+    comparison = kind.compare(kind.dataset, [kind.worse, kind.better], split="random", train_size=[10, 30])
+    write_score_sweep(comparison, tmp_path)
+    (axis,) = drawn[0].axes
+    lines = [each.lines[0] for each in axis.containers]
+    assert [line.get_xdata().tolist() for line in lines] == [[10, 30]] * 2
+    first = [row[kind.score] for row in comparison if row["label"] == kind.worse]
+    assert lines[0].get_ydata().tolist() == pytest.approx(first)
+    assert axis.get_xlabel() == f"training {kind.things}"
+
+
+def test_the_report_of_one_method_beside_the_baselines(kind, bisplat_command, tmp_path):
+    call = partial(bisplat_command, "evaluate", kind.dataset.folder, "--split", "random", "--model", kind.better)
+    status, out, err = call("-o", "report")
+    assert status == 0 and "report: report/report.html" in err and kind.better in out, err
+    folder = tmp_path / "report"
+    page = (folder / "report.html").read_text()
+    assert f"<h1>{kind.better} on 12 held-out {kind.things}</h1>" in page and "data:image/png;base64" in page
+    assert {"results.json", "table.tex", "table.csv", "per_sample.csv", f"{kind.figure}.pdf"} <= set(listing(folder))
+    lines = (folder / "per_sample.csv").read_text().splitlines()
+    assert len(lines) == 1 + (24 if kind.things == "positions" else 12)
+    assert json.loads(call("-o", "other", "--json")[1])["test"] == 12
+    assert call()[0] == 1 and call("-o", "report")[0] == 1
+
+
+def listing(folder: Path) -> list[str]:
+    """Names of the files in a folder."""
+    return [path.name for path in folder.iterdir()]
