@@ -16,6 +16,7 @@ from learn.comparison.fits import Parts, checked_array, fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
+from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 
 
@@ -94,6 +95,8 @@ def compare_band(
     for fit in fits(makers, seeds, parts, known, predict):
         predicted, found = fit.predicted
         rows.append({**fit.row, **score_band(predicted, truth, bandwidth), "found": found, **fit.cost})
+        if found is not None:
+            say(f"{fit.name}: {found}")
         if fit.is_first:
             ratios[fit.name] = snr_db(predicted.responses, truth)
     return BandComparison(

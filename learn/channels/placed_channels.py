@@ -63,6 +63,7 @@ class PlacedChannels:
         power, unexplained = (float(np.square(np.abs(each)).sum()) for each in (both[out], left))
         if unexplained < (1 - LEAST_GAIN) * power:
             self.field, self.found = field, f"{found}; places explain {1 - unexplained / power:.0%} of the power"
+            say(f"helmholtz-positions: {self.found}")
         return left
 
     def predict(

@@ -153,6 +153,8 @@ REFUSED: dict[str, str] = {
     "evaluate heard -o out --budget 5": f"--budget: {OF_METHODS} helmholtz",
     "evaluate mlp -o out": "-o: expected received powers or channels (CSI), found mlp",
     "evaluate mlp --model mlp": "--model: expected received powers or channels (CSI), found mlp",
+    "compare links --over-band": "--over-band: expected a dataset of spectra with a band, found powers or channels",
+    "compare data --over-band": "data: expected responses over a band",
     "compare links --force": "--force: expected --output beside it, found none",
     "compare links --models mlp": "--methods: expected copy, ramp, nearest, delays, helmholtz or module:Class, found",
     "compare heard --force": "--force: expected --output beside it, found none",
