@@ -81,8 +81,8 @@ def white_noise(rows: Complex[np.ndarray, "n A N"]) -> float:
 def delay_paths(count: int, delays: int) -> Complex[np.ndarray, "N M"]:
     """Responses f at N subcarriers of one path each of M delays, spread evenly over one over the subcarriers' distance.
 
-    >>> delay_paths(3, 4)[:, 1].round(6).tolist()
-    [(1+0j), -1j, (-1+0j)]
+    >>> np.angle(delay_paths(3, 8)[:, 1], deg=True).round().tolist()
+    [0.0, -45.0, -90.0]
     """
     return np.exp(-2j * np.pi * np.outer(np.arange(count), np.arange(delays)) / delays)
 
