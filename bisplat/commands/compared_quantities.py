@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json as json_format
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bisplat.commands.given_options import refuse_given
 from learn.data.splits import SplitKind
@@ -32,6 +32,7 @@ class Fitted:
         budget: training time of each method that is trained by steps, minutes.
         seeds: number of fits of each method.
         sizes: numbers of training positions or rows. None: all of the training part.
+        over_band: whether the folder holds spectra, whose responses over the band are fitted.
     """
 
     folder: Path
@@ -41,10 +42,13 @@ class Fitted:
     budget: float
     seeds: int = 1
     sizes: Sequence[int] | None = None
+    over_band: bool = False
 
     @property
     def kind(self) -> str:
-        """What the folder holds."""
+        """What the methods are fitted to."""
+        if self.over_band:
+            return "responses over a band"
         return "received powers" if is_rssi(self.folder) else "channels (CSI)"
 
     def __call__(self) -> ScoreTable:
@@ -52,7 +56,9 @@ class Fitted:
         from learn.comparison.makers import checked_sizes
 
         compare: Callable[..., ScoreTable]
-        if is_rssi(self.folder):
+        if self.over_band:
+            from learn.band.compare_band import compare_band as compare
+        elif is_rssi(self.folder):
             from learn.powers.compare_powers import compare_powers as compare
         else:
             from learn.channels.compare_channels import compare_channels as compare
@@ -68,11 +74,13 @@ class Fitted:
 
     def refuse_idle_budget(self) -> None:
         """Refuse a training time if no method is trained by steps. Classes of the user may be."""
+        from learn.band.band_methods import BAND_METHODS
         from learn.channels.channel_methods import CHANNEL_METHODS
         from learn.comparison.makers import trained_by_steps
         from learn.powers.power_methods import POWER_METHODS
 
-        known = POWER_METHODS if is_rssi(self.folder) else CHANNEL_METHODS
+        known: Mapping[str, Callable[[], Any]] = POWER_METHODS if is_rssi(self.folder) else CHANNEL_METHODS
+        known = BAND_METHODS if self.over_band else known
         if not any(":" in name or (name in known and trained_by_steps(known[name])) for name in self.methods):
             found = ", ".join(self.methods) or "none"
             refuse_given(["--budget"], f"a method trained by steps, found {found}")
@@ -150,7 +158,7 @@ def _print(title: str, fitted: Fitted, comparison: ScoreTable, json: bool) -> No
         print(json_format.dumps(comparison.facts(), indent=2))
         return
     headings, *lines = comparison.cells()
-    what = "received powers" if is_rssi(fitted.folder) else "the downlink, predicted from the uplink"
+    what = fitted.kind if fitted.over_band or is_rssi(fitted.folder) else "the downlink, predicted from the uplink"
     print_rows(f"{title} of {what}", [dict(zip(headings, line, strict=True)) for line in lines])
     remark = comparison.remark()
     if remark is not None:

@@ -58,6 +58,7 @@ def compare(
     budget: Budget = 5.0,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
+    over_band: bool = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -67,8 +68,14 @@ def compare(
 
     Args:
         output: folder for the table, its figure, the scores and the runs. RSSI and CSI do without one.
-        force: replace existing output files of received powers or channels.
+        over_band: score responses over the band of a dataset, instead of spectra.
+        force: replace existing output files of received powers, channels or responses.
     """
+    if over_band:
+        if is_rssi(dataset) or is_csi(dataset):
+            refuse_given(["--over-band"], "a dataset of spectra with a band, found powers or channels")
+        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, over_band=True), output, force, json)
+        return
     if is_rssi(dataset) or is_csi(dataset):
         compare_quantity(Fitted(dataset, models, split, guard, budget, seeds), output, force, json)
         return

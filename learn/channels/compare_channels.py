@@ -12,12 +12,13 @@ from jaxtyping import Complex
 from learn.channels.channel_comparison import ChannelComparison
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
-from learn.channels.known_channels import ChannelMethod, KnownChannels
+from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels
 from learn.comparison.fits import Parts, checked_array, fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.spectra.spectrum import evenly
 
@@ -61,7 +62,8 @@ def compare_channels(
         methods: some of "copy" (the uplink as it is), "ramp" (each antenna's uplink as one path), "nearest" (the
             downlink of the known row whose uplink correlates most, with the factor that fits the uplinks), "delays"
             (Gaussian-process regression over frequency, with a power of each delay that is fitted to the known rows)
-            and "helmholtz" (the linear minimum-mean-square-error estimate over all antennas and subcarriers), or
+            "helmholtz" (the linear minimum-mean-square-error estimate over all antennas and subcarriers) and
+            "helmholtz-positions" (the same of what kriging of both links from the known rows nearby leaves), or
             classes of your own ("module:Class"). Or a dictionary from labels to methods, as for ``compare_powers``.
             None: all that are not trained by steps.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
@@ -114,7 +116,13 @@ def compare_channels(
             taught = np.sort(np.random.default_rng(seed).permutation(taught)[:MOST_KNOWN])
         positions = None if places is None else places[taught]
         return KnownChannels(
-            dataset.uplink[taught] / level, dataset.downlink[taught] / level, positions, method_seed, budget
+            dataset.uplink[taught] / level,
+            dataset.downlink[taught] / level,
+            positions,
+            method_seed,
+            budget,
+            antennas=dataset.antenna_positions,
+            wavelength=USUAL_WAVELENGTH if dataset.frequency is None else SPEED_OF_LIGHT / dataset.frequency.hertz,
         )
 
     def predict(label: str, method: ChannelMethod) -> Complex[np.ndarray, "K A S"]:

@@ -24,6 +24,7 @@ from scenes.files.plain_text import say
 
 if TYPE_CHECKING:
     from simulate.csi.csi_dataset import CsiDataset
+    from simulate.dataset.dataset_folder import Dataset
     from simulate.rssi.rssi_dataset import RssiDataset
 
 
@@ -43,7 +44,7 @@ class Parts:
     @classmethod
     def of(
         cls,
-        dataset: RssiDataset | CsiDataset,
+        dataset: Dataset | RssiDataset | CsiDataset,
         split: SplitKind,
         seed: int,
         train_size: int | Sequence[int] | None,
@@ -53,7 +54,7 @@ class Parts:
         """Split a dataset, and say how far test positions are from known ones.
 
         Args:
-            dataset: received powers or channels.
+            dataset: spectra, received powers or channels.
             split: how the test part is chosen.
             seed: seed of the split.
             train_size: number of training positions to keep, or several numbers. None: all.

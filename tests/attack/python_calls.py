@@ -80,6 +80,9 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         **{"dataset": "csi", "methods": ["ramp", "delays"], "split": "random", "train_size": 3, "seed": 0},
         **{"guard": 0.0, "seeds": 1, "budget": 1.0},
     },
+    "compare_band": lambda: {
+        **{"dataset": "data", "methods": ["nearest"], "split": "random", "train_size": 3, "seed": 0}
+    },
     "crossvalidate": lambda: {"run": "network", "scene": "closet", "positions": 2, "seed": 1, "field": "field"},
     "plan": lambda: {"run_or_scene": "kriged", "n": 2, "tour": False, "seed": 0},
     "locate_powers": lambda: {"dataset": "powers", "heard": [[-60.0]], "known": None, "level": 0.0, "seed": 0},

@@ -284,6 +284,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("compare heard --models mean", ["--json", "-o out"]),
         *_trials("compare links", ["--models copy", "--split random", "--seeds 2"], COMPARED_CHANNELS),
         *_trials("compare links --models copy", ["--json", "-o out"]),
+        *_trials("compare banded -o out --models nearest", ["--over-band"]),
     ],
     "benchmark": [
         *_trials("benchmark", ["--json"]),

@@ -398,6 +398,15 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"predictions": data, "dataset": data, "benchmark": "practice-blocked"},
             {"predictions": PATH, "dataset": (*PATH, "nowhere", data), "benchmark": WORD},
         ),
+        "compare_band": Call(
+            bisplat.compare_band,
+            {"dataset": file.with_name("wide"), "methods": ["nearest"], "split": "random"},
+            {
+                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
+                "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
+                "budget": (*NUMBER, 0),
+            },
+        ),
         "ablate": Call(
             bisplat.ablate,
             {"dataset": data},
@@ -595,6 +604,9 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
     bisplat.shapes.sheet((0, 0, 0), (9, 0, 0), (0, 9, 0)).export(file)
     places = np.random.default_rng(0).uniform(0, 3, (12, 3))
     bisplat.write_rssi(file.with_name("powers"), places, -50 - 10 * places[:, :1], {"door": (0, 0, 1)}, 2.4e9)
+    banded = np.exp(1j * np.arange(20 * 4 * 8)).reshape(20, 4, 8)
+    square = bisplat.PlanarArray(2, 2)
+    bisplat.write_dataset(file.with_name("wide"), np.eye(20, 3), banded, square, 2.4e9, bandwidth=20e6)
     write_links(file.with_name("links"), np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
     write_links(file.with_name("placed_links"), np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
     write_positions(file.with_name("placed_links") / "tx_pos.csv", places)

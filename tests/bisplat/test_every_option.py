@@ -28,6 +28,7 @@ from scenes.scene.shapes import box, sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
+from simulate.exchange.given_responses import write_dataset
 from simulate.rssi.given_powers import write_rssi
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
@@ -111,13 +112,17 @@ def place(tmp_path_factory) -> Path:
     write_positions(folder / "elements.csv", 0.1 * np.stack([np.cos(angles), np.sin(angles), 0.1 * angles], axis=1))
     write_positions(folder / "same.csv", np.zeros((2, 3)))
     given = read_dataset(folder / "data")
+    band = given.responses[..., None] * np.array([1, 1j, -1, -1j])
+    write_dataset(folder / "banded", given.positions, band, given.array, given.frequency.hertz, bandwidth=20e6)
+    (folder / "banded" / "train_index.txt").write_text((folder / "data" / "train_index.txt").read_text())
+    (folder / "banded" / "test_index.txt").write_text((folder / "data" / "test_index.txt").read_text())
     arrays = {
         "pos": given.positions,
         "elsewhere": given.positions + 1,
         "moved": given.positions + 2,
         "H": given.responses,
         "other": 2j * given.responses,
-        "wide": given.responses[..., None] * np.array([1, 1j, -1, -1j]),
+        "wide": band,
     }
     np.savez(folder / "recording.npz", **arrays)
     box((-1, 2, 0), (4, 2.2, 2.4)).export(folder / "wall.obj")

@@ -30,7 +30,14 @@ def test_scores_by_hand():
 
 def test_every_method_is_scored_on_the_same_rows(links):
     comparison = bisplat.compare_channels(links)
-    assert [row["label"] for row in comparison] == ["copy", "ramp", "nearest", "delays", "helmholtz"]
+    assert [row["label"] for row in comparison] == [
+        "copy",
+        "ramp",
+        "nearest",
+        "delays",
+        "helmholtz",
+        "helmholtz-positions",
+    ]
     assert (comparison.known, comparison.test) == (48, 12)
     assert {row["rows"] for row in comparison} == {12}
     for row in comparison:

@@ -1,0 +1,85 @@
+"""The comparison of methods that predict responses over a band, and runs that predict them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import bisplat
+from learn.band.band_scores import score_band
+from learn.band.known_band import PredictedBand
+from scenes.files.errors import InputError
+
+ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8
+
+
+@pytest.fixture(autouse=True, scope="module")
+def quick():
+    """A short search, which is enough for so few positions."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("learn.models.vecchia.FITTED_ON", 30)
+        patch.setattr("learn.models.vecchia.ITERATIONS", 15)
+        patch.setattr("learn.models.helmholtz.FOLDED", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def wide(quick, tmp_path_factory) -> bisplat.Dataset:
+    """Spectra of a transmitter in free space that moves far from the array."""
+    positions = np.random.default_rng(0).uniform(0, 0.3, (60, 3)) + np.array([6, 0, 0])
+    frequencies = bisplat.Band(40e6, SUBCARRIERS).frequencies(1e9)
+    late = np.linalg.norm(positions[:, None] - 0.15 * ARRAY.positions, axis=2) / 299_792_458
+    responses = np.exp(-2j * np.pi * frequencies * late[..., None]) / late[..., None]
+    folder = tmp_path_factory.mktemp("band") / "wide"
+    return bisplat.write_dataset(folder, positions, responses, ARRAY, 1e9, bandwidth=40e6)
+
+
+def test_waves_are_predicted_best(wide, capsys):
+    comparison = bisplat.compare_band(wide, split="random")
+    scores = {row["label"]: row for row in comparison.table()}
+    assert next(iter(scores)) == "helmholtz" and set(scores) == {"helmholtz", "kriging", "inverse-distance", "nearest"}
+    assert scores["helmholtz"]["snr_median_db"] > scores["inverse-distance"]["snr_median_db"] + 15
+    assert "components of 8 subcarriers" in comparison.rows[-1]["found"]
+    assert "helmholtz: delay spread" in capsys.readouterr().err
+    assert scores["nearest"]["coverage_90"] is None and 0 < scores["helmholtz"]["coverage_90"] <= 1
+    assert comparison.snr_db["nearest"].shape == (12,)
+    assert comparison.facts()["methods"]["nearest"]["known"] == 48
+
+
+def test_a_run_predicts_the_band(wide, tmp_path):
+    run = bisplat.train(wide, tmp_path / "run", split="random")
+    parts = run.split(wide)
+    for each in (run, bisplat.load_run(tmp_path / "run")):
+        predicted = each.predict(wide.positions[parts.test]).band_responses
+        truth = wide.band_responses[parts.test]
+        assert predicted.shape == truth.shape
+        assert np.linalg.norm(predicted - truth) < 0.2 * np.linalg.norm(truth)
+
+
+def test_a_dataset_without_band_is_refused(wide):
+    carrier = dataclasses.replace(wide, band=None, band_responses=None)
+    with pytest.raises(InputError, match=r"expected responses over a band .*, found responses at the carrier alone"):
+        bisplat.compare_band(carrier, ["nearest"], split="random")
+
+
+def test_scores_are_those_of_their_definitions():
+    truth = np.ones((2, 1, 4), complex)
+    predicted = PredictedBand(0.9 * truth, np.array([0.1, 0.05]))
+    scores = score_band(predicted, truth, 1e6)
+    assert scores["snr_median_db"] == pytest.approx(20)
+    assert scores["correlation_median"] == pytest.approx(1)
+    assert scores["delay_spread_error_median_ns"] == 0
+    assert scores["coverage_90"] == pytest.approx(0.75)  # 0.1 is within 0.1645, but not within 0.082
+    assert set(score_band(predicted, 0 * truth, 1e6).values()) == {None}
+
+
+def test_methods_of_ones_own_must_return_responses(wide):
+    class Short:
+        def fit(self, known):
+            assert known.responses.shape[1:] == (4, SUBCARRIERS) and known.frequencies[4] == 1e9
+
+        def predict(self, positions):
+            return np.ones(len(positions), complex)
+
+    with pytest.raises(InputError, match="short: expected predict to return responses over the band"):
+        bisplat.compare_band(wide, {"short": Short}, split="random")

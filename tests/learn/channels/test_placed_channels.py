@@ -1,0 +1,70 @@
+"""The downlink from the uplink and the places of known rows."""
+
+import numpy as np
+import pytest
+
+from learn.channels.channel_scores import snr_db
+from learn.channels.joint_channels import JointChannels
+from learn.channels.known_channels import KnownChannels
+from learn.channels.placed_channels import PlacedChannels
+
+WAVELENGTH, KNOWN, S = 0.3, 80, 6
+
+
+@pytest.fixture(autouse=True, scope="module")
+def quick():
+    """A short search, which is enough for so few positions."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("learn.models.vecchia.FITTED_ON", 40)
+        patch.setattr("learn.models.vecchia.ITERATIONS", 25)
+        yield
+
+
+def waves(noise: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Positions, and rows [K, 2, 2 S] of five plane waves."""
+    generator = np.random.default_rng(0)
+    positions = generator.uniform(0, 0.5, (110, 3))
+    directions = generator.standard_normal((5, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    late = generator.uniform(0, 20, 5) - positions @ directions.T
+    gains = generator.standard_normal((2, 5, 2)) @ [1, 1j]
+    wavenumbers = 2 * np.pi / WAVELENGTH * (1 + 0.002 * np.arange(2 * S))
+    rows = np.einsum("aw,kws->kas", gains, np.exp(-1j * wavenumbers * late[..., None]))
+    return positions, rows + noise * generator.standard_normal((*rows.shape, 2)) @ [1, 1j]
+
+
+def score(method, positions: np.ndarray | None, rows: np.ndarray, truth: np.ndarray) -> float:
+    """Median SNR of the rows that are not known."""
+    near = None if positions is None else positions[:KNOWN]
+    method.fit(KnownChannels(rows[:KNOWN, :, :S], rows[:KNOWN, :, S:], near, wavelength=WAVELENGTH))
+    found = method.predict(rows[KNOWN:, :, :S], None if positions is None else positions[KNOWN:])
+    return float(np.median(snr_db(found, truth[KNOWN:, :, S:])))
+
+
+def test_places_help_where_the_uplink_is_noisy():
+    (positions, rows), truth = waves(0.7), waves()[1]
+    placed = PlacedChannels()
+    assert score(placed, positions, rows, truth) > score(JointChannels(), positions, rows, truth) + 3
+    assert "of the power" in placed.found
+
+
+def test_without_positions_it_is_helmholtz_and_says_so(capsys):
+    _, rows = waves(0.3)
+    assert score(PlacedChannels(), None, rows, rows) == score(JointChannels(), None, rows, rows)
+    assert "the positions (tx_pos.csv) are not known" in capsys.readouterr().err
+
+
+def test_rows_with_a_phase_of_their_own_do_not_use_places():
+    positions, rows = waves()
+    rows = rows * np.exp(2j * np.pi * np.random.default_rng(1).uniform(size=(len(rows), 1, 1)))
+    placed = PlacedChannels()
+    assert score(placed, positions, rows, rows) == pytest.approx(score(JointChannels(), positions, rows, rows), abs=0.5)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_few_rows_do_not_use_places(count):
+    positions, rows = waves()
+    placed = PlacedChannels()
+    placed.fit(KnownChannels(rows[:count, :, :S], rows[:count, :, S:], positions[:count], wavelength=WAVELENGTH))
+    assert placed.field is None
+    assert np.isfinite(placed.predict(rows[:3, :, :S], positions[:3])).all()

@@ -1,0 +1,132 @@
+"""Kriging of responses over a band: exact waves, the algebra, the stated deviation, and its state."""
+
+import numpy as np
+import pytest
+import torch
+
+from learn.models.band_field import BandField
+from learn.models.delay_powers import delay_paths, fit_delay_powers, white_noise
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+
+WAVELENGTH, CARRIER, SUBCARRIERS, SPACING = 299_792_458 / 1e9, 1e9, 12, 2e6
+FREQUENCIES = CARRIER + SPACING * (np.arange(SUBCARRIERS) - SUBCARRIERS // 2)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def quick():
+    """A short search, which is enough for so few positions."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("learn.models.vecchia.FITTED_ON", 40)
+        patch.setattr("learn.models.vecchia.ITERATIONS", 25)
+        yield
+
+
+def places(count: int, seed: int = 0, size: float = 0.5) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(0, size, (count, 3))
+
+
+def two_waves(positions: np.ndarray) -> np.ndarray:
+    """Responses [K, 2, subcarriers] of two plane waves of delays 20 and 70 ns at the origin."""
+    directions, delays = np.array([[1, 0, 0], [0, 0.6, 0.8]]), np.array([20e-9, 70e-9])
+    late = delays - positions @ directions.T / 299_792_458
+    waves = np.exp(-2j * np.pi * FREQUENCIES * late[..., None])
+    return np.einsum("aw,kws->kas", np.array([[1, 0.5], [0.8j, -0.7]]), waves)
+
+
+def fitted(positions: np.ndarray, responses: np.ndarray) -> BandField:
+    field = BandField(np.stack([positions.min(0), positions.max(0)]), Beamformer(PlanarArray(1, 2)), WAVELENGTH)
+    field.found = field.fit_to(positions, responses, SPACING, np.arange(len(positions), dtype=float))
+    return field
+
+
+def snr(predicted: np.ndarray, truth: np.ndarray) -> float:
+    return float(10 * np.log10((np.abs(truth) ** 2).sum() / (np.abs(predicted - truth) ** 2).sum()))
+
+
+@pytest.fixture(scope="module")
+def field(quick) -> BandField:
+    known = places(80)
+    return fitted(known, two_waves(known))
+
+
+def test_two_plane_waves_of_known_delays_are_predicted(field):
+    new = places(50, seed=1, size=0.4) + 0.05
+    assert snr(field.at(new)[0], two_waves(new)) > 35
+    assert "delay spread 2" in field.found  # 50 ns apart, of powers 1.64 and 0.74: 23 ns
+
+
+def test_all_components_together_are_the_dense_solution(field):
+    """Kriging of all known responses at all subcarriers at once, with the covariance K ⊗ R + ν I ⊗ R + σ² I."""
+    known = places(9, seed=2)
+    generator = np.random.default_rng(0)
+    responses = two_waves(known) + 0.1 * generator.standard_normal((9, 2, SUBCARRIERS, 2)) @ [1, 1j]
+    small = fitted(known, responses)
+    small.drift = torch.tensor(1e9)
+    new = places(1, seed=3)
+    ratio = np.exp(-np.linalg.norm(known - known[:, None], axis=-1) / float(small.length))
+    phases = np.exp(2j * np.pi / WAVELENGTH * known @ small.directions.numpy().T)
+    k = (phases * small.shares.numpy()) @ phases.conj().T * ratio
+    to_new = np.exp(2j * np.pi / WAVELENGTH * new @ small.directions.numpy().T)
+    cross = (
+        (phases * small.shares.numpy())
+        @ to_new.conj().T
+        * np.exp(-np.linalg.norm(known - new, axis=1) / float(small.length))[:, None]
+    )
+    components, powers = torch.view_as_complex(small.components).numpy(), small.powers.numpy()
+    r = (components * powers) @ components.conj().T
+    nugget = float((small.noises - small.noise / small.powers).mean())
+    dense = np.kron(k + nugget * np.eye(9), r) + small.noise * np.eye(9 * SUBCARRIERS)
+    values = responses.transpose(0, 2, 1).reshape(-1, 2)
+    expected = (np.kron(cross.conj().T, r) @ np.linalg.solve(dense, values)).T
+    np.testing.assert_allclose(small.at(new)[0][0], expected, atol=2e-3)
+
+
+def test_noise_between_subcarriers_is_told_from_paths():
+    known = places(60, seed=4)
+    noise = 0.1 * np.random.default_rng(1).standard_normal((60, 2, SUBCARRIERS, 2)) @ [1, 1j]
+    responses = two_waves(known) + noise
+    assert white_noise(responses) == pytest.approx(0.02, rel=0.15)
+    assert white_noise(two_waves(known)) < 1e-6
+    alone = fitted(known, responses)
+    assert snr(alone.at(known)[0], two_waves(known)) > snr(responses, two_waves(known)) + 3
+
+
+def test_powers_of_delays_are_those_of_the_paths():
+    generator = np.random.default_rng(0)
+    gains = generator.standard_normal((300, 1, 2, 2)) @ [1, 1j] * [1.0, 0.5]
+    rows = gains @ delay_paths(16, 16).T[[2, 9]]
+    power, _ = fit_delay_powers(rows + 1e-3 * generator.standard_normal(rows.shape), 1e-6)
+    found = power.reshape(16, -1).sum(axis=1)
+    assert set(np.argsort(found)[-2:]) == {2, 9}
+    assert found[2] / found[9] == pytest.approx(4, rel=0.2)
+
+
+def test_stated_deviations_hold():
+    """Of a field with many waves, whose positions are too far apart for an exact prediction."""
+    generator = np.random.default_rng(0)
+    directions = generator.standard_normal((40, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    gains, delays = generator.standard_normal((2, 40, 2)) @ [1, 1j], generator.uniform(0, 1e-7, 40)
+
+    def waves(positions: np.ndarray) -> np.ndarray:
+        late = delays - positions @ directions.T / 299_792_458
+        return np.einsum("aw,kws->kas", gains, np.exp(-2j * np.pi * FREQUENCIES * late[..., None]))
+
+    known, new = places(100, seed=1, size=0.6), places(150, seed=2, size=0.6)
+    predicted, deviation = fitted(known, waves(known)).at(new)
+    error = predicted - waves(new)
+    within = np.mean(np.abs([error.real, error.imag]) <= 1.645 * deviation[:, None, None])
+    assert 0.8 < within < 0.97
+
+
+def test_a_stored_field_predicts_the_same(field):
+    other = BandField(np.zeros((2, 3)), Beamformer(PlanarArray(1, 2)), 1.0)
+    other.load_state_dict(field.state_dict())
+    new = places(5, seed=6)
+    np.testing.assert_array_equal(other.at(new)[0], field.at(new)[0])
+    np.testing.assert_array_equal(other.at(new)[1], field.at(new)[1])
+    with pytest.raises(RuntimeError, match="components of shape"):
+        other.load_state_dict({**field.state_dict(), "components": torch.zeros(0)})
+    with pytest.raises(RuntimeError, match="not above 0"):
+        other.load_state_dict({**field.state_dict(), "noises": -field.noises})
