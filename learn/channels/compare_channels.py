@@ -13,12 +13,13 @@ from jaxtyping import Complex
 from learn.channels.channel_comparison import ChannelComparison
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
-from learn.channels.known_channels import KnownChannels
-from learn.comparison.score_table import chosen_methods
+from learn.channels.known_channels import USUAL_WAVELENGTH, KnownChannels
+from learn.comparison.score_table import chosen_methods, label_of
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_rows
 from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 
 MOST_KNOWN = 5000
@@ -51,7 +52,7 @@ def compare_channels(
             downlink of the known row whose uplink correlates most, with the factor that fits the uplinks), "delays"
             (Gaussian-process regression over frequency, with a power of each delay that is fitted to the known rows)
             and "helmholtz" (the linear minimum-mean-square-error estimate over all antennas and subcarriers). None:
-            all of them.
+            all of these. Besides them there is "nerf2", which is trained for minutes.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive rows) or "area" (connected areas with a fifth, of known positions).
         train_size: number of training rows to keep; the validation part shrinks in proportion. None: all.
@@ -91,6 +92,8 @@ def compare_channels(
         dataset.downlink[taught] / level,
         None if places is None else places[taught],
         seed,
+        antennas=dataset.antenna_positions,
+        wavelength=USUAL_WAVELENGTH if dataset.frequency is None else SPEED_OF_LIGHT / dataset.frequency.hertz,
     )
     heard = None if places is None else places[parts.test]
     uplink, truth = dataset.uplink[parts.test] / level, dataset.downlink[parts.test] / level
@@ -104,8 +107,9 @@ def compare_channels(
             [method.predict(uplink[block], None if heard is None else heard[block]) for block in blocks]
         )
         seconds = time.perf_counter() - begun
-        rows.append({"label": name, **score_channels(predicted, truth), "seconds": round(seconds, 3)})
-        ratios[name] = snr_db(predicted, truth)
+        label = label_of(name, method)
+        rows.append({"label": label, **score_channels(predicted, truth), "seconds": round(seconds, 3)})
+        ratios[label] = snr_db(predicted, truth)
     return ChannelComparison(dataset.folder, split, seed, len(parts.known), len(parts.test), rows, ratios)
 
 

@@ -10,6 +10,10 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.channels.timing import strongest_ramp, without_ramp
+from scenes.scene.description import SPEED_OF_LIGHT
+
+USUAL_WAVELENGTH = SPEED_OF_LIGHT / 2.4e9
+"""Metres; if no frequency is stated."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,8 @@ class KnownChannels:
         positions: positions of the end that moves, metres, world frame. None: they are not known.
         seed: seed of everything that is random in a method.
         minutes: training time of a method that is trained by steps.
+        antennas: positions of the antennas, metres, in the same frame. None: they are not known.
+        wavelength: metres.
     """
 
     uplink: Complex[np.ndarray, "n A S"]
@@ -29,6 +35,8 @@ class KnownChannels:
     positions: Float[np.ndarray, "n 3"] | None = None
     seed: int = 0
     minutes: float = 5.0
+    antennas: Float[np.ndarray, "A 3"] | None = None
+    wavelength: float = USUAL_WAVELENGTH
 
     @cached_property
     def alike(self) -> Complex[np.ndarray, "n A 2S"]:

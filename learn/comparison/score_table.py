@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from typing import Any, ClassVar
 
@@ -58,18 +58,23 @@ def without(row: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     return {key: value for key, value in row.items() if key not in keys}
 
 
-def chosen_methods(given: Any, known: Collection[str]) -> list[str]:
-    """The names of the methods that are given, each once; all if None.
+def label_of(name: str, method: Any) -> str:
+    """The name of a method in a table, which says if it is smaller than published because there is no GPU."""
+    return f"{name} (reduced)" if getattr(method, "reduced", False) else name
+
+
+def chosen_methods(given: Any, known: Mapping[str, Any]) -> list[str]:
+    """The names of the methods that are given, each once. None: all but those that are trained by steps, for minutes.
 
     Args:
         given: what the caller gave as ``methods``.
-        known: names of all methods.
+        known: all methods by name.
 
     Raises:
         ParameterError: it is no list of names, or an empty one, or no method has one of them.
     """
     if given is None:
-        return list(known)
+        return [name for name, method in known.items() if not getattr(method, "by_steps", False)]
     if isinstance(given, str) or not isinstance(given, Iterable):
         raise ParameterError("methods", f"expected a list of names, found {shown(given)}")
     names = list(given)

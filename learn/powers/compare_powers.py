@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from learn.comparison.score_table import chosen_methods
+from learn.comparison.score_table import chosen_methods, label_of
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_positions
@@ -39,7 +39,7 @@ def compare_powers(
         methods: some of "mean" (of each gateway), "nearest" (known position), "inverse-distance" (mean of the four
             nearest), "log-distance" (P = P₀ − 10 n log₁₀ d for each gateway), "mri" (the same for all gateways
             together, NeRF²'s baseline), "kriging" (about the log-distance law), and "helmholtz" (with a covariance of
-            slow change and of fading). None: all of them.
+            slow change and of fading). None: all of these. Besides them there is "nerf2", which is trained for minutes.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive positions) or "area" (connected areas with a fifth).
         train_size: number of training positions to keep; the validation part shrinks in proportion. None: all.
@@ -79,10 +79,11 @@ def compare_powers(
         predicted = method.predict(places)
         seconds = time.perf_counter() - begun
         scores = score_powers(predicted, truth, dataset.floor_dbm)
-        rows.append({"label": name, **scores, "seconds": round(seconds, 3)})
+        label = label_of(name, method)
+        rows.append({"label": label, **scores, "seconds": round(seconds, 3)})
         for number, gateway in enumerate(dataset.gateway_names):
             of_one = score_powers(of_gateway(predicted, number), truth[:, [number]], dataset.floor_dbm)
-            gateway_rows.append({"label": name, "gateway": gateway, **of_one})
-        errors[name] = absolute_errors(predicted, truth)
+            gateway_rows.append({"label": label, "gateway": gateway, **of_one})
+        errors[label] = absolute_errors(predicted, truth)
     counts = len(known), len(parts.test)
     return PowerComparison(dataset.folder, split, seed, guard, *counts, rows, gateway_rows, errors, distances)
