@@ -9,6 +9,7 @@ from learn.channels.delay_profile import Delays
 from learn.channels.joint_channels import JointChannels
 from learn.channels.known_channels import ChannelMethod
 from learn.channels.nerf_channels import NerfChannels
+from learn.channels.placed_channels import PlacedChannels
 
 CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
     "copy": Copy,
@@ -17,5 +18,6 @@ CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
     "delays": Delays,
     "helmholtz": JointChannels,
     "nerf2": NerfChannels,
+    "helmholtz-positions": PlacedChannels,
 }
 """Functions that make new, unfitted methods."""

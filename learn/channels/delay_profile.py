@@ -1,9 +1,4 @@
-"""Channels over subcarriers as sums of paths: the power of each delay, and the downlink that it lets expect.
-
-A band is to delays what an aperture is to directions: the channel at frequency f is Σ a exp(−i 2π f τ) over paths of
-delay τ. With independent paths, channels are a Gaussian process over frequency, whose covariance depends on the
-difference of two frequencies alone.
-"""
+"""Channels over subcarriers as sums of paths: the downlink that the power of each delay lets expect."""
 
 from __future__ import annotations
 
@@ -15,15 +10,7 @@ from jaxtyping import Complex, Float
 from learn.channels.channel_scores import snr_db
 from learn.channels.known_channels import KnownChannels
 from learn.channels.timing import strongest_ramp, without_ramp
-
-FINER = 8
-"""Delays of the profile, per subcarrier of both links."""
-
-STEPS = 300
-"""Steps of the fit of the profile."""
-
-LEAST_NOISE = 1e-8
-"""Smallest power of the noise, as a share of the mean power of the channels."""
+from learn.models.delay_powers import delay_paths, fit_delay_powers, profile_covariance
 
 
 class Delays:
@@ -79,41 +66,13 @@ def _of_each(covariance: Complex[np.ndarray, "2S 2S"], uplink: Complex[np.ndarra
 
 
 def fit_profile(rows: Complex[np.ndarray, "n A N"]) -> tuple[Complex[np.ndarray, "N N"], float]:
-    """Fit powers of delays and of noise to channels by maximum likelihood.
-
-    The covariance is Σ p f f^H + ν, with f = exp(−i 2π n τ) over subcarriers n and a grid of delays τ. Each step
-    multiplies each power by the root of f^H R⁻¹ C R⁻¹ f / f^H R⁻¹ f, with the covariance R so far and that C of the
-    channels, and the noise likewise. No step lowers the likelihood [stoica2012].
+    """The covariance of subcarriers whose powers of delays suit channels best, with the noise, and the noise alone.
 
     Args:
         rows: channels over evenly spaced subcarriers. All antennas share the profile.
-
-    Returns:
-        The covariance, with the noise, and the noise ν.
     """
-    count = rows.shape[2]
-    channels = rows.reshape(-1, count)
-    paths = np.exp(-2j * np.pi * np.outer(np.arange(count), np.arange(FINER * count)) / (FINER * count))
-    found = channels.T @ channels.conj() / max(len(channels), 1)
-    power = np.full(FINER * count, 1.0 / (FINER * count))
-    noise = max(float(np.linalg.eigvalsh(found)[0]), LEAST_NOISE)
-    for _ in range(STEPS):
-        inverse = np.linalg.inv(_covariance(paths, power, noise))
-        seen = inverse @ found @ inverse
-        power = power * np.sqrt(_along(seen, paths) / _along(inverse, paths))
-        noise = max(noise * float(np.sqrt(max(np.trace(seen).real, 0) / np.trace(inverse).real)), LEAST_NOISE)
-    return _covariance(paths, power, noise), noise
-
-
-def _covariance(
-    paths: Complex[np.ndarray, "N M"], power: Float[np.ndarray, " M"], noise: float
-) -> Complex[np.ndarray, "N N"]:
-    return (paths * power) @ paths.conj().T + noise * np.eye(len(paths))
-
-
-def _along(matrix: Complex[np.ndarray, "N N"], paths: Complex[np.ndarray, "N M"]) -> Float[np.ndarray, " M"]:
-    """f^H M f for each path."""
-    return np.maximum(np.einsum("nm,nm->m", paths.conj(), matrix @ paths).real, np.finfo(float).tiny)
+    power, noise = fit_delay_powers(rows)
+    return profile_covariance(delay_paths(rows.shape[2], len(power)), power, noise), noise
 
 
 def regression(covariance: Complex[np.ndarray, "N M"], given: Complex[np.ndarray, "rows S"]) -> np.ndarray:

@@ -54,7 +54,7 @@ class NerfChannels:
     def fit(self, known: KnownChannels) -> None:
         import torch
 
-        from learn.models.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, size_here
+        from learn.models.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, published_adam, size_here
         from learn.training.timed_steps import train_steps
 
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -76,7 +76,7 @@ class NerfChannels:
 
             most = MOST_STEPS if self._steps is None else self._steps
             minutes = known.minutes if self._steps is None else None
-            self.steps = train_steps(loss, self._signals.parameters(), title="nerf2", most=most, minutes=minutes)
+            self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None

@@ -78,6 +78,18 @@ class StatesVariance(Protocol):
 
 
 @runtime_checkable
+class PredictsBand(Protocol):
+    """Predicts responses [B, elements, subcarriers, 2] over the band of its dataset at B positions."""
+
+    def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"] | None:
+        """Responses (real, imaginary), up to one common factor of all positions. None: the dataset has no band.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+        """
+
+
+@runtime_checkable
 class TracesRays(Protocol):
     """Traces rays in a scene to predict the responses [B, elements, 2] at B positions, so that it needs the ray tracer.
 

@@ -11,6 +11,7 @@ from jaxtyping import Complex, Float, Int
 from torch import Tensor, nn
 
 from learn.data.metrics import ssim_of_each
+from learn.models.band_field import BandField
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
@@ -32,6 +33,9 @@ WAYS = {
     "field": "kriging of one field at the elements of all arrays",
 }
 """Names of the ways of interpolation, for the user."""
+
+OF_BAND = "band.field."
+"""Where the names of the buffers of the field over the band begin, in a file of weights."""
 
 LEFT_OUT = 64
 """Largest number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
@@ -73,6 +77,7 @@ class HelmholtzField(SpectrumModel):
     Attributes:
         weights: w of each of ``WAYS``; they add up to 1.
         fields: the kriged fields that have a weight, by way. There is at least one, which keeps the known spectra.
+        band: the field of responses over the band, under the name "field"; empty if the dataset has no band.
     """
 
     weights: Tensor
@@ -82,6 +87,7 @@ class HelmholtzField(SpectrumModel):
         self._beamformer = beamformer
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
+        self.band = nn.ModuleDict()
         self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
         self._used: dict[str, float] = {}  # the weights as numbers, since an exported program cannot branch on a tensor
 
@@ -122,6 +128,17 @@ class HelmholtzField(SpectrumModel):
         field: Any = self.fields[kriged[0]]
         return field.uncertainty(positions)
 
+    def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"] | None:
+        """Responses over the band, in the units of the known ones. None: the dataset has no band.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+        """
+        if "field" not in self.band:
+            return None
+        field: Any = self.band["field"]
+        return field.band_responses(positions)
+
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Keep the known spectra, and find the weights with which they are best predicted from one another.
 
@@ -133,6 +150,7 @@ class HelmholtzField(SpectrumModel):
             The weights, and the scores by which they were chosen, as a sentence for the user.
         """
         known = np.unique(known)
+        of_band = self._fit_band(dataset, known)
         if len(known) == 1:
             self._set({"inverse-distance": 1.0}, {"spectra": self._fitted("spectra", dataset, known, self.report)})
             return "predicts the only known spectrum everywhere"
@@ -171,7 +189,7 @@ class HelmholtzField(SpectrumModel):
         together = f"; together {score:.3f}" if len(parts) > 1 else ""
         return (
             f"interpolates by {' and '.join(parts)} (mean SSIM of known spectra predicted from the others: {found}"
-            f"{together})"
+            f"{together}){of_band}"
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
@@ -183,6 +201,20 @@ class HelmholtzField(SpectrumModel):
         """
         known = np.unique(known)
         self._set(self._used, {way: self._fitted(way, dataset, known, self.report) for way in self.fields})
+        self._fit_band(dataset, known)
+
+    def _fit_band(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
+        """Fit the field over the band, if the dataset has one. Return what was found, to be added to a sentence."""
+        if dataset.band_responses is None:
+            return ""
+        field = self._empty_band()
+        field.report = self.report  # type: ignore[method-assign]
+        found = field.fit(dataset, known)
+        self.band = nn.ModuleDict({"field": field})
+        return f"; responses over the band: {found}"
+
+    def _empty_band(self) -> BandField:
+        return BandField(self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength))
 
     def _fitted(
         self,
@@ -290,6 +322,10 @@ class HelmholtzField(SpectrumModel):
                 fields[way] = self._empty(way)
                 fields[way].load_state_dict(of_field)
         self.fields = nn.ModuleDict(fields)
+        of_band = {name.removeprefix(OF_BAND): each for name, each in state_dict.items() if name.startswith(OF_BAND)}
+        self.band = nn.ModuleDict({"field": self._empty_band()} if of_band else {})
+        if of_band:
+            self.band["field"].load_state_dict(of_band)
         weights = state_dict.get("weights", self.weights)
         if 0 < len(weights) < len(WAYS):  # an older version knew fewer ways
             state_dict = {**state_dict, "weights": torch.cat([weights, weights.new_zeros(len(WAYS) - len(weights))])}

@@ -50,6 +50,11 @@ def size_here() -> RaySize:
     return PUBLISHED if torch.cuda.is_available() else REDUCED
 
 
+def published_adam(network: nn.Module) -> torch.optim.Adam:
+    """The optimiser of NeRF²'s program for powers and channels."""
+    return torch.optim.Adam(network.parameters(), lr=1e-3, weight_decay=5e-5)
+
+
 class RaySignals(nn.Module):
     """Sums of what the voxels along the rays of each receiver send back, over all rays.
 

@@ -57,7 +57,7 @@ class NerfPowers:
     def fit(self, known: KnownPowers) -> None:
         import torch
 
-        from learn.models.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, octaves, size_here
+        from learn.models.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, octaves, published_adam, size_here
         from learn.training.timed_steps import train_steps
 
         device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -86,7 +86,7 @@ class NerfPowers:
 
             most = MOST_STEPS if self._steps is None else self._steps
             minutes = known.minutes if self._steps is None else None
-            self.steps = train_steps(loss, self._signals.parameters(), title="nerf2", most=most, minutes=minutes)
+            self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
         import torch

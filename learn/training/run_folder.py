@@ -24,7 +24,7 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import StatesVariance
+from learn.models.capabilities import PredictsBand, StatesVariance
 from learn.training.config import Config, of_another_version, read_config
 from learn.training.deviation import Deviation, nearest_known, reach
 from learn.training.own_dataset import require_same_spectra
@@ -104,14 +104,22 @@ def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Predic
         model: any model.
         positions: transmitter positions, metres, in the world frame of the dataset that the model was trained on.
     """
-    spectra, responses = [], []
+    spectra, responses, over_band = [], [], []
     with torch.inference_mode():
         for batch in batches_for(model, positions, PREDICT_AT_ONCE[model.region.device.type]):
             spectrum, response = model.predict(batch)
             spectra.append(spectrum.float().cpu().numpy())
             if response is not None:
-                responses.append(torch.view_as_complex(response.contiguous()).to(torch.complex64).cpu().numpy())
-    return Prediction(np.concatenate(spectra), np.concatenate(responses) if responses else None)
+                responses.append(_complex(response))
+            of_band = model.band_responses(batch) if isinstance(model, PredictsBand) else None
+            if of_band is not None:
+                over_band.append(_complex(of_band))
+    found = (np.concatenate(each) if each else None for each in (responses, over_band))
+    return Prediction(np.concatenate(spectra), *found)
+
+
+def _complex(pairs: Float[torch.Tensor, "*shape 2"]) -> Complex[np.ndarray, "*shape"]:
+    return torch.view_as_complex(pairs.contiguous()).to(torch.complex64).cpu().numpy()
 
 
 def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
@@ -178,7 +186,7 @@ class Run:
             positions: [K, 3] transmitter positions, metres, in the world frame of the run's dataset.
 
         Returns:
-            Spectra [K, 90, 360], and responses [K, elements] or None.
+            Spectra [K, 90, 360], responses [K, elements] or None, and responses over the band or None.
 
         Raises:
             ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.

@@ -1,28 +1,25 @@
-"""Adam for a number of steps or of minutes, for models that are fitted anew for each comparison and store nothing."""
+"""Training for a number of steps or of minutes, for models that are fitted anew for each comparison and store nothing."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from learn.training.fit_progress import FitProgress
 
-LEARNING_RATE, WEIGHT_DECAY = 1e-3, 5e-5
-"""Of the first step, and of Adam: those of NeRF²'s program for powers and channels."""
-
 
 def train_steps(
-    loss: Callable[[], Tensor], parameters: Iterable[nn.Parameter], *, title: str, most: int, minutes: float | None
+    loss: Callable[[], Tensor], optimiser: torch.optim.Optimizer, *, title: str, most: int, minutes: float | None
 ) -> int:
     """Train, with a learning rate that falls as half a cosine, until the steps or the minutes are over.
 
     Args:
         loss: the loss of the next step; it draws the step's batch.
-        parameters: what is trained.
+        optimiser: the optimiser, with the learning rate of the first step.
         title: what is trained, for the progress on stderr.
         most: largest number of steps.
         minutes: training time. None: no limit, so that the result depends on the seed alone.
@@ -30,7 +27,7 @@ def train_steps(
     Returns:
         The number of steps.
     """
-    optimiser = torch.optim.Adam(parameters, lr=LEARNING_RATE, weight_decay=WEIGHT_DECAY)
+    rates = [group["lr"] for group in optimiser.param_groups]
     begun = time.perf_counter()
     with FitProgress(title) as report:
         for step in range(most):
@@ -40,8 +37,8 @@ def train_steps(
             if done >= 1:
                 return step
             report("training", int(100 * done), 100)
-            for group in optimiser.param_groups:
-                group["lr"] = LEARNING_RATE * (1 + math.cos(math.pi * done)) / 2
+            for group, rate in zip(optimiser.param_groups, rates, strict=True):
+                group["lr"] = rate * (1 + math.cos(math.pi * done)) / 2
             optimiser.zero_grad()
             loss().backward()
             optimiser.step()

@@ -1,0 +1,19 @@
+"""The methods that predict responses over a band, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from learn.band.band_baselines import InverseDistance, Nearest
+from learn.band.band_kriging import HelmholtzBand, Kriging
+from learn.band.delay_network import DelayNetwork
+from learn.band.known_band import BandMethod
+
+BAND_METHODS: dict[str, Callable[[], BandMethod]] = {
+    "nearest": Nearest,
+    "inverse-distance": InverseDistance,
+    "kriging": Kriging,
+    "helmholtz": HelmholtzBand,
+    "mlp-responses": DelayNetwork,
+}
+"""Functions that make new, unfitted methods."""
