@@ -22,7 +22,7 @@ PATHS = 8
 WIDTH, LAYERS = 256, 4
 """Of the network."""
 
-HELD = 0.99
+HELD = 0.9
 """Share of the known power within the delays that the training begins with."""
 
 WEAK = 0.1

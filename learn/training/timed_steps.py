@@ -1,4 +1,4 @@
-"""Training for a number of steps or of minutes, for models that are fitted anew for each comparison and store nothing."""
+"""Training for steps or for minutes, of models that are fitted anew for each comparison and store nothing."""
 
 from __future__ import annotations
 
