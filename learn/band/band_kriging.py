@@ -9,7 +9,6 @@ from learn.band.known_band import KnownBand, PredictedBand
 from learn.baselines.kriging import Interpolator
 from learn.models.band_field import BandField
 
-
 COMPONENTS = 8
 """Largest number of principal components over the subcarriers that ``Kriging`` interpolates."""
 

@@ -83,10 +83,13 @@ class Prediction:
         spectra: [K, 90, 360] predicted spectra, min–max normalised, 0…1, float32.
         responses: [K, elements] predicted element responses, complex64, up to one unknown common factor for each
             position. None: the model predicts no responses.
+        band_responses: [K, elements, subcarriers] the same over the band of the dataset, with one common factor for all
+            positions. None: the dataset has no band, or the model predicts no responses over it.
     """
 
     spectra: Float[np.ndarray, "K 90 360"]
     responses: Complex[np.ndarray, "K elements"] | None
+    band_responses: Complex[np.ndarray, "K elements subcarriers"] | None = None
 
 
 def batches_for(
