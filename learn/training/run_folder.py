@@ -352,7 +352,7 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
     try:
         if source.keys() != own.keys():  # such as one field of a moving array, and responses of a fixed one
             raise RuntimeError("weights of other names")
-        kept = {name: own[name] for name in ("region", "wavelength", "turn") if name in own}
+        kept: dict[str, Any] = {name: own[name] for name in ("region", "wavelength", "turn") if name in own}
         model.load_state_dict({**source, **kept})
     except RuntimeError as error:
         raise InputError(
