@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from learn.band.band_baselines import InverseDistance, Nearest
 from learn.band.band_kriging import HelmholtzBand, Kriging
+from learn.band.delay_network import DelayNetwork
 from learn.band.known_band import BandMethod
 
 BAND_METHODS: dict[str, Callable[[], BandMethod]] = {
@@ -13,5 +14,6 @@ BAND_METHODS: dict[str, Callable[[], BandMethod]] = {
     "inverse-distance": InverseDistance,
     "kriging": Kriging,
     "helmholtz": HelmholtzBand,
+    "mlp-responses": DelayNetwork,
 }
 """Functions that make new, unfitted methods."""

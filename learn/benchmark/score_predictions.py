@@ -62,7 +62,8 @@ def _scores(folder: Path, truth: Dataset | RssiDataset | CsiDataset, place: Path
         return score_powers(powers, truth.rssi_dbm[truth.test], truth.floor_dbm)
     if isinstance(truth, CsiDataset):
         downlink = truth.downlink[truth.test]
-        return score_channels(predicted_downlink(folder, downlink.shape), downlink)
+        bandwidth = None if truth.band is None else downlink.shape[2] * truth.band.spacing
+        return score_channels(predicted_downlink(folder, downlink.shape), downlink, bandwidth)
     names = task_file(place, task, "test").read_text().split()
     predicted = predicted_spectra(folder, names)
     place_of = {name: row for row, name in enumerate(names)}

@@ -8,6 +8,7 @@ from learn.channels.channel_baselines import Copy, Nearest, Ramp
 from learn.channels.delay_profile import Delays
 from learn.channels.joint_channels import JointChannels
 from learn.channels.known_channels import ChannelMethod
+from learn.channels.nerf_channels import NerfChannels
 from learn.channels.placed_channels import PlacedChannels
 
 CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
@@ -16,6 +17,7 @@ CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
     "nearest": Nearest,
     "delays": Delays,
     "helmholtz": JointChannels,
+    "nerf2": NerfChannels,
     "helmholtz-positions": PlacedChannels,
 }
 """Functions that make new, unfitted methods."""

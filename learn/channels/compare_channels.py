@@ -65,7 +65,8 @@ def compare_channels(
             "helmholtz" (the linear minimum-mean-square-error estimate over all antennas and subcarriers) and
             "helmholtz-positions" (the same of what kriging of both links from the known rows nearby leaves), or
             classes of your own ("module:Class"). Or a dictionary from labels to methods, as for ``compare_powers``.
-            None: all that are not trained by steps.
+            None: all that are not trained by steps. "nerf2" is,
+            for ``budget`` minutes.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive rows) or "area" (connected areas with a fifth, of known positions).
         train_size: number of training rows to keep; the validation part shrinks in proportion. Or several numbers:

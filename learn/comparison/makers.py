@@ -69,6 +69,8 @@ def _maker(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], para
 def chosen(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Callable[[], Any]]:
     """The methods of a comparison of powers or channels that are given as ``methods``, by label.
 
+    The label of a method of reduced size ends in "(reduced)".
+
     Args:
         given: as for ``makers``. None: all known methods that are not trained by steps.
         known: functions that make methods, by name.
@@ -90,7 +92,10 @@ def chosen(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Call
         require_word([*known, "module:Class"], methods=name)
         return known[name]
 
-    return makers(given, find, "methods")
+    def label(name: str) -> str:
+        return f"{name} (reduced)" if name in known and getattr(known[name](), "reduced", False) else name
+
+    return makers(given, find, "methods", label)
 
 
 def trained_by_steps(make: Callable[[], Any]) -> bool:

@@ -13,8 +13,8 @@ from learn.training.budget import timed
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
 from learn.training.registry import model_class, model_entry
-from learn.training.run_folder import Run, build_model, load_run
-from learn.training.train import box_of, train_run
+from learn.training.run_folder import Run, load_run
+from learn.training.train import train_run, untrained_model
 from learn.training.training_file import TrainingFile, read_training
 
 
@@ -56,7 +56,7 @@ class TrainedModel:
         by_steps = replace(entry.by_steps, steps=task.steps or 1, init=self.init)
         learned = None
         if task.minutes is not None:
-            model = build_model(config, box_of(task.positions), task.beamformer, task.dataset.wavelength)
+            model = untrained_model(config, task.dataset, task.parts)
             by_steps, learned, _ = timed(task.minutes, model, by_steps, task.dataset, task.parts, task.seed)
         return replace(config, by_steps=by_steps), learned
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import torch
 from jaxtyping import Float
@@ -39,6 +42,9 @@ class BiSplatAperture(PredictsResponses):
 
     Training with hundreds of transmitters per step therefore takes little longer than with one.
 
+    If the receiver moves, the field is that of a fixed transmitter, and the waves from a primitive's direction u_i have
+    the phase of their way to the array: ``c_i(r) = e^{jk u_i·(r − r₀)} p_i · [t(r), 1]``, with the region's centre r₀.
+
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array and grid.
@@ -50,6 +56,7 @@ class BiSplatAperture(PredictsResponses):
     """
 
     aperture: Tensor
+    turn: Tensor | None
     azimuths: Tensor
     elevations: Tensor
 
@@ -66,6 +73,7 @@ class BiSplatAperture(PredictsResponses):
     ):
         super().__init__(region, beamformer, wavelength)
         self.ordered = ordered
+        self.register_buffer("turn", None)
         azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
         self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
         self.register_buffer("elevations", torch.from_numpy(elevations).float(), persistent=False)
@@ -86,12 +94,24 @@ class BiSplatAperture(PredictsResponses):
     def undecayed(self) -> list[nn.Parameter]:
         return list(self.primitives.parameters())
 
+    def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
+        """As for ``SamplesOneField``."""
+        self.turn = turn.to(self.region)
+
+    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
+        """As ``torch.nn.Module.load_state_dict``, also with the weights of one field."""
+        if "turn" in state_dict and self.turn is None:
+            self.sample_one_field(state_dict["turn"])
+        return super().load_state_dict(state_dict, strict, assign)
+
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary)."""
+        if self.turn is not None:
+            return _products("bi,im->bm", self._coefficients(positions), self._received())
         return (self._transmitter_features(positions) @ self._response_of_features()).unflatten(-1, (-1, 2))
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
-        coefficient = torch.einsum("bf,ifc->bic", self._transmitter_features(positions), self._primitive_features())
+        coefficient = self._coefficients(positions)
         scale, rotation, opacity = (value.expand(len(positions), *value.shape) for value in self._shape())
         place = self.primitives.azimuth, self.primitives.elevation, self._depth()
         return Splats(*place, scale, rotation, opacity, coefficient)
@@ -99,6 +119,17 @@ class BiSplatAperture(PredictsResponses):
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
         """The complex field F(φ, θ) of each transmitter position on a 6° grid (real, imaginary)."""
         return splat(*self.splats(positions), self.azimuths, self.elevations)
+
+    def _coefficients(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B N_p 2"]:
+        """c_i (real, imaginary)."""
+        found = torch.einsum("bf,ifc->bic", self._transmitter_features(positions), self._primitive_features())
+        if self.turn is None:
+            return found
+        azimuth, elevation = self.primitives.azimuth.deg2rad(), self.primitives.elevation.deg2rad()
+        across = elevation.cos()
+        direction = torch.stack([across * azimuth.cos(), across * azimuth.sin(), elevation.sin()], dim=-1) @ self.turn.T
+        phase = 2 * torch.pi / self.wavelength * (positions - self.region.mean(dim=0)) @ direction.T
+        return _products("bi,bi->bi", found, torch.stack([phase.cos(), phase.sin()], dim=-1))
 
     def _depth(self) -> Float[Tensor, " N_p"]:
         return self.primitives.depth if self.ordered else torch.zeros_like(self.primitives.depth)
@@ -110,17 +141,17 @@ class BiSplatAperture(PredictsResponses):
 
     def _response_of_features(self) -> Float[Tensor, "features elements*2"]:
         """Responses (real, imaginary) to each feature of the transmitter: Σ_i A_mi p_i."""
+        return _products("im,if->fm", self._received(), self._primitive_features()).flatten(1)
+
+    def _received(self) -> Float[Tensor, "N_p elements 2"]:
+        """A_mi (real, imaginary)."""
         order = torch.argsort(self._depth(), stable=True)
         scale, rotation, opacity = (value[order] for value in self._shape())
         place = self.primitives.azimuth[order], self.primitives.elevation[order]
         pixels = pixel_grid(self.azimuths, self.elevations)
         alpha = opacity[:, None] * gaussian(*place, conic_of(scale, rotation), pixels)
-        # A and p as pairs (real, imaginary), since not every runtime of exported models has complex numbers
         received = (blending_weights(alpha) @ self.aperture).unflatten(-1, (-1, 2))
-        features = self._primitive_features()[order]
-        product = torch.einsum("ima,ifb->abfm", received, features)
-        real, imaginary = product[0, 0] - product[1, 1], product[0, 1] + product[1, 0]
-        return torch.stack([real, imaginary], dim=-1).flatten(1)
+        return received[torch.argsort(order)]
 
     def _primitive_features(self) -> Float[Tensor, "N_p features 2"]:
         """p_i (real, imaginary)."""
@@ -131,3 +162,12 @@ class BiSplatAperture(PredictsResponses):
         """[t(r), 1]."""
         features = self.transmitter(self.encoded(positions))
         return torch.cat([features, torch.ones_like(features[:, :1])], dim=-1)
+
+
+def _products(indices: str, first: Float[Tensor, "*a 2"], second: Float[Tensor, "*b 2"]) -> Float[Tensor, "*c 2"]:
+    """``torch.einsum`` of complex numbers as pairs (real, imaginary), since not every runtime of exported models has
+    complex numbers."""
+    given, result = indices.split("->")
+    one, other = given.split(",")
+    product = torch.einsum(f"{one}y,{other}z->yz{result}", first, second)
+    return torch.stack([product[0, 0] - product[1, 1], product[0, 1] + product[1, 0]], dim=-1)

@@ -117,6 +117,18 @@ class HasOwnLoss(Protocol):
         """
 
 
+@runtime_checkable
+class SamplesOneField(Protocol):
+    """Can learn the one field that all elements of a moving array sample, y_m(r) = y(r + d_m)."""
+
+    def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
+        """From now on, learn and predict the field of the fixed transmitter.
+
+        Args:
+            turn: rotation matrix from the gateway frame to the world frame, in which positions are.
+        """
+
+
 class PredictsResponses(SpectrumModel, ABC):
     """Base class of the models that predict element responses, from which the array's spectra are computed.
 

@@ -7,17 +7,18 @@ from the paper's equations; differences from the published code are in the docum
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import torch
 from jaxtyping import Float
-from torch import Tensor, nn
+from torch import Tensor
 
 from learn.models.base import SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.model_options import OPTION_MOST
-from learn.models.networks import LinearOfParts
 from learn.models.quadrature import interpolation, picture_pixels
+from learn.models.radiance_field import RadianceField
 from scenes.files.errors import require_whole
 from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.beamformer import Beamformer
@@ -89,15 +90,8 @@ class NeRF2(SpectrumModel):
         for name, matrix in zip(("rows", "columns"), interpolation(pixels), strict=True):
             self.register_buffer(name, torch.from_numpy(matrix).float(), persistent=False)
         encoded = 3 * (2 * ORDER + 1)
-        self.inward = nn.Linear(encoded, width)
-        half = layers // 2
-        self.first = nn.ModuleList(nn.Linear(width, width) for _ in range(half))
-        self.skip = LinearOfParts(width + encoded, width)
-        self.second = nn.ModuleList(nn.Linear(width, width) for _ in range(layers - half - 2))
-        self.attenuation = nn.Linear(width, 2)
-        self.feature = nn.Linear(width, width)
-        self.radiance = LinearOfParts(width + encoded + self.encoding.size, width)
-        self.signal = nn.Sequential(nn.ReLU(), nn.Linear(width, width // 2), nn.ReLU(), nn.Linear(width // 2, 2))
+        self.field = RadianceField(encoded, encoded + self.encoding.size, width, layers)
+        self.register_load_state_dict_pre_hook(_named_as_now)
 
     def voxels(
         self, directions: Float[Tensor, "R 3"]
@@ -112,13 +106,7 @@ class NeRF2(SpectrumModel):
         """
         radius = torch.linspace(0, FAR, self.samples, device=directions.device)
         encoded = positional_encoding(directions[:, None] * radius[:, None] / FAR, ORDER)
-        x = self.inward(encoded).relu()
-        for layer in self.first:
-            x = layer(x).relu()
-        x = self.skip(x, encoded).relu()
-        for layer in self.second:
-            x = layer(x).relu()
-        return self.attenuation(x), self.feature(x)
+        return self.field.voxels(encoded)
 
     def received(
         self,
@@ -136,7 +124,7 @@ class NeRF2(SpectrumModel):
             transmitters: encoded positions of the transmitters.
         """
         encoded = positional_encoding(directions, ORDER)[:, None]
-        signal = self.signal(self.radiance(feature, encoded, transmitters[:, None, None]))
+        signal = self.field.signals(feature, encoded, transmitters[:, None, None])
         step = FAR / (self.samples - 1)
         loss, phase_shift = attenuation[..., 0].abs() * step, attenuation[..., 1].sigmoid() * 2 * math.pi * step
         # Only voxels j < n attenuate and delay the signal of voxel n.
@@ -170,3 +158,10 @@ class NeRF2(SpectrumModel):
         directions = self.directions[drawn]
         magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions))
         return (magnitude - spectra.flatten(1)[:, self.pixels[drawn]]).square().mean()
+
+
+def _named_as_now(model: NeRF2, weights: dict[str, Tensor], prefix: str, *_: Any) -> None:
+    """Weights of runs up to version 0.2 were named without the field that they are part of."""
+    for name in list(weights):
+        if name not in ("region", "wavelength") and not name.startswith("field."):
+            weights[f"field.{name}"] = weights.pop(name)

@@ -50,7 +50,8 @@ def compare_powers(
             together, NeRF²'s baseline), "kriging" (about the log-distance law), and "helmholtz" (with a covariance of
             slow change and of fading), or classes of your own ("module:Class"). Or a dictionary from the label of a row
             to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
-            or such an object, which is copied for each fit. None: all that are not trained by steps.
+            or such an object, which is copied for each fit. None: all that are not trained by steps. "nerf2" is,
+            for ``budget`` minutes.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive positions) or "area" (connected areas with a fifth).
         train_size: number of training positions to keep; the validation part shrinks in proportion. Or several

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from learn.powers.known_powers import PowerMethod
+from learn.powers.nerf_powers import NerfPowers
 from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, Mean, Mri, Nearest
 from learn.powers.power_field import PowerField
 
@@ -16,6 +17,7 @@ POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
     "mri": Mri,
     "kriging": Kriging,
     "helmholtz": PowerField,
+    "nerf2": NerfPowers,
 }
 """Functions that make new, unfitted methods."""
 

@@ -339,7 +339,7 @@ def save_weights(folder: Path, model: SpectrumModel) -> None:
 
 
 def load_weights(model: SpectrumModel, folder: Path) -> None:
-    """Load the weights of a finished run into a model, which keeps its own region and wavelength.
+    """Load the weights of a finished run into a model, which keeps its own region, wavelength and turn.
 
     Args:
         model: a model of the same class and size.
@@ -348,9 +348,12 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
     Raises:
         InputError: the folder is not a finished run, or is one of another model or size.
     """
-    source = load_run(folder).model.state_dict()
+    source, own = load_run(folder).model.state_dict(), model.state_dict()
     try:
-        model.load_state_dict({**source, "region": model.region, "wavelength": model.wavelength})
+        if source.keys() != own.keys():  # such as one field of a moving array, and responses of a fixed one
+            raise RuntimeError("weights of other names")
+        kept: dict[str, Any] = {name: own[name] for name in ("region", "wavelength", "turn") if name in own}
+        model.load_state_dict({**source, **kept})
     except RuntimeError as error:
         raise InputError(
             f"{folder}: expected a run of the same model and size, found {cut(str(error).splitlines()[-1].strip())}"

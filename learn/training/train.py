@@ -16,13 +16,14 @@ import torch
 from jaxtyping import Float
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
+from scipy.spatial.transform import Rotation
 
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import FitsInClosedForm
+from learn.models.capabilities import FitsInClosedForm, SamplesOneField
 from learn.models.quadrature import quadrature
 from learn.models.retrieved_field import not_retrieved
 from learn.models.steps import MINUTES_MOST, Processes, Steps
@@ -183,7 +184,7 @@ def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset)
     require_own(folder, "run", "config.json", config.settings(), _recorded_settings)
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     L.seed_everything(config.seed, verbose=False)
-    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
+    model = untrained_model(config, dataset, parts)
     return timed(budget, model, config.by_steps, dataset, parts, config.seed)
 
 
@@ -256,7 +257,7 @@ def _train(
 ) -> None:
     """Train an unfinished run in a folder that holds its settings."""
     L.seed_everything(config.seed, verbose=False)
-    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
+    model = untrained_model(config, dataset, parts)
     if config.by_steps is None:
         _fit_in_closed_form(model, dataset, parts, folder)
         return
@@ -308,6 +309,21 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
     told(validation.deviation, len(parts.validation))
     write_training(folder, 0, time.perf_counter() - began, *validation, dataset.positions[parts.known])
     save_weights(folder, model)
+
+
+def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumModel:
+    """The untrained model of a run, for a dataset and its split.
+
+    Args:
+        config: settings of the run.
+        dataset: the dataset. If its receiver moves, models that can do so learn the one field that all elements sample.
+        parts: its split.
+    """
+    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
+    if dataset.moving == "receiver" and isinstance(model, SamplesOneField):
+        turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()
+        model.sample_one_field(torch.from_numpy(turn).float())
+    return model
 
 
 def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:

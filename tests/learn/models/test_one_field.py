@@ -9,9 +9,14 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from learn.data.metrics import ssim
+from learn.models.aperture import BiSplatAperture
 from learn.models.helmholtz import WAYS, HelmholtzField, _ways
 from learn.models.kriged_field import KrigedField
+from learn.models.mlp import ResponseMLP
+from learn.training.train import train
+from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
+from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.spectrum import spectrum_of
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
 
@@ -101,3 +106,52 @@ def test_runs_of_versions_that_knew_fewer_ways_are_loaded(moving):
     again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     again.load_state_dict(older)
     assert again.weights.tolist() == model.weights.tolist()
+
+
+REGION = np.array([[0.0, 0, 0], [1, 1, 1]])
+
+
+def test_the_network_of_responses_predicts_one_field_at_the_elements(moving):
+    torch.manual_seed(0)
+    model = ResponseMLP(REGION, BEAMFORMER, WAVELENGTH, encoding="waves")
+    model.sample_one_field(torch.from_numpy(TURNED.as_matrix()).float())
+    at = torch.rand(3, 3)
+    elements = torch.from_numpy(TURNED.apply(WAVELENGTH * BEAMFORMER.array.positions)).float()
+    with torch.no_grad():
+        expected = torch.stack([model.network(model.encoded(at + offset)) for offset in elements], dim=1)
+        torch.testing.assert_close(model.responses(at), expected, rtol=1e-3, atol=1e-4)
+        assert model.responses_loss(at, expected).item() == pytest.approx(0, abs=1e-6)
+        assert model.responses_loss(at, 0 * expected).item() > 0.1
+
+
+def test_a_primitive_of_a_moving_array_is_a_plane_wave():
+    """One small primitive with a constant coefficient: what an element receives depends on its own place alone."""
+    torch.manual_seed(0)
+    model = BiSplatAperture(REGION, BEAMFORMER, WAVELENGTH, primitives=1, width=4)
+    model.sample_one_field(torch.from_numpy(TURNED.as_matrix()).float())
+    with torch.no_grad():
+        model.transmitter.outward.weight.zero_()
+        model.transmitter.outward.bias.zero_()
+        model.primitives.scale_raw.fill_(-10)  # the smallest scale
+        azimuth, elevation = (float(each.deg2rad()) for each in (model.primitives.azimuth, model.primitives.elevation))
+        u = TURNED.apply([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+        place, step = torch.rand(1, 3), 0.3 * WAVELENGTH * u
+        here, there = (
+            torch.view_as_complex(model.responses(each.float()).double())
+            for each in (place, place + torch.from_numpy(step))
+        )
+    np.testing.assert_allclose((there / here).numpy(), np.exp(2j * np.pi * 0.3), atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["mlp-responses", "bisplat-aperture"])
+def test_runs_of_moving_arrays_are_loaded_as_such(moving, name, tmp_path):
+    def written(folder: str, moves: str) -> Dataset:
+        given = moving.positions, moving.responses, BEAMFORMER.array, "915 MHz"
+        return write_dataset(tmp_path / folder, *given, gateway_orientation=TURNED.as_quat(), moving=moves)
+
+    few = {"split": "random", "steps": 1, "init": tmp_path / "run"}
+    run = train(written("moves", "receiver"), tmp_path / "run", model=name, split="random", steps=1)
+    np.testing.assert_allclose(run.model.turn.cpu().numpy(), TURNED.as_matrix(), atol=1e-6)
+    assert train(tmp_path / "moves", tmp_path / "next", model=name, **few).model.turn is not None
+    with pytest.raises(InputError, match="expected a run of the same model and size"):
+        train(written("stands", "transmitter"), tmp_path / "other", model=name, **few)

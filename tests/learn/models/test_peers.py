@@ -114,7 +114,9 @@ def test_nerf2_marches_rays_by_its_equations(make):
         low, high = model.region
         scaled = 2 * (POSITIONS - low) / (high - low) - 1
         encoded = [positional_encoding(part, ORDER).expand(5, -1) for part in (direction, scaled[0])]
-        raw = model.signal(torch.nn.functional.linear(torch.cat([feature[0], *encoded], -1), *_weights(model.radiance)))
+        raw = model.field.signal(
+            torch.nn.functional.linear(torch.cat([feature[0], *encoded], -1), *_weights(model.field.radiance))
+        )
         found = model(POSITIONS)[0, row, column].item()
     elevation, azimuth = math.radians(row), math.radians(column)
     expected_direction = [

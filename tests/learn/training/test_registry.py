@@ -13,6 +13,7 @@ from learn.models.capabilities import (
     HasOwnLoss,
     HasPrimitives,
     PredictsResponses,
+    SamplesOneField,
     StatesVariance,
     TracesRays,
 )
@@ -37,16 +38,24 @@ from bisplat.__main__ import main
 main()
 """
 
-CAPABILITIES = (FitsInClosedForm, HasOwnLoss, HasPrimitives, PredictsResponses, StatesVariance, TracesRays)
+CAPABILITIES = (
+    FitsInClosedForm,
+    HasOwnLoss,
+    HasPrimitives,
+    PredictsResponses,
+    SamplesOneField,
+    StatesVariance,
+    TracesRays,
+)
 
 CAN_DO = {
     "helmholtz": {FitsInClosedForm, StatesVariance},
     "twin": {FitsInClosedForm, StatesVariance, PredictsResponses, TracesRays},
     "bisplat": {HasPrimitives},
     "bisplat-plus": {HasPrimitives},
-    "bisplat-aperture": {HasPrimitives, PredictsResponses},
+    "bisplat-aperture": {HasPrimitives, PredictsResponses, SamplesOneField},
     "mlp": set(),
-    "mlp-responses": {PredictsResponses},
+    "mlp-responses": {PredictsResponses, SamplesOneField},
     "nerf2": {HasOwnLoss},
     "swiftwrf": set(),
 }

@@ -1,0 +1,110 @@
+"""NeRF² [zhao2023] for received powers, written from its published program's settings; torch is imported when it fits.
+
+The documentation, Other authors' models, says where it differs from that program.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.powers.known_powers import KnownPowers, PredictedPowers
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from learn.models.ray_signals import RaySize
+
+MOST_STEPS, BATCH = 30_000, 128
+"""Of the published program. A batch counts pairs of a position and a gateway."""
+
+ZERO_DBM = -100.0
+"""Power that is an amplitude of 0; an amplitude of 1 is 0 dBm, and between them amplitudes are linear in dB."""
+
+LEAST_UNIT = 1.0
+"""Metres; rays are at least so long."""
+
+AT_ONCE = 64
+"""Positions that are predicted at once."""
+
+
+class NerfPowers:
+    """The magnitude of the sum of all rays of a gateway gives the power, linear in dB: P = −100 dBm + 100 dB |h|.
+
+    It learns from the powers that were received, by the mean squared error of |h|. If a position was received nowhere,
+    it teaches nothing, and the prediction is never below −100 dBm.
+
+    Args:
+        steps: number of training steps. None: as many as fit into ``KnownPowers.minutes``, at most ``MOST_STEPS``.
+        size: rays, voxels and networks. None: the published ones if there is a GPU, otherwise reduced ones.
+    """
+
+    by_steps: ClassVar[bool] = True
+    """It is trained for minutes, so ``compare`` has it only if it is named."""
+
+    def __init__(self, steps: int | None = None, size: RaySize | None = None):
+        self._steps, self._size = steps, size
+
+    @property
+    def reduced(self) -> bool:
+        """Whether it is smaller than published, because there is no GPU."""
+        from learn.models.ray_signals import PUBLISHED, size_here
+
+        return (self._size or size_here()) != PUBLISHED
+
+    def fit(self, known: KnownPowers) -> None:
+        import torch
+
+        from learn.models.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, octaves, published_adam, size_here
+        from learn.training.timed_steps import train_steps
+
+        device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        every = np.concatenate([known.positions, known.gateways])
+        self._centre = (every.min(axis=0) + every.max(axis=0)) / 2
+        self._unit = max(float(np.ptp(every, axis=0).max()), LEAST_UNIT)
+        heard = ~np.isnan(known.powers)
+        powers = known.powers if heard.any() else known.filled
+        chosen = np.flatnonzero(heard.any(axis=1)) if heard.any() else np.arange(len(powers))
+        truth = torch.from_numpy((powers[chosen] - ZERO_DBM) / -ZERO_DBM).float().to(device)
+        mask = ~truth.isnan()
+        truth = truth.nan_to_num()
+        with torch.random.fork_rng():
+            torch.manual_seed(known.seed)
+            size = self._size or size_here()
+            inputs = octaves(torch.zeros(1, 3)).shape[1]
+            receivers = known.gateways - self._centre
+            self._signals = RaySignals(receivers, inputs, self._unit, self._unit, known.wavelength, size).to(device)
+            places = self._encoded(known.positions[chosen])
+            each = min(len(places), max(1, (BATCH if size == PUBLISHED else REDUCED_BATCH) // len(known.gateways)))
+
+            def loss() -> Tensor:
+                drawn = torch.randperm(len(places))[:each].to(device)
+                error = self._amplitudes(places[drawn]) - truth[drawn]
+                return error[mask[drawn]].square().mean()
+
+            most = MOST_STEPS if self._steps is None else self._steps
+            minutes = known.minutes if self._steps is None else None
+            self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
+        import torch
+
+        with torch.no_grad():
+            parts = [self._amplitudes(each) for each in self._encoded(positions).split(AT_ONCE)]
+        amplitude = torch.cat(parts).double().cpu().numpy()
+        return PredictedPowers(ZERO_DBM - ZERO_DBM * amplitude)
+
+    def _encoded(self, positions: Float[np.ndarray, "K 3"]) -> Float[Tensor, "K inputs"]:
+        import torch
+
+        from learn.models.ray_signals import octaves
+
+        scaled = torch.from_numpy((positions - self._centre) / self._unit).float()
+        return octaves(scaled).to(next(self._signals.parameters()).device)
+
+    def _amplitudes(self, places: Float[Tensor, "B inputs"]) -> Float[Tensor, "B G"]:
+        """``|h|`` of each gateway."""
+        signals = self._signals(places[:, None])[:, :, 0]
+        return signals.square().sum(-1).clamp_min(1e-20).sqrt()

@@ -1,0 +1,61 @@
+"""NeRF² for channels: what it learns, whatever the unit, and what depends on the seed alone."""
+
+import numpy as np
+import pytest
+import torch
+
+import bisplat
+from learn.channels.channel_scores import snr_db
+from learn.channels.known_channels import KnownChannels
+from learn.channels.nerf_channels import NerfChannels
+from learn.models.ray_signals import RaySize
+from tests.csi_folders import paths, write_links
+
+SMALL = RaySize(4, 2, 4, width=16, layers=4)
+ANTENNAS = np.array([[0.0, 0.06 * number, 2] for number in range(4)])
+
+
+def links(rows: int, seed: int = 0) -> np.ndarray:
+    """One path of a delay that all share, with amplitudes of their own."""
+    generator = np.random.default_rng(seed)
+    return paths(np.full((rows, 1), 0.02), generator.uniform(0.5, 1, (rows, 1)) + 0j, subcarriers=12)
+
+
+def fitted(channels: np.ndarray, steps: int, seed: int = 0) -> NerfChannels:
+    made = NerfChannels(steps, SMALL)
+    made.fit(KnownChannels(channels[..., :6], channels[..., 6:], seed=seed, antennas=ANTENNAS))
+    return made
+
+
+def test_it_learns_the_downlink_that_follows_from_the_uplink_in_any_unit():
+    known, new = links(24), links(10, seed=1)
+    first, found = (fitted(known, steps).predict(new[..., :6]) for steps in (1, 60))
+    before, after = (np.median(snr_db(each, new[..., 6:])) for each in (first, found))
+    assert after > max(before, 0) + 3
+    other = fitted(1e-8 * known, 1).predict(1e-8 * new[..., :6])
+    np.testing.assert_allclose(1e8 * other, first, rtol=0.01, atol=1e-3)
+
+
+def test_the_result_depends_on_the_seed_alone():
+    channels = links(6)
+    before = torch.random.get_rng_state()
+    first, again, other = (fitted(channels, 2, seed).predict(channels[..., :6]) for seed in (0, 0, 1))
+    assert torch.equal(before, torch.random.get_rng_state())
+    np.testing.assert_array_equal(first, again)
+    assert first.shape == (6, 4, 6) and np.abs(first - other).max() > 1e-3
+
+
+def test_links_of_zeros_and_no_known_antennas():
+    made = NerfChannels(2, SMALL)
+    made.fit(KnownChannels(np.zeros((3, 4, 6), complex), np.zeros((3, 4, 6), complex)))
+    assert np.isfinite(made.predict(np.zeros((2, 4, 6), complex))).all()
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="the published size is trained")
+def test_it_is_compared_only_if_it_is_named_and_says_that_it_is_reduced(tmp_path, monkeypatch):
+    monkeypatch.setattr("learn.channels.nerf_channels.MOST_STEPS", 1)
+    write_links(tmp_path / "links", links(20).astype(np.complex64))
+    assert "nerf2" not in {row["label"] for row in bisplat.compare_channels(tmp_path / "links")}
+    comparison = bisplat.compare_channels(tmp_path / "links", ["nerf2", "copy"])
+    assert [row["label"] for row in comparison] == ["nerf2 (reduced)", "copy"]
+    assert set(comparison.snr_db) == {"nerf2 (reduced)", "copy"}
