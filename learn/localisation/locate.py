@@ -13,6 +13,7 @@ from jaxtyping import Float, UInt8
 from learn.localisation.fingerprints import Field
 from learn.localisation.prior import Prior
 from learn.localisation.refine import FARTHEST, Refined, refine
+from learn.localisation.starting_points import MODES, starting_points
 from learn.models.base import Report
 from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
@@ -25,9 +26,6 @@ SPACING = 0.125
 
 MOST_POINTS = 60_000
 """Largest number of points of the grid; in a larger region they are farther apart."""
-
-MODES = 4
-"""Largest number of positions that are considered for a transmitter."""
 
 APART = 0.5
 """Least distance of two starting points of a transmitter, wavelengths. Refined positions closer than half of it count
@@ -127,7 +125,7 @@ def locate(
         if not fingerprint.any():
             found.append([])
             continue
-        starts = _starts(points, likely(fingerprint), APART * wavelength)
+        starts = starting_points(points, likely(fingerprint), APART * wavelength)
         refined = refine(field.predicted, np.tile(fingerprint, (MODES, 1)), starts, region, wavelength)
         found.append(_places(refined, prior, numbers, wavelength))
     return found
@@ -186,18 +184,6 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
             "runs share"
         )
     return region
-
-
-def _starts(
-    points: Float[np.ndarray, "n 3"], likely: Float[np.ndarray, " n"], apart: float
-) -> Float[np.ndarray, "MODES 3"]:
-    """The most likely point, then the next ones that are far enough from all before. The last one may repeat."""
-    left, starts = likely.copy(), list[np.ndarray]()
-    for _ in range(MODES):
-        best = int(left.argmax())
-        starts.append(points[best] if left[best] > -np.inf else starts[-1])
-        left[np.linalg.norm(points - points[best], axis=1) < apart] = -np.inf
-    return np.stack(starts)
 
 
 def _places(refined: Refined, prior: Prior, numbers: float, wavelength: float) -> list[Place]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from learn.localisation.direct_path import DirectPath
 from learn.localisation.likelihood_maxima import Maxima, maximise
 from learn.localisation.locate import LEAST_PROBABILITY, Place
+from learn.localisation.starting_points import MODES, starting_points
 from learn.models.geometry import grid_in
 from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance
@@ -35,8 +36,8 @@ FACTORS = (1e-2, 1e-4)
 PLAIN = 0.1
 """Largest relative deviation of a tag's magnitudes for which its responses count as phases alone."""
 
-MODES, APART = 4, 0.5
-"""Largest number of places of a tag, and their least distance in wavelengths."""
+APART = 0.5
+"""Least distance of two places of a tag, wavelengths."""
 
 SEPARATE = 3.0
 """Least distance of the means of two places, in deviations of their difference."""
@@ -135,7 +136,7 @@ def _located(model: DirectPath, seen: Complex[np.ndarray, "K N"], box: Float[np.
     """The places of tags that were all read at all antenna positions."""
     points = np.unique(grid_in(box, SPACING * model.wavelength, MOST_POINTS), axis=0)
     likely = model.log_likelihood(points, seen)
-    starts = np.stack([_starts(points, of_tag, APART * model.wavelength) for of_tag in likely])
+    starts = np.stack([starting_points(points, of_tag, APART * model.wavelength) for of_tag in likely])
     areas = [_areas(some, points, of_tag) for some, of_tag in zip(starts, likely, strict=True)]
     largest = [int(each.evidence.argmax()) for each in areas]
     misfit = [model.unexplained(each.positions, one) for each, one in zip(areas, seen, strict=True)]
@@ -157,18 +158,6 @@ def _located(model: DirectPath, seen: Complex[np.ndarray, "K N"], box: Float[np.
             maxima = maxima.apart(APART * model.wavelength / 2)
             places[tag] = _places(maxima, model.unexplained(maxima.positions, seen[tag]))
     return places
-
-
-def _starts(
-    points: Float[np.ndarray, "G 3"], likely: Float[np.ndarray, " G"], apart: float
-) -> Float[np.ndarray, "MODES 3"]:
-    """The most likely point, then the next ones that are far enough from all before. The last one may repeat."""
-    left, starts = likely.copy(), list[np.ndarray]()
-    for _ in range(MODES):
-        best = int(left.argmax())
-        starts.append(points[best] if left[best] > -np.inf else starts[-1])
-        left[np.linalg.norm(points - points[best], axis=1) < apart] = -np.inf
-    return np.stack(starts)
 
 
 def _areas(

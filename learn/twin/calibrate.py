@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Int
+from jaxtyping import Complex, Float, Int
 
 from learn.data.same_receiver import (
     SAME_DIRECTION,
@@ -100,24 +100,52 @@ def calibrate(
         >>> bool((found.deviations < 0.02).all())  # metres and radians
         True
     """
+    place = described_scene(scene, n, split, seed, tolerances, propagation)
+    measured = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    known = evenly(split_dataset(measured, split, seed).known, n)
+    warn_of_other_place(place, measured.positions[known], measured.folder)
+    found = calibrate_by(place, measured, known, tolerances, propagation, report)
+    warning = doubt(found)
+    if warning is not None:
+        say(f"warning: {warning}")
+    return found
+
+
+def described_scene(
+    scene: Scene | Path | str,
+    n: int,
+    split: SplitKind,
+    seed: int,
+    tolerances: Tolerances,
+    propagation: Propagation,
+) -> Scene:
+    """The scene that is to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common.
+
+    Raises:
+        InputError: the scene cannot be read.
+        ParameterError: an argument is not as ``calibrate`` expects it.
+    """
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
     require_word(SPLITS, split=split)
     require_instance(Tolerances, tolerances=tolerances)
     require_instance(Propagation, propagation=propagation)
     require_instance(Scene, str, PathLike, scene=scene)
-    place = scene if isinstance(scene, Scene) else load_scene(scene)
-    measured = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
-    known = evenly(split_dataset(measured, split, seed).known, n)
-    box = bounding_box(np.vstack([place.bounds, place.transmitter.region]))
-    warning = reach_warning(measured.positions[known], box, "the scene", "were they measured there, in its frame?")
+    return scene if isinstance(scene, Scene) else load_scene(scene)
+
+
+def warn_of_other_place(scene: Scene, positions: Float[np.ndarray, "n 3"], folder: Path) -> None:
+    """Print a warning if positions lie so far from a scene that they were hardly measured in it.
+
+    Args:
+        scene: the scene.
+        positions: of the measurements, metres, world frame.
+        folder: of the measurements, for the message.
+    """
+    box = bounding_box(np.vstack([scene.bounds, scene.transmitter.region]))
+    warning = reach_warning(positions, box, "the scene", "were they measured there, in its frame?")
     if warning is not None:
-        say(f"warning: {measured.folder}: {warning}")
-    found = calibrate_by(place, measured, known, tolerances, propagation, report)
-    warning = doubt(found)
-    if warning is not None:
-        say(f"warning: {warning}")
-    return found
+        say(f"warning: {folder}: {warning}")
 
 
 def calibrate_by(

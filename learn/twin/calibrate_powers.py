@@ -14,22 +14,23 @@ import yaml
 from jaxtyping import Float, Int
 
 from learn.data.same_receiver import other_frequency
-from learn.data.splits import SPLITS, SplitKind
+from learn.data.splits import SplitKind
 from learn.data.splits import split as split_positions
+from learn.twin.calibrate import described_scene, warn_of_other_place
 from learn.twin.calibration_table import RECORD, UNIT, changes_of
 from learn.twin.power_likelihood import PowerFit, PowerLikelihood
 from learn.twin.power_search import PowerMinimum, PowerSearch, independence
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
+from scenes.files.errors import InputError, ParameterError, require_instance
 from scenes.files.plain_text import say
 from scenes.files.yaml_file import PlainDumper
 from scenes.scene.description import Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
-from scenes.storage.scene_yaml import load_scene, write_scene
-from simulate.positions.given_positions import MOST_POSITIONS, check_points, reach_warning
+from scenes.storage.scene_yaml import write_scene
+from simulate.positions.given_positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from simulate.rssi.gateways_file import gateways_of
@@ -140,20 +141,11 @@ def calibrate_powers(
         >>> found.which[0].label, found.values.shape
         ('gateway door x', (6,))
     """
-    require_whole(1, MOST_POSITIONS, n=n)
-    require_seed(seed=seed)
-    require_word(SPLITS, split=split)
-    require_instance(Tolerances, tolerances=tolerances)
-    require_instance(Propagation, propagation=propagation)
-    require_instance(Scene, str, PathLike, scene=scene)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
-    place = scene if isinstance(scene, Scene) else load_scene(scene)
+    place = described_scene(scene, n, split, seed, tolerances, propagation)
     heard = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     known = evenly(split_positions(heard, split, seed).known, n)
-    box = bounding_box(np.vstack([place.bounds, place.transmitter.region]))
-    warning = reach_warning(heard.positions[known], box, "the scene", "were they measured there, in its frame?")
-    if warning is not None:
-        say(f"warning: {heard.folder}: {warning}")
+    warn_of_other_place(place, heard.positions[known], heard.folder)
     return calibrate_powers_by(place, heard, known, tolerances, propagation, report)
 
 

@@ -189,7 +189,7 @@ class _Search:
         for number in range(ROUNDS):
             values = best.values
             if model is not None:
-                step = self._halved_to_valid(values, model.step(reach))
+                step = halved_to_valid(values, model.step(reach), self._is_valid)
                 if np.abs(step / prior).max() < small:
                     break
                 values = values + step
@@ -219,19 +219,30 @@ class _Search:
             best = _Minimum(values, model.deviations, gain, misfit, unlikely, tracer)
         return best
 
-    def _halved_to_valid(
-        self, values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"]
-    ) -> Float[np.ndarray, " n"]:
-        """A step, halved until the scene is valid and the gateway is in no object; zero if no such step is found."""
-        while step.any() and not self._is_valid(values + step):
-            step = np.where(np.abs(step) > TINY, step / 2, 0)
-        return step
-
     def _is_valid(self, values: Float[np.ndarray, " n"]) -> bool:
+        return is_valid(vary(self.scene, self.which, values))
+
+
+def halved_to_valid(
+    values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"], valid: Callable[[Float[np.ndarray, " n"]], bool]
+) -> Float[np.ndarray, " n"]:
+    """A step, halved until it leads to valid scenes; zero if no such step is found.
+
+    Args:
+        values: where it begins.
+        step: the step.
+        valid: whether a scene with these values is valid. If it raises an InputError, a value is out of its range.
+    """
+
+    def reaches(there: Float[np.ndarray, " n"]) -> bool:
         try:
-            return is_valid(vary(self.scene, self.which, values))
-        except InputError:  # a property of a material is out of its range
+            return valid(there)
+        except InputError:
             return False
+
+    while step.any() and not reaches(values + step):
+        step = np.where(np.abs(step) > TINY, step / 2, 0)
+    return step
 
 
 def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:

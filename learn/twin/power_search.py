@@ -10,12 +10,11 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.twin.first_guess import guessed_poses, responses_of
-from learn.twin.gauss_newton import ROUNDS, SMALL, TINY, moved
+from learn.twin.gauss_newton import ROUNDS, SMALL, TINY, halved_to_valid, moved
 from learn.twin.linearised import by_materials, linearised
 from learn.twin.posterior import Quadratic, correlation
 from learn.twin.power_likelihood import DB, PowerFit, PowerLikelihood
 from scenes.checks.validation import is_valid
-from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import Unknown, vary
 from simulate.rays.tracer import Tracer
@@ -97,7 +96,7 @@ class PowerSearch:
         for number in range(ROUNDS):
             values = start if best is None else best.values
             if model is not None:
-                step = self._halved_to_valid(values, model.step(reach))
+                step = halved_to_valid(values, model.step(reach), self._is_valid)
                 if np.abs(step / self.prior).max() < SMALL:
                     break
                 values = values + step
@@ -159,19 +158,8 @@ class PowerSearch:
         towards = np.einsum("kg,kgi->i", fit.slopes, slopes) - values / self.prior
         return Quadratic(precision, towards, self.prior)
 
-    def _halved_to_valid(
-        self, values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"]
-    ) -> Float[np.ndarray, " n"]:
-        """A step, halved until all scenes are valid; zero if no such step is found."""
-        while step.any() and not self._is_valid(values + step):
-            step = np.where(np.abs(step) > TINY, step / 2, 0)
-        return step
-
     def _is_valid(self, values: Float[np.ndarray, " n"]) -> bool:
-        try:
-            return all(map(is_valid, self.varied(values)))
-        except InputError:  # a property of a material is out of its range
-            return False
+        return all(map(is_valid, self.varied(values)))
 
 
 def independence(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.ndarray, " K"]:

@@ -19,9 +19,10 @@ from learn.localisation import locate as locate_module
 from learn.localisation import refine as refine_module
 from learn.localisation.fingerprints import Field, Fingerprints
 from learn.localisation.heard_pictures import heard_pictures
-from learn.localisation.locate import MODES, _places, _starts, grid_warning
+from learn.localisation.locate import _places, grid_warning
 from learn.localisation.places_file import HEADER
 from learn.localisation.refine import FARTHEST, refine
+from learn.localisation.starting_points import MODES, starting_points
 from learn.models.geometry import grid_in
 from learn.reports.locations_report import write_locations
 from learn.training import run_folder
@@ -302,7 +303,7 @@ def test_grid_holds_the_corners_of_its_region_and_is_bounded():
 
 def test_starts_are_apart():
     points = grid_in(np.array([[0.0, 0, 0], [1, 1, 1]]), 0.1, 2000)
-    starts = _starts(points, -np.linalg.norm(points - 0.5, axis=1), 0.3)
+    starts = starting_points(points, -np.linalg.norm(points - 0.5, axis=1), 0.3)
     np.testing.assert_allclose(starts[0], [0.5, 0.5, 0.5])
     apart = np.linalg.norm(starts[:, None] - starts, axis=-1) + 9 * np.eye(MODES)
     assert apart.min() >= 0.3
