@@ -34,7 +34,8 @@ FACTORS = (1e-2, 1e-4)
 """Factors on the variances of ``DirectPath`` that a tag gets if they make its responses more likely."""
 
 PLAIN = 0.1
-"""Largest relative deviation of a tag's magnitudes for which its responses count as phases alone."""
+"""A tag whose magnitudes lie between 1 − PLAIN and 1, on average and at most, has phases alone: means of unit phasors,
+as of several reads at a stop, are so long."""
 
 APART = 0.5
 """Least distance of two places of a tag, wavelengths."""
@@ -123,7 +124,7 @@ def locate_tags(
         seen = given[np.ix_(tags, pattern)]
         seen = one_way(seen, []) if round_trip else seen
         magnitudes = np.abs(seen)
-        plain = magnitudes.std(axis=1) < PLAIN * magnitudes.mean(axis=1)
+        plain = (magnitudes.mean(axis=1) > 1 - PLAIN) & (magnitudes.max(axis=1) < 1 + 1e-6)
         for phases_only in np.unique(plain):
             some = plain == phases_only
             model = DirectPath(track[pattern], wavelength, ahead, bool(phases_only))

@@ -99,26 +99,26 @@ def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypa
     for number in (1, 2, 3):
         shutil.copy(folder / "one" / "spectrum" / f"{number:05d}.png", tmp_path / "seen")
     output = tmp_path / "places.csv"
-    locate_command((runs[0].folder,), (tmp_path / "seen",), output)
+    locate_command((runs[0].folder,), output, (tmp_path / "seen",))
     rows = [row for row in csv.DictReader(output.open()) if row["place"] == "1"]
     expected = bisplat.locate([runs[0]], [bisplat.read_dataset(folder / "one").pictures[:3]])
     assert [row["name"] for row in rows] == ["00001", "00002", "00003"]
     for row, places in zip(rows, expected, strict=True):
         np.testing.assert_allclose([float(row[axis]) for axis in "xyz"], places[0].position, atol=1e-4)
     with pytest.raises(InputError, match="--force"):
-        locate_command((runs[0].folder,), (tmp_path / "seen",), output)
+        locate_command((runs[0].folder,), output, (tmp_path / "seen",))
 
 
 def test_of_the_runs_own_dataset_the_test_part_is_located(folder, runs, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(refine_module, "STEPS", 1)
     data = bisplat.read_dataset(folder / "one")
     split = runs[0].split(data)
-    locate_command((runs[0].folder,), (folder / "one",), tmp_path / "test.csv")
+    locate_command((runs[0].folder,), tmp_path / "test.csv", (folder / "one",))
     assert "located the 30 pictures of the test part" in capsys.readouterr().err
     rows = list(csv.DictReader((tmp_path / "test.csv").open()))
     assert {row["name"] for row in rows} == {data.names[each] for each in split.test}
     assert {row["part"] for row in rows} == {"test"}
-    locate_command((runs[0].folder,), (folder / "one" / "spectrum",), tmp_path / "all.csv")
+    locate_command((runs[0].folder,), tmp_path / "all.csv", (folder / "one" / "spectrum",))
     part = {row["name"]: row["part"] for row in csv.DictReader((tmp_path / "all.csv").open())}
     for kind in ("train", "validation", "test"):
         assert {name for name in part if part[name] == kind} == {data.names[each] for each in getattr(split, kind)}
@@ -145,7 +145,7 @@ def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsy
     pictures.mkdir()
     for number, one in enumerate((bisplat.read_dataset(folder / "one").pictures[0], np.zeros((90, 360))), start=1):
         imsave(pictures / f"{number:05d}.png", one.astype(np.uint8), check_contrast=False)
-    locate_command((runs[0].folder,), (pictures,), tmp_path / "places.csv")
+    locate_command((runs[0].folder,), tmp_path / "places.csv", (pictures,))
     assert {row["name"] for row in csv.DictReader((tmp_path / "places.csv").open())} == {"00001"}
     assert "1 with pictures that tell nothing" in capsys.readouterr().out
 
@@ -176,7 +176,7 @@ def test_bad_input_is_refused(folder, runs, tmp_path):
         ((tmp_path,), "a.csv", "expected pictures 00001.png"),
     ):
         with pytest.raises(InputError, match=message):
-            locate_command((runs[0].folder,), pictures, tmp_path / output)
+            locate_command((runs[0].folder,), tmp_path / output, pictures)
     assert not list(tmp_path.iterdir())
 
 
@@ -214,7 +214,7 @@ def test_pictures_of_another_receiver_are_refused(change, words, folder, runs, t
     (heard / "channels.npz").unlink()
     change(heard)
     with pytest.raises(InputError, match=words):
-        locate_command((runs[0].folder,), (heard,), tmp_path / "places.csv")
+        locate_command((runs[0].folder,), tmp_path / "places.csv", (heard,))
     assert not (tmp_path / "places.csv").exists()
 
 

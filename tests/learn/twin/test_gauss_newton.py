@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from learn.twin import gauss_newton
-from learn.twin.gauss_newton import _Minimum, _Search, most_likely
+from learn.twin.gauss_newton import _Minimum, _Search, halved_to_valid, most_likely
 from learn.twin.linearised import over_band
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
@@ -102,9 +102,10 @@ def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     into_the_post = np.array([-0.04, 0.0, 0.0])
     with pytest.raises(InputError, match="behind: gateway"):
         validate(vary(place, which, into_the_post), "behind")
-    np.testing.assert_allclose(search._halved_to_valid(start, into_the_post), into_the_post / 2)
-    np.testing.assert_array_equal(search._halved_to_valid(into_the_post, np.array([1e-4, 0, 0])), start)
-    np.testing.assert_array_equal(search._halved_to_valid(start, -into_the_post), -into_the_post)
+    valid = search._is_valid
+    np.testing.assert_allclose(halved_to_valid(start, into_the_post, valid), into_the_post / 2)
+    np.testing.assert_array_equal(halved_to_valid(into_the_post, np.array([1e-4, 0, 0]), valid), start)
+    np.testing.assert_array_equal(halved_to_valid(start, -into_the_post, valid), -into_the_post)
 
 
 @pytest.mark.slow
