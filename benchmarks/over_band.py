@@ -1,0 +1,68 @@
+"""How well are responses over a band predicted at new positions?
+
+python benchmarks/over_band.py --json > runs/over_band.json
+
+The dataset is that of csi-lab: responses of 8 antennas over 52 subcarriers (20 MHz) in the lab, by rays, without noise.
+Methods learn from the responses at known positions, and are scored at others (`bisplat compare --over-band`).
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+from ledger.printing import print_figures
+
+SIZES = (50, 200, 800)
+"""Numbers of training positions; a ninth as many are known besides, for validation."""
+
+COLUMNS = {
+    "known": "known",
+    "snr_median_db": "SNR, median, dB",
+    "snr_p10_db": "SNR, 10 %, dB",
+    "correlation_median": "correlation, median",
+    "delay_spread_error_median_ns": "delay spread off, ns",
+    "coverage_90": "in 90 % interval",
+    "seconds": "seconds",
+}
+"""What is told of a row, by the keys of ``BandComparison``."""
+
+
+def main(
+    folder: Path = Path("runs/benchmarks/csi-lab"),
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Compare methods on the band of csi-lab.
+
+    Args:
+        folder: of csi-lab; it is made if it is not there.
+        smallest: only test the benchmark, in seconds and on a small dataset; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    from learn.band.compare_band import compare_band
+    from learn.benchmark.make_benchmark import make_benchmark
+    from simulate.generation.simulation import simulate
+    from simulate.rays.core.propagation import Propagation
+
+    with tempfile.TemporaryDirectory() as temporary:
+        if smallest:
+            band, sizes = Path(temporary) / "band", (8,)
+            coarse = {"bandwidth": 20e6, "subcarriers": 8, "propagation": Propagation(max_depth=1, rays=1000)}
+            simulate("closet", band, 60, **coarse)
+        else:
+            make_benchmark("csi-lab", folder)
+            band, sizes = folder / "band", SIZES
+        table: dict[str, dict[str, Any]] = {}
+        for split in ("random", "blocked"):
+            for row in compare_band(band, split=split, train_size=sizes):
+                of_row = {name: row[key] for key, name in COLUMNS.items() if row[key] is not None}
+                shown = {name: float(f"{value:.3g}") for name, value in of_row.items()}
+                table[f"{split}, {row['train_size']}, {row['label']}"] = shown
+    print_figures(table, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
