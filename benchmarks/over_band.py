@@ -2,8 +2,9 @@
 
 python benchmarks/over_band.py --json > runs/over_band.json
 
-The dataset is that of csi-lab: responses of 8 antennas over 52 subcarriers (20 MHz) in the lab, by rays, without noise.
-Methods learn from the responses at known positions, and are scored at others (`bisplat compare --over-band`).
+The dataset is that of csi-lab: responses of 8 antennas over 52 subcarriers (20 MHz) in the lab, by rays, with noise
+25 dB below the signal. Methods learn from the responses at known positions, and are scored at others (`bisplat compare
+--over-band`).
 """
 
 from __future__ import annotations
