@@ -22,6 +22,7 @@ COLUMNS: dict[Kind, dict[str, tuple[str, str]]] = {
         "snr_median_db": ("median SNR (dB)", ".1f"),
         "snr_p10_db": ("10th percentile (dB)", ".1f"),
         "correlation_median": ("correlation", ".4f"),
+        "delay_spread_error_median_ns": ("delay spread off (ns)", ".1f"),
         "seconds": ("seconds", ".1f"),
     },
     "spectra": {
