@@ -55,9 +55,9 @@ def of_spectra(
         place = temporary / benchmark / name
         place.mkdir(parents=True)
         began, predicted = time.perf_counter(), []
-        for dataset in datasets:
+        for number, dataset in enumerate(datasets):
             method = method_named(name)()
-            method.fit(Task(dataset, "files", 0, None, 0, 5.0, None, place / "own"))
+            method.fit(Task(dataset, "files", 0, None, 0, 5.0, None, place / f"own-{number}"))
             predicted.append(method.predict(dataset.positions[dataset.test]))
         seconds = time.perf_counter() - began
         np.save(place / "spectra.npy", np.concatenate(predicted).astype(np.float32))
