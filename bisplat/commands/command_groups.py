@@ -8,6 +8,7 @@ from importlib.metadata import version
 from bisplat.commands.comparison_commands import ablate, compare, sweep
 from bisplat.commands.dataset_commands import convert, dataset, responses
 from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
+from bisplat.commands.rooms_command import rooms
 from bisplat.commands.rssi_command import rssi
 from bisplat.commands.scene_command import scene
 from bisplat.commands.simulate_command import simulate
@@ -18,7 +19,7 @@ from bisplat.commands.view_command import view
 GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "From a scene to a model": (scene, simulate, train, evaluate, view),
     "First look": (demo,),
-    "Datasets": (check, dataset, convert, responses, rssi),
+    "Datasets": (check, dataset, convert, responses, rssi, rooms),
     "Predictions": (predict, locate, plan, export),
     "Comparisons": (crossvalidate, compare, ablate, sweep, engines),
     "Scenes": (calibrate,),
