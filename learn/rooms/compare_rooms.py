@@ -64,8 +64,8 @@ def compare_rooms(
 
     A method is an object with two methods. ``fit(room)`` takes ``room.positions`` [L, 3] (metres) and ``room.spectra``
     [L, 90, 360]; ``room.known`` are their indices in ``room.dataset``. ``predict(positions)`` takes positions [K, 3],
-    and returns spectra [K, 90, 360]. If it also has ``learn(rooms, minutes, seed)``, this is called once before, with the
-    datasets of the training rooms.
+    and returns spectra [K, 90, 360]. If it also has ``learn(rooms, minutes, seed)``, this is called once before, with
+    the datasets of the training rooms.
 
     Args:
         rooms: rooms that ``simulate_rooms`` made, or their folder.
@@ -117,7 +117,8 @@ def compare_rooms(
             raise ParameterError("methods", f"expected a training room for {learning[0]}, {found}")
         chosen = {label: make for label, make in chosen.items() if label not in learning}
     datasets = dict(zip(rooms.names, rooms, strict=True))
-    tested = [_parts(datasets[name], test_spectra, [seed, number]) for number, name in enumerate(test)]
+    # A room keeps its test spectra, however many rooms are test rooms.
+    tested = [_parts(datasets[name], test_spectra, [seed, rooms.names.index(name)]) for name in test]
     sizes = _sizes(given, [(datasets[name], len(others)) for name, (_, others) in zip(test, tested, strict=True)])
     learned_in, tested_in = [datasets[name] for name in training], [datasets[name] for name in test]
     parts = list(zip(tested_in, tested, strict=True))
@@ -193,8 +194,8 @@ def _rows(
             method.learn(training, minutes, seed)
     for size in sizes:
         scores, began = [], time.perf_counter()
-        for number, (dataset, (test, others)) in enumerate(tested):
-            known = np.random.default_rng([seed, number]).permutation(others)[:size]
+        for dataset, (test, others) in tested:
+            known = np.random.default_rng([seed, len(others)]).permutation(others)[:size]
             with named(label, method, "fit to learn from what is known"):
                 method.fit(KnownInRoom(dataset, known, seed))
             with named(label, method, "predict to return predictions"):

@@ -55,7 +55,7 @@ def read_rooms(folder: Path | str) -> Rooms:
     path = folder / ROOMS
     facts = read_json(path, "a description of rooms")
     names, setting = (facts.get("rooms"), facts.get("setting")) if isinstance(facts, dict) else (None, None)
-    if not (isinstance(names, list) and names and all(isinstance(each, str) for each in names)):
+    if not (isinstance(names, list) and names and all(map(_is_name, names))):
         raise InputError(f"{path}: expected the names of rooms, found {shown(names)}")
     if setting not in get_args(Setting):
         raise InputError(f"{path}: expected the setting same, furniture or layout, found {shown(setting)}")
@@ -63,3 +63,8 @@ def read_rooms(folder: Path | str) -> Rooms:
         if not (folder / name).is_dir():
             raise InputError(f"{folder / name}: expected a room, found none: run the same bisplat rooms again")
     return Rooms(folder, setting, tuple(names), facts)
+
+
+def _is_name(value: object) -> bool:
+    """Whether a value names a folder inside another one."""
+    return isinstance(value, str) and Path(value).name == value and value != ".."
