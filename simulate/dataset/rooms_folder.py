@@ -54,9 +54,10 @@ def read_rooms(folder: Path | str) -> Rooms:
     folder = Path(folder)
     path = folder / ROOMS
     facts = read_json(path, "a description of rooms")
-    names, setting = (facts.get("rooms"), facts.get("setting")) if isinstance(facts, dict) else (None, None)
+    names: Any = facts.get("rooms") if isinstance(facts, dict) else None
     if not (isinstance(names, list) and names and all(map(_is_name, names))):
         raise InputError(f"{path}: expected the names of rooms, found {shown(names)}")
+    setting: Any = facts.get("setting")
     if setting not in get_args(Setting):
         raise InputError(f"{path}: expected the setting same, furniture or layout, found {shown(setting)}")
     for name in names:

@@ -1,6 +1,7 @@
 """Methods in unseen rooms: all know the same spectra, no test spectrum is among them, and training rooms are others."""
 
 import json
+import sys
 from typing import ClassVar
 
 import numpy as np
@@ -8,7 +9,12 @@ import pytest
 import torch
 
 import bisplat
+import learn.rooms.compare_rooms as compare_module
+from bisplat.__main__ import main
+from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.neighbour_attention import AttentionOverNeighbours, NeighbourAttention, RoomTensors
+from learn.rooms.room_methods import TwinInRoom
+from learn.twin.twin_model import Twin
 
 SIGHT = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
 
@@ -71,9 +77,16 @@ def test_methods_by_name_and_the_usual_numbers(rooms):
 
 
 def test_models_of_one_room(rooms):
-    comparison = bisplat.compare_rooms(rooms, ["helmholtz", "helmholtz-pictures", "twin"], given=[4], test_spectra=1)
-    scores = {row["label"]: row["ssim_mean"] for row in comparison}
-    assert scores["twin"] > 0.9 and min(scores.values()) > 0.2
+    comparison = bisplat.compare_rooms(rooms, ["helmholtz", "helmholtz-pictures"], given=[4], test_spectra=1)
+    assert min(row["ssim_mean"] for row in comparison) > 0.2
+
+
+def test_the_description_of_the_twin_is_wrong(rooms, monkeypatch):
+    monkeypatch.setattr(Twin, "fit", lambda self, dataset, known: "")  # which takes a minute
+    method, dataset = TwinInRoom(), next(iter(rooms))
+    method.fit(KnownInRoom(dataset, np.arange(3), seed=0))
+    off = np.linalg.norm(np.array(method._model.corrected.gateway.position) - dataset.gateway_position)
+    assert 0.005 < off < 0.15
 
 
 @pytest.mark.parametrize(
@@ -82,7 +95,7 @@ def test_models_of_one_room(rooms):
         ({"given": [13]}, "room-003: expected 13 known spectra beside the test spectra, found 15, of which 12"),
         ({"given": [3, 3]}, "given: expected different numbers"),
         ({"test_rooms": 4, "methods": ["attention"]}, "methods: expected a training room for attention, found 4"),
-        ({"methods": ["krig"]}, "methods: expected one of"),
+        ({"methods": ["krig"]}, "methods: expected mean, nearest, inverse-distance, helmholtz"),
     ],
 )
 def test_refusals(rooms, options, sentence):
@@ -91,7 +104,8 @@ def test_refusals(rooms, options, sentence):
     assert sentence in str(refused.value)
 
 
-def test_without_training_rooms_the_others_are_compared(rooms):
+def test_without_training_rooms_the_others_are_compared(rooms, monkeypatch):
+    monkeypatch.setattr(compare_module, "USUAL", ("mean", "attention"))
     comparison = bisplat.compare_rooms(rooms.folder, test_rooms=4, given=[2], test_spectra=1)
     assert "attention" not in {row["label"] for row in comparison}
 
@@ -123,11 +137,11 @@ def test_attention_learns(rooms):
     assert method.steps > 3 and loss() < before
 
 
-def test_the_command_writes_its_files(rooms, command, tmp_path):
-    words = ("--models", "mean", "nearest", "--given", "3", "5")
-    status, out, _ = command("compare", str(rooms.folder), "-o", str(tmp_path / "out"), *words, "--json")
-    assert status == 0
-    facts = json.loads(out)
+def test_the_command_writes_its_files(rooms, capsys, tmp_path, monkeypatch):
+    words = ["compare", str(rooms.folder), "-o", str(tmp_path / "out"), "--models", "mean", "nearest"]
+    monkeypatch.setattr(sys, "argv", ["bisplat", *words, "--given", "3", "5", "--json"])
+    main()
+    facts = json.loads(capsys.readouterr().out)
     assert facts["setting"] == "layout" and set(facts["methods"]) == {"mean, 3", "mean, 5", "nearest, 3", "nearest, 5"}
     assert json.loads((tmp_path / "out" / "results.json").read_text())["methods"] == facts["methods"]
     names = {path.name for path in (tmp_path / "out").iterdir()}
