@@ -28,7 +28,7 @@ from learn.reports.method_styles import line_styles
 from learn.rooms.compare_rooms import GIVEN, compare_rooms
 from learn.rooms.room_methods import USUAL
 from scenes.files.atomic import write_atomically
-from simulate.dataset.rooms_folder import Setting
+from simulate.dataset.room_settings import Setting
 from simulate.generation.simulated_rooms import simulate_rooms
 from simulate.rays.core.propagation import Propagation
 

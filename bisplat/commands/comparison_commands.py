@@ -68,7 +68,7 @@ def compare(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Compare models and baselines on one dataset, or in rooms never seen.
+    """Compare models and baselines on one dataset or in new rooms.
 
     The same command again adds missing rows and redraws the figures.
 

@@ -14,8 +14,7 @@ from scenes.files.errors import printable
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
-from simulate.dataset.rooms_folder import Setting
-from simulate.generation.simulated_rooms import Outline
+from simulate.dataset.room_settings import Outline, Setting
 
 if TYPE_CHECKING:
     from learn.rooms.room_comparison import RoomComparison
@@ -31,7 +30,7 @@ def rooms(
     shape: Outline = "rectangle",
     large: bool = False,
 ) -> None:
-    """Simulate spectra in many random rooms, to test in rooms never seen.
+    """Simulate spectra in many random rooms.
 
     If the command is interrupted, the same command continues. bisplat compare scores methods in the last rooms.
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from learn.comparison.averages import averaged, spread_of
 from learn.comparison.doubts import average_name, remark_on
 from learn.comparison.score_table import by_name
-from simulate.dataset.rooms_folder import Setting
+from simulate.dataset.room_settings import Setting
 
 
 @dataclass(frozen=True, kw_only=True)

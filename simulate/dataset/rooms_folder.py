@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 from scenes.files.errors import InputError, require_path, shown
 from scenes.files.json_file import read_json
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.folder_kinds import ROOMS
-
-Setting = Literal["same", "furniture", "layout"]
-"""What differs from room to room: the transmitter's positions alone, the furniture too, or everything."""
+from simulate.dataset.room_settings import Setting
 
 
 @dataclass(frozen=True)

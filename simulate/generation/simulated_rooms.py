@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 from scenes.drawing.plan_gallery import draw_plans
 from scenes.files.atomic import write_atomically
@@ -27,11 +27,9 @@ from scenes.files.plain_text import say
 from scenes.places.random_room import MOST_PIECES, random_room
 from scenes.scene.description import Scene
 from simulate.dataset.folder_kinds import ROOMS
-from simulate.dataset.rooms_folder import Rooms, Setting, read_rooms
+from simulate.dataset.room_settings import Outline, Setting
+from simulate.dataset.rooms_folder import Rooms, read_rooms
 from simulate.generation.simulation import simulate
-
-Outline = Literal["rectangle", "l", "both"]
-"""Outlines of rooms; of "both", every second room is L-shaped."""
 
 MOST_ROOMS = 10_000
 """Largest number of rooms in a folder."""
