@@ -78,6 +78,7 @@ def scores_of(folder: Path, setting: Setting, size: Size) -> Scores:
 
 
 def main(
+    settings: tuple[Setting, ...] = tuple(ROOMS),
     minutes: float = 1.0,
     folder: Path | None = None,
     figure: Path | None = None,
@@ -87,6 +88,7 @@ def main(
     """Compare methods in unseen rooms.
 
     Args:
+        settings: what differs between test rooms and training rooms.
         minutes: training time of the attention in each setting.
         folder: folder that keeps the rooms and the scores of each setting for the next run.
         figure: also draw the mean SSIM over the number of known spectra into this file; not with ``smallest``.
@@ -96,19 +98,19 @@ def main(
     size = SMALLEST if smallest else Size(ROOMS, TESTED, SPECTRA, GIVEN, minutes)
     result: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:
-        for setting in size.rooms:
+        for setting in settings:
             result |= scores_of(Path(temporary) if folder is None else folder, setting, size)
     if figure is not None and not smallest:
-        draw(result, figure)
+        draw(result, settings, figure)
     print_figures(result, json_output, smallest)
 
 
-def draw(found: Scores, path: Path) -> None:
+def draw(found: Scores, settings: tuple[Setting, ...], path: Path) -> None:
     """Draw the mean SSIM over the number of known spectra, a panel for each setting."""
-    drawn = Figure(figsize=(10, 3.8), layout="constrained")
-    panels = drawn.subplots(1, 3, sharey=True)
+    drawn = Figure(figsize=(2 + 3 * len(settings), 3.8), layout="constrained")
+    panels = drawn.subplots(1, len(settings), sharey=True, squeeze=False)[0]
     styles = line_styles(USUAL)
-    for axis, setting in zip(panels, ROOMS, strict=True):
+    for axis, setting in zip(panels, settings, strict=True):
         for label in USUAL:
             row = found[f"{setting}, {label}, mean SSIM"]
             axis.plot([int(size.split()[0]) for size in row], list(row.values()), label=label, **styles[label])
