@@ -178,7 +178,7 @@ def random_room(
         >>> moved = random_room(1, furniture=7)
         >>> room.gateway == moved.gateway, [item.name for item in moved.objects[8:11]]
         (True, ['locker', 'boiler', 'partition'])
-        >>> random_room(1, shape="l").objects[0].mesh.area < room.objects[0].mesh.area
+        >>> bool(random_room(1, shape="l").objects[0].mesh.area < room.objects[0].mesh.area)
         True
     """
     require_seed(seed=seed)

@@ -214,7 +214,7 @@ TRIALS: dict[str, list[Trial]] = {
     ],
     "rooms": [
         *_trials("rooms -o out", [("-o out2", "-o out"), "-n 3", "--setting same", "--seed 1"], SIMULATED_ROOMS),
-        *_trials("rooms -o out", ["--spectra 3", "--pieces 1 3", "--shape l", "--large"], SIMULATED_ROOMS),
+        *_trials("rooms -o out -n 2", ["--spectra 3", "--pieces 1 3", "--shape l", "--large"], SIMULATED_ROOMS),
     ],
     "predict": [
         *_trials(
