@@ -32,6 +32,7 @@ from learn.reports.coverage_report import write_coverage as write_coverage
 from learn.reports.plots import plot_cdf as plot_cdf
 from learn.reports.plots import plot_polar as plot_polar
 from learn.reports.plots import plot_spectrum as plot_spectrum
+from learn.rooms.compare_rooms import compare_rooms as compare_rooms
 from learn.training.model_export import export as export
 from learn.training.run_folder import Run as Run
 from learn.training.run_folder import load_run as load_run
@@ -64,6 +65,7 @@ from simulate.exchange.csi_export import export_csi as export_csi
 from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo as export_deepmimo
 from simulate.exchange.given_responses import write_dataset as write_dataset
 from simulate.exchange.hdf5_export import export_hdf5 as export_hdf5
+from simulate.generation.simulated_rooms import simulate_rooms as simulate_rooms
 from simulate.generation.simulation import simulate as simulate
 from simulate.rays.core.propagation import Propagation as Propagation
 from simulate.rays.tracer import Tracer as Tracer

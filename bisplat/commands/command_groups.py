@@ -10,6 +10,7 @@ from bisplat.commands.comparison_commands import ablate, compare, sweep
 from bisplat.commands.coverage_command import coverage
 from bisplat.commands.dataset_commands import convert, dataset, responses
 from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
+from bisplat.commands.rooms_command import rooms
 from bisplat.commands.rssi_command import rssi
 from bisplat.commands.scene_command import scene
 from bisplat.commands.simulate_command import simulate
@@ -20,7 +21,7 @@ from bisplat.commands.view_command import view
 GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "From a scene to a model": (scene, simulate, train, evaluate, view),
     "First look": (demo,),
-    "Datasets": (check, dataset, convert, responses, rssi),
+    "Datasets": (check, dataset, convert, responses, rssi, rooms),
     "Predictions": (predict, locate, plan, coverage, export),
     "Comparisons": (crossvalidate, compare, ablate, sweep, engines),
     "Benchmarks": (benchmark, score),

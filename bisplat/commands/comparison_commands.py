@@ -13,12 +13,13 @@ from tyro.conf import Positional, arg
 from bisplat.commands.compared_quantities import Fitted, compare_quantity, sweep_quantity
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force
+from bisplat.commands.rooms_command import compare_in_rooms
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.text_tables import print_rows
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.folder_kinds import is_csi, is_rooms, is_rssi
 
 if TYPE_CHECKING:
     ModelName = str
@@ -45,12 +46,16 @@ Models = Annotated[
 TestSpectra = Annotated[int | None, arg(help="largest number of test spectra to score (default: all).")]
 Json = Annotated[bool, arg(help="print the table as JSON.")]
 
+ComparedFolder = Annotated[
+    Positional[Path], arg(help="NeRF² dataset folder, one of powers (RSSI) or channels (CSI), or one of bisplat rooms.")
+]
+
 CONTINUED = "received powers or channels, found spectra, whose results are continued"
 """Why --force is refused."""
 
 
 def compare(
-    dataset: Folder,
+    dataset: ComparedFolder,
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
     models: Models = (),
     split: Split = "files",
@@ -59,18 +64,27 @@ def compare(
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
     over_band: bool = False,
+    given: tuple[int, ...] = (),
+    test_rooms: int | None = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Compare models and baselines on one dataset.
+    """Compare models and baselines on one dataset or in new rooms.
 
     The same command again adds missing rows and redraws the figures.
 
     Args:
-        output: folder for the table, its figure, the scores and the runs. RSSI and CSI do without one.
+        output: folder for the table, its figure, the scores and the runs. RSSI, CSI and rooms do without one.
         over_band: score responses over the band of a dataset, instead of spectra.
-        force: replace existing output files of received powers, channels or responses.
+        given: of rooms, numbers of known spectra in a test room (default: 5 10 25 50 100).
+        test_rooms: of rooms, number of test rooms, the last ones (default: a quarter).
+        force: replace existing output files of received powers, channels, responses or rooms.
     """
+    if is_rooms(dataset):
+        refuse_given(["--over-band"], f"a dataset of spectra with a band, found the rooms of {dataset}")
+        compare_in_rooms(dataset, models, given, test_rooms, test_spectra, seeds, budget, output, force, json)
+        return
+    refuse_given(["--given", "--test-rooms"], f"a folder of bisplat rooms, found {dataset}")
     if over_band:
         if is_rssi(dataset) or is_csi(dataset):
             refuse_given(["--over-band"], "a dataset of spectra with a band, found powers or channels")

@@ -33,6 +33,9 @@ SAME = {
 }
 """Options that say the same, or one of which would be ignored beside the other."""
 
+OF_ROOMS = {"-n": "--rooms", "--spectra": "--spectra"}
+"""What bisplat rooms has otherwise: it takes a number of rooms, and one of spectra in each."""
+
 
 def given_options() -> list[str]:
     """The names of the options on the command line, as the user wrote them.
@@ -85,9 +88,10 @@ def refuse_repeated() -> None:
     scenes.files.errors.InputError: -n and --positions: expected one of them, found both
     """
     first: dict[str, str] = {}
+    same = SAME | (OF_ROOMS if sys.argv[1:2] == ["rooms"] else {})
     for name in given_options():
         positive = name.replace("--no-", "--", 1)
-        before = first.setdefault(SAME.get(positive, positive), name)
+        before = first.setdefault(same.get(positive, positive), name)
         if before != name:
             raise InputError(f"{before} and {name}: expected one of them, found both")
         if given_options().count(name) > 1:

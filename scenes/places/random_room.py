@@ -1,26 +1,49 @@
 """Random furnished rooms, for judging rays and models in rooms that nobody tuned them to.
 
 A seed decides everything: size, materials, doors and windows, furniture, the gateway's place and direction, and the
-transmitter region. The rooms are small, two to four metres, so that full wave solves them in minutes. All antennas are
-short dipoles, which rays and full wave support both.
+transmitter region. The rooms are small, two to four metres, so that full wave solves them in minutes; larger ones and
+L-shaped ones are made on demand. All antennas are short dipoles, which rays and full wave support both.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 
 from scenes.checks.validation import validate
-from scenes.files.errors import require_seed, require_whole
+from scenes.files.errors import require_flag, require_seed, require_whole, require_word
 from scenes.places.furniture import KINDS, Kind, placed
 from scenes.places.room import GAP, Finish, Opening, Side, build_place, build_room
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.shapes import bounding_box
 
-LENGTH, WIDTH, HEIGHT = (2.8, 4.0), (2.4, 3.2), (2.3, 2.7)
-"""Ranges of a room's extents, metres."""
+Shape = Literal["rectangle", "l"]
+"""Outline of a room: a rectangle, or one that lacks a corner."""
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class _Sizes:
+    """How large rooms are.
+
+    Attributes:
+        extents: ranges of length, width and height, metres.
+        region: extents of the transmitter region, metres.
+    """
+
+    extents: tuple[tuple[float, float], ...]
+    region: Vector
+
+
+SMALL = _Sizes(((2.8, 4.0), (2.4, 3.2), (2.3, 2.7)), (1.0, 1.0, 0.8))
+LARGE = _Sizes(((4.5, 8.0), (4.0, 6.0), (2.4, 3.0)), (2.0, 2.0, 1.0))
+
+INNER = 0.55, 0.75
+"""Range of the inner corner of an L-shaped room, as shares of its length and width."""
 
 WALLS = (Finish("concrete"), Finish("brick"), Finish("brick"), Finish("plasterboard", 0.10), Finish("wood", 0.06))
 FLOORS = Finish("concrete"), Finish("wood", 0.04)
@@ -29,9 +52,6 @@ CEILINGS = Finish("concrete"), Finish("concrete"), Finish("plasterboard", 0.04)
 
 MOST_PIECES, TRIES = 12, 40
 """Largest number of pieces to ask for; places that are tried for a piece before it is left out."""
-
-REGION = 1.0, 1.0, 0.8
-"""Extents of the transmitter region, metres."""
 
 RASTER = 0.025
 """Sizes of rooms are multiples of twice this length, and flat metal that is not turned has its corners at multiples, so
@@ -42,6 +62,39 @@ CLEARANCE, NEAR_GATEWAY = 0.06, 0.36
 
 TURNS: dict[Side, float] = {"north": 0, "west": 90, "south": 180, "east": 270}
 """Rotation of a piece whose back is at a wall, degrees."""
+
+
+@dataclass(frozen=True)
+class _Outline:
+    """The outline of a room.
+
+    Attributes:
+        size: extents, metres.
+        inner: x and y of the inner corner, metres; the room lacks what is beyond both. In a rectangle, there is nothing
+            beyond.
+    """
+
+    size: Float[np.ndarray, " 3"]
+    inner: Float[np.ndarray, " 2"]
+
+    @property
+    def outside(self) -> list[Float[np.ndarray, "2 3"]]:
+        """The box that an L-shaped room lacks; none of a rectangle."""
+        box = np.array([[*self.inner, 0.0], self.size])
+        return [box] if (box[0] < box[1]).all() else []
+
+    def touches_outside(self, bounds: Float[np.ndarray, "2 3"], margin: float) -> bool:
+        """Whether a box is nearer to what an L-shaped room lacks than a margin, metres."""
+        return bool(self.outside) and bool((bounds[1, :2] > self.inner - margin).all())
+
+    def wall(self, side: Side) -> float:
+        """Length of the wall that has the openings of a side, metres."""
+        return float({"north": self.inner[0], "east": self.inner[1], "south": self.size[0], "west": self.size[1]}[side])
+
+
+def _on_raster(lengths: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Lengths rounded to multiples of twice ``RASTER``, metres."""
+    return 2 * RASTER * np.round(lengths / (2 * RASTER))
 
 
 @dataclass
@@ -90,76 +143,116 @@ class _Room:
         return any((bounds[0] < other[1]).all() and (other[0] < bounds[1]).all() for other in self.keep_free)
 
 
-def random_room(seed: int, pieces: tuple[int, int] = (3, 9)) -> Scene:
+def random_room(
+    seed: int,
+    pieces: tuple[int, int] = (3, 9),
+    *,
+    furniture: int | None = None,
+    shape: Shape = "rectangle",
+    large: bool = False,
+) -> Scene:
     """Make a random furnished room.
 
     Args:
         seed: decides everything; rooms of the same version and seed are equal.
         pieces: least and largest number of pieces of furniture to draw, 0 to 12. A piece that finds no place is left
             out.
+        furniture: a seed of the furniture alone. Rooms that differ in it have the same walls, materials, doors and
+            windows and the same antennas. None: ``seed`` decides the furniture, too.
+        shape: "rectangle", or "l": the room lacks a corner.
+        large: whether the room has four to eight metres and a larger transmitter region.
 
     Returns:
         A checked scene "room N" at 915 MHz.
 
     Raises:
-        ParameterError: the seed or a number of pieces is not valid.
+        ParameterError: a seed, a number of pieces, or the shape is not valid.
 
     Example:
         >>> room = random_room(1)
         >>> room.name, room.gateway == random_room(1).gateway, room.gateway == random_room(2).gateway
         ('room 1', True, False)
+
+        The same room with other furniture, and an L-shaped one:
+
+        >>> moved = random_room(1, furniture=7)
+        >>> room.gateway == moved.gateway, [item.name for item in moved.objects[8:11]]
+        (True, ['locker', 'boiler', 'partition'])
+        >>> bool(random_room(1, shape="l").objects[0].mesh.area < room.objects[0].mesh.area)
+        True
     """
     require_seed(seed=seed)
+    if furniture is not None:
+        require_seed(furniture=furniture)
+    require_word(get_args(Shape), shape=shape)
+    require_flag(large=large)
     for number in pieces:
         require_whole(0, MOST_PIECES, pieces=number)
     generator = np.random.default_rng(seed)
-    size = 2 * RASTER * np.round([generator.uniform(*each) / (2 * RASTER) for each in (LENGTH, WIDTH, HEIGHT)])
+    sizes = LARGE if large else SMALL
+    size = _on_raster(np.array([generator.uniform(*each) for each in sizes.extents]))
+    outline = _Outline(size, _on_raster(size[:2] * generator.uniform(*INNER, size=2)) if shape == "l" else size[:2])
     finishes = [WALLS[number] for number in generator.integers(len(WALLS), size=4)]
     floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
-    openings = _openings(size, generator)
-    gateway, transmitter = _antennas(size, generator)
+    openings = _openings(outline, generator)
+    gateway, transmitter = _antennas(outline, np.array(sizes.region), generator)
+    if furniture is not None:
+        generator = np.random.default_rng([seed, furniture])
     around = np.array([[-1.0], [1.0]])
     of_antennas = [
         transmitter.region + CLEARANCE * around,
         np.array(gateway.position) + NEAR_GATEWAY * around,
     ]
-    room = _Room(size, [*of_antennas, *(_before(opening, size) for opening in openings)], generator)
+    keep_free = [*of_antennas, *(_before(opening, size) for opening in openings), *outline.outside]
+    room = _Room(size, keep_free, generator)
     wanted = int(generator.integers(pieces[0], pieces[1] + 1))
     kinds = [KINDS[number] for number in generator.permutation(len(KINDS))[:wanted]]
-    furniture = [piece for piece in map(room.place, kinds) if piece is not None]
+    placed_pieces = [piece for piece in map(room.place, kinds) if piece is not None]
     south, north, west, east = finishes
     walls = build_room(
-        tuple(size.tolist()), openings, floor=floor, ceiling=ceiling, south=south, north=north, west=west, east=east
+        tuple(size.tolist()),
+        openings,
+        floor=floor,
+        ceiling=ceiling,
+        south=south,
+        north=north,
+        west=west,
+        east=east,
+        inner_corner=tuple(outline.inner.tolist()) if shape == "l" else None,
     )
-    scene = build_place(f"room {seed}", (*walls, *furniture), gateway, transmitter)
+    scene = build_place(f"room {seed}", (*walls, *placed_pieces), gateway, transmitter)
     validate(scene, scene.name)
     return scene
 
 
-def _openings(size: Float[np.ndarray, " 3"], generator: np.random.Generator) -> list[Opening]:
+def _openings(outline: _Outline, generator: np.random.Generator) -> list[Opening]:
     """A door, and perhaps a window in another wall."""
     sides: list[Side] = generator.permutation(list(TURNS)).tolist()
 
     def along(side: Side, width: float) -> tuple[float, float]:
-        length = size[0] if side in ("south", "north") else size[1]
-        start = generator.uniform(0.15, length - width - 0.15)
+        start = generator.uniform(0.15, outline.wall(side) - width - 0.15)
         return round(float(start), 2), round(float(start + width), 2)
 
     door = Opening("door", sides[0], *along(sides[0], 0.85), 0.0, 2.0, str(generator.choice(["wood", "glass"])), 0.04)
     if generator.random() < 0.3:
         return [door]
-    width = generator.uniform(0.8, 1.4)
+    width = min(generator.uniform(0.8, 1.4), outline.wall(sides[1]) - 0.4)
     return [door, Opening("window", sides[1], *along(sides[1], width), 0.9, 2.0, "glass")]
 
 
-def _antennas(size: Float[np.ndarray, " 3"], generator: np.random.Generator) -> tuple[Gateway, Transmitter]:
+def _antennas(
+    outline: _Outline, extents: Float[np.ndarray, " 3"], generator: np.random.Generator
+) -> tuple[Gateway, Transmitter]:
     """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it."""
+    size = outline.size
     while True:
-        low = generator.uniform([0.3, 0.3, 0.4], size - np.array(REGION) - [0.3, 0.3, 0.4])
-        region = np.array([low, low + REGION]).round(2)
+        low = generator.uniform([0.3, 0.3, 0.4], size - extents - [0.3, 0.3, 0.4])
+        region = np.array([low, low + extents]).round(2)
         place = generator.uniform([0.36, 0.36, 0.8], size - 0.36).round(2)
         outside = np.maximum(region[0] - place, place - region[1]).clip(0)
         from_walls = np.minimum(place, size - place)[:2].min()
+        if outline.touches_outside(region, 0.3) or outline.touches_outside(np.array([place, place]), 0.36):
+            continue
         if np.linalg.norm(outside) > 0.6 and from_walls < 0.6:
             break
     towards = region.mean(axis=0) - place

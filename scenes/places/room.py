@@ -75,6 +75,7 @@ def build_room(
     north: Finish,
     west: Finish,
     east: Finish,
+    inner_corner: tuple[float, float] | None = None,
 ) -> list[SceneObject]:
     """Build floor, ceiling and four walls, with the windows and doors in their openings.
 
@@ -87,23 +88,41 @@ def build_room(
         north: material of the wall at the largest y.
         west: material of the wall at x = 0.
         east: material of the wall at the largest x.
+        inner_corner: x and y of the corner that points into an L-shaped room, metres: the room lacks what is beyond
+            both. The walls north and east then have two parts each, and openings only in the part along the outline's
+            longest sides. None: the room is rectangular.
     """
     length, width, height = size
+    inner_x, inner_y = inner_corner or (length, width)
     x, y, up = np.array([length, 0.0, 0.0]), np.array([0.0, width, 0.0]), np.array([0.0, 0.0, height])
     # Corner, vector along the wall, outward normal, and finish of each wall.
     walls: dict[Side, tuple[np.ndarray, np.ndarray, np.ndarray, Finish]] = {
         "south": (np.zeros(3), x, -y / width, south),
-        "north": (y, x, y / width, north),
+        "north": (y, np.array([inner_x, 0.0, 0.0]), y / width, north),
         "west": (np.zeros(3), y, -x / length, west),
-        "east": (x, y, x / length, east),
+        "east": (x, np.array([0.0, inner_y, 0.0]), x / length, east),
     }
+    inner = (
+        {
+            "north": sheet((inner_x, inner_y, 0), (length - inner_x, 0, 0), up),
+            "east": sheet((inner_x, inner_y, 0), (0, width - inner_y, 0), up),
+        }
+        if inner_corner
+        else {}
+    )
+    below, above = sheet((0, 0, 0), x, y), sheet(up, y, x)
+    if inner_corner:
+        below, above = _l_shape(size, inner_corner, 0.0), _l_shape(size, inner_corner, height)
     objects = [
-        SceneObject("floor", sheet((0, 0, 0), x, y), floor.material, floor.thickness),
-        SceneObject("ceiling", sheet(up, y, x), ceiling.material, ceiling.thickness),
+        SceneObject("floor", below, floor.material, floor.thickness),
+        SceneObject("ceiling", above, ceiling.material, ceiling.thickness),
     ]
     for side, (corner, along, _, finish) in walls.items():
         holes = [(o.start, o.end, o.bottom, o.top) for o in openings if o.side == side]
-        objects.append(SceneObject(f"wall {side}", sheet(corner, along, up, holes), finish.material, finish.thickness))
+        wall = sheet(corner, along, up, holes)
+        if side in inner:
+            wall = union(wall, inner[side])
+        objects.append(SceneObject(f"wall {side}", wall, finish.material, finish.thickness))
     for o in openings:
         corner, along, out, _ = walls[o.side]
         direction = along / np.linalg.norm(along)
@@ -112,6 +131,17 @@ def build_room(
         pane = sheet(start, (o.end - o.start + 2 * BEHIND) * direction, (0, 0, o.top + BEHIND - bottom))
         objects.append(SceneObject(o.name, pane, o.material, o.thickness))
     return objects
+
+
+def _l_shape(size: tuple[float, float, float], inner_corner: tuple[float, float], height: float) -> Trimesh:
+    """The floor of an L-shaped room, or its ceiling if the height is not 0: triangles around the inner corner."""
+    length, width, _ = size
+    x, y = inner_corner
+    outline = [(0, 0), (length, 0), (length, y), (x, y), (x, width), (0, width)]
+    faces = [(3, 4, 5), (3, 5, 0), (3, 0, 1), (3, 1, 2)]
+    if height:
+        faces = [face[::-1] for face in faces]  # it faces down
+    return Trimesh([(*corner, height) for corner in outline], faces, process=False)
 
 
 def table(x: float, y: float, length: float, width: float, height: float = 0.74) -> Trimesh:

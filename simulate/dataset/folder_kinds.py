@@ -1,4 +1,4 @@
-"""Tell the kinds of dataset folders: spectra, received powers (RSSI), channels (CSI), and unfinished ones."""
+"""Tell the kinds of dataset folders: spectra, powers (RSSI), channels (CSI), rooms, and unfinished ones."""
 
 from __future__ import annotations
 
@@ -10,6 +10,19 @@ POWERS = "gateway_rssi.csv"
 
 CHANNELS = "csidata.npy"
 """The file of channels, which no folder of spectra has."""
+
+
+ROOMS = "rooms.json"
+"""The file that describes a folder of rooms, each of which is a dataset folder."""
+
+
+def is_rooms(folder: Path) -> bool:
+    """Whether a folder holds the datasets of several rooms.
+
+    Args:
+        folder: the folder, which need not exist.
+    """
+    return os.path.lexists(folder / ROOMS)
 
 
 def is_rssi(folder: Path) -> bool:
@@ -66,6 +79,8 @@ dataset turns into spectra if their positions are known'
             "channels over subcarriers (CSI), which bisplat check describes and bisplat dataset turns into spectra if "
             "their positions are known"
         )
+    elif is_rooms(folder):
+        found = "several rooms, each of which is one; bisplat compare takes them together"
     else:
         return None
     return f"{folder}: expected a dataset of spectra, found {found}"

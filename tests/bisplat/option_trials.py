@@ -68,6 +68,8 @@ LOCATED_POWERS = "learn.localisation.locate_powers:locate_powers"
 LOCATED = "learn.evaluation.locations:heard_by"
 CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
 COMPARED_POWERS = "learn.powers.compare_powers:compare_powers"
+COMPARED_ROOMS = "learn.rooms.compare_rooms:compare_rooms"
+SIMULATED_ROOMS = "simulate.generation.simulated_rooms:simulate_rooms"
 COMPARED_CHANNELS = "learn.channels.compare_channels:compare_channels"
 NEAREST = "compare others -o out --models nearest"
 ABLATE = "ablate data -o out --models bisplat-aperture --steps 1 --seeds 1"
@@ -215,6 +217,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(POWERS, [("--max-depth 0", "--max-depth 1 --no-diffraction --rays 500")]),
         *_trials("rssi rough/scene.yaml -o out --gateways gateways.yml", TRACED, MADE_POWERS),
     ],
+    "rooms": [
+        *_trials("rooms -o out", [("-o out2", "-o out"), "-n 3", "--setting same", "--seed 1"], SIMULATED_ROOMS),
+        *_trials("rooms -o out -n 2", ["--spectra 3", "--pieces 1 3", "--shape l", "--large"], SIMULATED_ROOMS),
+    ],
     "predict": [
         *_trials(
             "predict mlp --positions places.csv -o out.npz", [("--positions others.csv", "--positions places.csv")]
@@ -282,6 +288,9 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("compare heard", ["--models mean", "--split random", "--guard 0.1", "--seeds 2"], COMPARED_POWERS),
         *_trials("compare heard --models log:Own", ["--budget 1"], COMPARED_POWERS),
         *_trials("compare heard --models mean", ["--json", "-o out"]),
+        *_trials("compare places", ["--given 3", "--test-rooms 1", "--models mean", "--seeds 2"], COMPARED_ROOMS),
+        *_trials("compare places", ["--test-spectra 1", "--budget 1"], COMPARED_ROOMS),
+        *_trials("compare places --models mean --given 3", ["--json", "-o out"]),
         *_trials("compare links", ["--models copy", "--split random", "--seeds 2"], COMPARED_CHANNELS),
         *_trials("compare links --models copy", ["--json", "-o out"]),
         *_trials("compare banded -o out --models nearest", ["--over-band"]),

@@ -125,6 +125,15 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "frequency": (*NUMBER, 0, 2.4), "floor_dbm": (*NUMBER, -101, 61, None),
             },
         ),
+        "simulate_rooms": Call(
+            bisplat.simulate_rooms,
+            {"output": "out", "n": 1, "spectra": 2},
+            {
+                "output": PATH, "n": WHOLE, "setting": WORD, "seed": SEED, "spectra": WHOLE[:7], "large": FLAG,
+                "pieces": (3, "x", None, (1,), (1, 2, 3), (-1, 3), (0, 13), (3, 2), (1.5, 3)), "shape": WORD,
+            },
+            {"options": "those of simulate"},
+        ),
         "simulate_rssi": Call(
             bisplat.simulate_rssi,
             {"scene": scene, "folder": "out", "gateways": {"door": (2.0, 0.5, 1.8)}, "n": 2},
@@ -343,6 +352,16 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         ),
         "compare": Call(
             bisplat.compare, {"dataset": data, "models": ["nearest"]}, COMPARED | ALSO | {"models": NAMES[:6]}
+        ),
+        "compare_rooms": Call(
+            bisplat.compare_rooms,
+            {"rooms": file.with_name("rooms"), "methods": ["mean"]},
+            {
+                "rooms": (*PATH, "nowhere", data), "methods": NAMES[:6],
+                "given": ("x", 3, [], [0], [2, 2], [99], [1.5]),
+                "test_rooms": (*WHOLE[:6], 2), "test_spectra": WHOLE[:5], "seed": SEED, "seeds": WHOLE,
+                "budget": (*NUMBER, 0),
+            },
         ),
         "compare_powers": Call(
             bisplat.compare_powers,
@@ -610,6 +629,8 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
     write_links(file.with_name("links"), np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
     write_links(file.with_name("placed_links"), np.exp(1j * np.arange(12 * 2 * 8)).reshape(12, 2, 8))
     write_positions(file.with_name("placed_links") / "tx_pos.csv", places)
+    sight = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
+    bisplat.simulate_rooms(file.with_name("rooms"), 1, spectra=12, propagation=sight)
     return calls(run, tiny, bisplat.load_scene("closet"), file)
 
 

@@ -29,6 +29,8 @@ from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 from simulate.exchange.given_responses import write_dataset
+from simulate.generation.simulated_rooms import simulate_rooms
+from simulate.rays.core.propagation import Propagation
 from simulate.rssi.given_powers import write_rssi
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
@@ -125,6 +127,7 @@ def place(tmp_path_factory) -> Path:
         "wide": band,
     }
     np.savez(folder / "recording.npz", **arrays)
+    simulate_rooms(folder / "places", 2, spectra=6, propagation=Propagation(max_depth=0, diffraction=False, rays=100))
     box((-1, 2, 0), (4, 2.2, 2.4)).export(folder / "wall.obj")
     scene = small_scene(SceneObject("board", sheet((1.5, -3, 0), (0, 3, 0), (0, 0, 3)), "wood"))
     rough = {

@@ -26,6 +26,7 @@ def smaller(arguments: list[str]) -> list[str]:
     limit_of = {
         "simulate": {"-n": SPECTRA, "--spectra": SPECTRA, "--patches": 50},
         "rssi": {"-n": SPECTRA},
+        "rooms": {"-n": 3, "--spectra": 15},
         "crossvalidate": {"-n": 6, "--positions": 6},
         "engines": {"-n": 6, "--positions": 6},
         "plan": {"-n": 3, "--positions": 3},
@@ -100,6 +101,17 @@ def use_small_sizes() -> None:
     by_steps.STEPS_PER_VALIDATION = 2
 
 
+def trace_rooms_coarsely() -> None:
+    """Make the rays of ``bisplat rooms``, which has no options for them, coarse."""
+    from functools import partial
+
+    from simulate.generation import simulated_rooms
+    from simulate.rays.core.propagation import Propagation
+
+    coarse: Any = Propagation(**COARSE)  # type: ignore[arg-type]
+    simulated_rooms.simulate = partial(simulated_rooms.simulate, propagation=coarse)
+
+
 def use_small_functions() -> None:
     """Make the functions of ``bisplat`` that take long do less."""
     import bisplat
@@ -141,6 +153,8 @@ if __name__ == "__main__":
     sys.argv[:] = [__file__, *(sys.argv[1:] if asks_for_help else smaller(sys.argv[1:]))]
     if not asks_for_help:
         use_small_sizes()
+    if sys.argv[1:2] == ["rooms"]:
+        trace_rooms_coarsely()
     serves = sys.argv[1:2] == ["view"] or "--view" in sys.argv
     if serves:
         close_when_shown()

@@ -1,9 +1,12 @@
 """Random rooms are the same for a seed, differ between seeds, and are valid places with everything inside."""
 
+import collections
+
 import numpy as np
 import pytest
 
 from scenes.checks.occupancy import blocking_object
+from scenes.drawing.floor_plan import section
 from scenes.files.errors import ParameterError
 from scenes.places.furniture import KINDS
 from scenes.places.random_room import CLEARANCE, GAP, RASTER, random_room
@@ -62,3 +65,31 @@ def test_furniture_can_be_left_out():
 def test_a_seed_that_is_none_is_refused():
     with pytest.raises(ParameterError, match="seed"):
         random_room(-1)
+
+
+@pytest.mark.parametrize("large", [False, True])
+@pytest.mark.parametrize("seed", range(6))
+def test_l_shaped_rooms_are_closed_and_everything_is_inside(seed, large):
+    room = random_room(seed, (1, 12), shape="l", large=large)
+    outline = room.objects[0].mesh.vertices
+    inner, size = outline[3, :2], outline.max(axis=0)[:2]
+    assert (inner < 0.8 * size).all() and (inner > 0.5 * size).all()
+    inside = [item.mesh.bounds for item in room.objects[WALLS:] if item.name not in ("door", "window")]
+    for low, high in [*inside, room.transmitter.region, [room.gateway.position] * 2]:
+        assert (np.asarray(low)[:2] >= 0).all()
+        assert (np.asarray(high)[:2] <= size).all() and (np.asarray(high)[:2] <= inner).any()
+    above = room.bounds[1, 2] - 0.1  # the openings
+    lines = np.concatenate([section(item.mesh, above) for item in room.objects[2:WALLS]])
+    assert np.linalg.norm(lines[:, 0] - lines[:, 1], axis=1).sum() == pytest.approx(2 * size.sum())
+    ends = collections.Counter(map(tuple, lines.reshape(-1, 2).round(6).tolist()))
+    assert set(ends.values()) == {2}
+
+
+def test_moved_furniture_leaves_the_room_as_it_is():
+    first, second = (random_room(3, furniture=number) for number in (1, 2))
+    assert first.gateway == second.gateway and first.transmitter == second.transmitter
+    for one, other in zip(first.objects[:WALLS], second.objects[:WALLS], strict=True):
+        np.testing.assert_array_equal(one.mesh.vertices, other.mesh.vertices)
+    names = [{item.name for item in room.objects} - {"door", "window"} for room in (first, second)]
+    assert names[0] != names[1]
+    assert (random_room(3, large=True).bounds[1] > random_room(3).bounds[1]).all()

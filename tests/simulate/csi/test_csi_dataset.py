@@ -229,7 +229,7 @@ def test_check_warns_of_oddities(change, warning, folder):
     "command",
     [
         *("train mimo -o out", "ablate mimo -o out", "convert mimo -o out", "responses mimo"),
-        *("simulate mimo -o out", "export mimo --deepmimo out", "export mimo --hdf5 out", "view mimo"),
+        *("simulate mimo -o out", "export mimo --deepmimo out", "export mimo --hdf5 out"),
         *("engines mimo -o out", "calibrate closet mimo -o out", "check mimo --split random"),
     ],
 )

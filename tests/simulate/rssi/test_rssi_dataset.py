@@ -271,8 +271,8 @@ def test_hdf5_has_all(folder, tmp_path):
     "command",
     [
         *("train hall -o out", "ablate hall -o out", "convert hall -o out", "responses hall"),
-        *("simulate hall -o out", "export hall --deepmimo out", "view hall", "engines hall -o out"),
-        *("calibrate closet hall -o out", "check hall --split random"),
+        *("simulate hall -o out", "export hall --deepmimo out", "engines hall -o out"),
+        "check hall --split random",
     ],
 )
 def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, capsys):

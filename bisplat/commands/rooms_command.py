@@ -1,0 +1,119 @@
+"""``bisplat rooms``, and what ``bisplat compare`` does with its folder."""
+
+from __future__ import annotations
+
+import json as json_format
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import arg
+
+from bisplat.commands.given_options import refuse_given
+from bisplat.commands.simulate_command import Output
+from scenes.files.errors import printable
+from scenes.files.output_folder import new_folder
+from scenes.files.plain_text import say
+from scenes.files.text_tables import print_rows
+from simulate.dataset.room_settings import Outline, Setting
+
+if TYPE_CHECKING:
+    from learn.rooms.room_comparison import RoomComparison
+
+
+def rooms(
+    output: Output,
+    number: Annotated[int, arg(name="rooms", aliases=["-n"])] = 10,
+    setting: Setting = "layout",
+    seed: int = 0,
+    spectra: int = 200,
+    pieces: tuple[int, int] = (1, 12),
+    shape: Outline = "rectangle",
+    large: bool = False,
+) -> None:
+    """Simulate spectra in many random rooms.
+
+    If the command is interrupted, the same command continues. bisplat compare scores methods in the last rooms.
+
+    Args:
+        output: the folder: a dataset folder for each room, and rooms.png with all floor plans.
+        number: number of rooms.
+        setting: what differs from room to room. same: the transmitter's positions; furniture: the furniture, too;
+            layout: everything.
+        seed: seed of the first room.
+        spectra: number of spectra in each room.
+        pieces: least and largest number of pieces of furniture, 0 to 12.
+        shape: outline of the rooms; l: L-shaped; both: every second one is.
+        large: make rooms of four to eight metres instead of two to four.
+    """
+    from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
+
+    made = simulate_rooms(output, number, setting, seed=seed, spectra=spectra, pieces=pieces, shape=shape, large=large)
+    print(printable(f"{len(made)} rooms: {output}"))
+    print(printable(f"floor plans: {output / GALLERY}"))
+
+
+def compare_in_rooms(
+    folder: Path,
+    methods: tuple[str, ...],
+    given: tuple[int, ...],
+    test_rooms: int | None,
+    test_spectra: int | None,
+    seeds: int,
+    budget: float,
+    output: Path | None,
+    force: bool,
+    json: bool,
+) -> None:
+    """Compare methods in the test rooms of a folder, and print the table.
+
+    Args:
+        folder: the folder of rooms.
+        methods: names of the methods; none: all usual ones.
+        given: numbers of known spectra; none: all usual ones.
+        test_rooms: number of test rooms. None: a quarter.
+        test_spectra: largest number of test spectra in a room. None: all.
+        seeds: number of fits of each method.
+        budget: training time of each method that learns in other rooms, minutes.
+        output: folder for results.json, table.tex, table.csv and the figure. None: nothing is written.
+        force: existing files may be replaced.
+        json: print all scores as JSON.
+    """
+    refuse_given(["--split", "--guard"], "a dataset, found rooms, in each of which known spectra are drawn at random")
+    from learn.rooms.compare_rooms import compare_rooms
+    from learn.rooms.room_methods import ROOM_METHODS
+
+    learning = [name for name in methods if ":" in name or hasattr(ROOM_METHODS.get(name), "learn")]
+    if methods and not learning:
+        refuse_given(["--budget"], f"a method that learns in other rooms, found {', '.join(methods)}")
+
+    def compared() -> RoomComparison:
+        return compare_rooms(
+            folder,
+            methods or None,
+            given=given or None,
+            test_rooms=test_rooms,
+            test_spectra=test_spectra,
+            seeds=seeds,
+            budget=budget,
+        )
+
+    if output is None:
+        refuse_given(["--force", "--no-force"], "--output beside it, found none")
+        comparison = compared()
+    else:
+        from learn.reports.rooms_report import write_room_comparison
+
+        with new_folder(output, force) as unfinished:
+            comparison = compared()
+            write_room_comparison(comparison, unfinished)
+    if json:
+        print(json_format.dumps(comparison.facts(), indent=2))
+    else:
+        headings, *lines = comparison.cells()
+        rows = [dict(zip(headings, line, strict=True)) for line in lines]
+        print_rows(f"comparison in {len(comparison.test)} test rooms, setting {comparison.setting}", rows)
+        remark = comparison.remark()
+        if remark is not None:
+            print(printable(f"bisplat: {remark}"))
+    if output is not None:
+        say(printable(f"results: {output / 'results.json'}"))

@@ -1,0 +1,48 @@
+"""The files of ``bisplat compare`` for a folder of rooms."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from learn.comparison.doubts import FEW_STEPS, average_name, doubts_of
+from learn.reports.method_styles import DOUBTFUL
+from learn.reports.provenance import Provenance
+from learn.reports.sweep_figure import draw_sweep, over_seeds
+from learn.reports.table_files import write_tables
+from learn.rooms.room_comparison import RoomComparison
+from scenes.files.atomic import write_atomically
+
+
+def write_room_comparison(comparison: RoomComparison, folder: Path) -> None:
+    """Write results.json, table.tex, table.csv, and rooms.png (and .pdf): mean SSIM over the number of known spectra.
+
+    Args:
+        comparison: the result of ``compare_rooms``.
+        folder: folder to write to; it must exist.
+    """
+    averages = comparison.averages()
+    made = _provenance(comparison)
+    facts = {**comparison.facts(), "provenance": made.facts()}
+    write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
+    doubts = doubts_of(averages)
+    rows = {f"{average_name(row)}{DOUBTFUL if average_name(row) in doubts else ''}": row for row in comparison.table()}
+    write_tables(rows, comparison.COLUMNS, folder, made)
+    axes = ("known spectra in a test room", f"mean SSIM\n{over_seeds(averages).strip()}")
+    note = f"† fewer than {FEW_STEPS} training steps: says little" if doubts else ""
+    draw_sweep(averages, "ssim_mean", axes, folder / "rooms.png", made, doubts, note)
+
+
+def _provenance(comparison: RoomComparison) -> Provenance:
+    name = comparison.folder.resolve().name
+    seeds = max(row["seed"] for row in comparison) + 1
+    spectra = next(row["spectra"] for row in comparison)
+    return Provenance(
+        title=f"Comparison of methods in the rooms of {name}",
+        model=", ".join(dict.fromkeys(row["label"] for row in comparison)),
+        dataset=name,
+        split=f"setting {comparison.setting}",
+        spectra=f"{len(comparison.training)} training rooms, {len(comparison.test)} test rooms, {spectra} test spectra",
+        distances="the known spectra of a test room are drawn at random",
+        seed="0" if seeds == 1 else f"0 to {seeds - 1}",
+    )

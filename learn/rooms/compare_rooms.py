@@ -1,0 +1,215 @@
+"""Comparison of methods in rooms that they were not trained in, given a few known spectra of each."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Int
+
+from learn.comparison.makers import check_effort, makers
+from learn.comparison.own_method import built, checked_spectra, named
+from learn.data.metrics import ssim
+from learn.rooms.known_in_room import KnownInRoom
+from learn.rooms.room_comparison import RoomComparison
+from learn.rooms.room_methods import ROOM_METHODS, USUAL, RoomMethod
+from learn.training.own_class import own_class
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    require_instance,
+    require_seed,
+    require_whole,
+    require_word,
+    shown,
+)
+from scenes.files.plain_text import say
+from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.rooms_folder import Rooms, read_rooms
+from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.spectra.spectrum import evenly
+
+GIVEN = 5, 10, 25, 50, 100
+"""Numbers of known spectra of a test room."""
+
+TESTED = 5
+"""One of so many spectra of a test room is a test spectrum, drawn at random."""
+
+TEST_ROOMS = 4
+"""One of so many rooms is a test room, if none are asked for: the last ones."""
+
+
+def compare_rooms(
+    rooms: Rooms | Path | str,
+    methods: Sequence[str] | Mapping[str, str | RoomMethod | Callable[[], RoomMethod]] | None = None,
+    *,
+    given: Sequence[int] | None = None,
+    test_rooms: int | None = None,
+    test_spectra: int | None = None,
+    seed: int = 0,
+    seeds: int = 1,
+    budget: float = 5.0,
+) -> RoomComparison:
+    """Score methods in rooms in which they were not trained.
+
+    The last rooms of the folder are test rooms, the others training rooms. In each test room a random fifth of the
+    spectra is tested, and L of the others, drawn at random, are known. All methods get the same L known spectra, the
+    same for all test positions, and fewer ones are among more. So a score says what L measurements in a new room are
+    worth. (GRaF [yang2026] takes for each test position the L nearest of many measured spectra, which are nearer.)
+
+    A method is an object with two methods. ``fit(room)`` takes ``room.positions`` [L, 3] (metres) and ``room.spectra``
+    [L, 90, 360]; ``room.known`` are their indices in ``room.dataset``. ``predict(positions)`` takes positions [K, 3],
+    and returns spectra [K, 90, 360]. If it also has ``learn(rooms, minutes, seed)``, this is called once before, with
+    the datasets of the training rooms.
+
+    Args:
+        rooms: rooms that ``simulate_rooms`` made, or their folder.
+        methods: some of "mean" (of the known spectra: k nearest neighbours with k = L), "nearest", "inverse-distance"
+            (of the four nearest), "helmholtz" (fitted to the known spectra and responses of the room alone),
+            "helmholtz-pictures" (without the responses), "attention" (over the nearest known spectra, trained in the
+            training rooms: the principle of GRaF), "twin" (with a description of the room that is 3 cm and 20 % wrong),
+            or classes of your own ("module:Class"). Or a dictionary from the label of a row to one of these. None: all
+            but "helmholtz-pictures" and the twin, which take a minute for each fit.
+        given: numbers L of known spectra. None: those of 5, 10, 25, 50 and 100 that the rooms have.
+        test_rooms: number of test rooms. None: a quarter of the rooms.
+        test_spectra: largest number of test spectra in a room, evenly spread over them. None: all of them.
+        seed: seed of the choice of test spectra.
+        seeds: number of fits of each method, with seeds 0, 1, …; each knows other spectra.
+        budget: training time of each method that learns in other rooms, minutes.
+
+    Returns:
+        The scores.
+
+    Raises:
+        InputError: the folder cannot be read, or a room has too few spectra; or something went wrong in a method of
+            your own.
+        ParameterError: a method is unknown, or learns in other rooms where there are none, or another argument is out
+            of its range.
+
+    Example:
+        >>> import bisplat
+        >>> coarse = bisplat.Propagation(max_depth=0, diffraction=False)
+        >>> rooms = bisplat.simulate_rooms("data/two-rooms", 2, spectra=12, propagation=coarse)
+        >>> comparison = bisplat.compare_rooms(rooms, ["mean", "nearest"], given=[5])
+        >>> sorted(row["label"] for row in comparison), comparison.test
+        (['mean', 'nearest'], ('room-001',))
+    """
+    check_effort(budget, seeds)
+    require_seed(seed=seed)
+    require_instance(Rooms, str, PathLike, rooms=rooms)
+    rooms = rooms if isinstance(rooms, Rooms) else read_rooms(rooms)
+    chosen = makers(USUAL if methods is None else methods, _named, "methods")
+    if test_rooms is None:
+        test_rooms = max(1, len(rooms) // TEST_ROOMS)
+    require_whole(1, len(rooms), test_rooms=test_rooms)
+    if test_spectra is not None:
+        require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
+    training, test = rooms.names[: len(rooms) - test_rooms], rooms.names[len(rooms) - test_rooms :]
+    learning = [label for label, make in chosen.items() if hasattr(built(label, make, "methods"), "learn")]
+    if learning and not training:
+        if methods is not None:
+            found = f"found {len(rooms)}, of which {len(test)} are test rooms"
+            raise ParameterError("methods", f"expected a training room for {learning[0]}, {found}")
+        chosen = {label: make for label, make in chosen.items() if label not in learning}
+    datasets = dict(zip(rooms.names, rooms, strict=True))
+    # A room keeps its test spectra, however many rooms are test rooms.
+    tested = [_parts(datasets[name], test_spectra, [seed, rooms.names.index(name)]) for name in test]
+    sizes = _sizes(given, [(datasets[name], len(others)) for name, (_, others) in zip(test, tested, strict=True)])
+    learned_in, tested_in = [datasets[name] for name in training], [datasets[name] for name in test]
+    parts = list(zip(tested_in, tested, strict=True))
+    rows = [
+        row
+        for number in range(seeds)
+        for label, make in chosen.items()
+        for row in _rows(label, make, learned_in, parts, sizes, number, budget)
+    ]
+    return RoomComparison(
+        folder=rooms.folder, setting=rooms.setting, training=training, test=test, minutes=budget, rows=rows
+    )
+
+
+Parts = tuple[Int[np.ndarray, " K"], Int[np.ndarray, " n"]]
+"""Indices of a room's test spectra, and of those that can be known."""
+
+
+def _named(name: str) -> Callable[[], Any]:
+    """The function that makes a method of a name."""
+    if name.partition(":")[2]:
+        return own_class(name, "methods")
+    require_word([*ROOM_METHODS, "module:Class"], methods=name)
+    return ROOM_METHODS[name]
+
+
+def _parts(dataset: Dataset, test_spectra: int | None, seed: Sequence[int]) -> Parts:
+    """A random fifth of the spectra, at least one, and the others."""
+    order = np.random.default_rng(seed).permutation(len(dataset))
+    count = max(1, math.ceil(len(dataset) / TESTED))
+    test = np.sort(order[:count])
+    return (test if test_spectra is None else evenly(test, test_spectra)), np.sort(order[count:])
+
+
+def _sizes(given: Sequence[int] | None, rooms: Sequence[tuple[Dataset, int]]) -> list[int]:
+    """The numbers of known spectra, rising.
+
+    Args:
+        given: as for ``compare_rooms``.
+        rooms: the test rooms' datasets, and how many of their spectra can be known.
+    """
+    smallest, most = min(rooms, key=lambda each: each[1])
+    if given is None:
+        sizes = [size for size in GIVEN if size <= most]
+        if sizes:
+            return sizes
+        given = GIVEN[:1]
+    require_instance(list, tuple, given=given)
+    for size in given:
+        require_whole(1, MOST_POSITIONS, given=size)
+    if not given or len(set(given)) < len(given):
+        raise ParameterError("given", f"expected different numbers of known spectra, found {shown(list(given))}")
+    if max(given) > most:
+        found = f"found {len(smallest)}, of which {most} are not tested"
+        raise InputError(f"{smallest.folder}: expected {max(given)} known spectra beside the test spectra, {found}")
+    return sorted(given)
+
+
+def _rows(
+    label: str,
+    make: Callable[[], Any],
+    training: Sequence[Dataset],
+    tested: Sequence[tuple[Dataset, Parts]],
+    sizes: Sequence[int],
+    seed: int,
+    minutes: float,
+) -> Iterator[dict[str, Any]]:
+    """The rows of a method with one seed."""
+    say(f"{label}, seed {seed}")
+    method = built(label, make, "methods")
+    if hasattr(method, "learn"):
+        with named(label, method, "learn to learn from rooms"):
+            method.learn(training, minutes, seed)
+    for size in sizes:
+        scores, began = [], time.perf_counter()
+        for dataset, (test, others) in tested:
+            known = np.random.default_rng([seed, len(others)]).permutation(others)[:size]
+            with named(label, method, "fit to learn from what is known"):
+                method.fit(KnownInRoom(dataset, known, seed))
+            with named(label, method, "predict to return predictions"):
+                predicted = checked_spectra(label, method.predict(dataset.positions[test]), len(test))
+            scores.append(ssim(predicted, dataset.spectra[test]))
+        together = np.concatenate(scores)
+        yield {
+            "label": label,
+            "seed": seed,
+            "train_size": size,
+            "spectra": len(together),
+            "ssim_mean": round(float(together.mean()), 4),
+            "ssim_median": round(float(np.median(together)), 4),
+            "rooms": [round(float(np.median(each)), 4) for each in scores],
+            "steps": getattr(method, "steps", None),
+            "seconds": round((time.perf_counter() - began) / len(tested), 3),
+        }

@@ -1,0 +1,248 @@
+"""Cross-attention over the spectra of the nearest known transmitters, trained in other rooms.
+
+This follows the principle of GRaF [yang2026] as its abstract describes it: the spectrum at a position is near those at
+the neighbouring positions, so a network attends to the neighbours' spectra by their relative places and learns from
+many rooms how to combine them. It is our own network, not the authors' code. It is smaller, and it decodes each
+direction from one latent vector, where GRaF sums latent voxels along the ray.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from pytorch_msssim import ssim as gaussian_ssim
+from scipy.spatial.transform import Rotation
+from torch import Tensor, nn
+from torch.nn.functional import avg_pool2d, pad
+
+from learn.models.loss import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
+from learn.rooms.known_in_room import KnownInRoom
+from scenes.files.plain_text import say
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+
+POOLED = 6
+"""Pixels along each side of a coarse one, at which the network works. A 4 × 4 array tells directions 25° apart."""
+
+NEAREST = 16
+"""Largest number of known spectra, the nearest ones, that the network attends to."""
+
+LEAST, MOST = 5, 100
+"""Range of the number of known spectra in a training step, drawn evenly in its logarithm."""
+
+BATCH, LEARNING_RATE, WARM_UP = 6, 3e-3, 50
+"""Targets in a training step; the rate of Adam, which rises over ``WARM_UP`` steps and falls to 0 at the end."""
+
+AT_ONCE = 16
+"""Positions that are predicted at once."""
+
+
+@dataclass(frozen=True)
+class RoomTensors:
+    """A room's spectra as the network takes them.
+
+    Attributes:
+        places: transmitter positions relative to the gateway, wavelengths, gateway frame.
+        pictures: coarse spectra, 0…1.
+        directions: unit vectors of the coarse pixels, and of their two tangents, gateway frame.
+    """
+
+    places: Float[Tensor, "K 3"]
+    pictures: Float[Tensor, "K H W"]
+    directions: Float[Tensor, "H W 3 3"]
+
+    @classmethod
+    def of(cls, dataset: Dataset, used: Int[np.ndarray, " K"]) -> RoomTensors:
+        """Those of some spectra of a dataset."""
+        pictures = torch.from_numpy(dataset.spectra[used]).float()
+        middle = dataset.grid.directions[POOLED // 2 :: POOLED, POOLED // 2 :: POOLED]
+        azimuth = np.cross([0.0, 0.0, 1.0], middle)
+        azimuth /= np.linalg.norm(azimuth, axis=-1, keepdims=True)
+        frame = np.stack([middle, azimuth, np.cross(middle, azimuth)], axis=-2)
+        return cls(local_places(dataset, dataset.positions[used]), pooled(pictures), torch.from_numpy(frame).float())
+
+
+def local_places(dataset: Dataset, positions: Float[np.ndarray, "K 3"]) -> Float[Tensor, "K 3"]:
+    """Positions relative to the gateway, wavelengths, gateway frame.
+
+    Args:
+        dataset: whose gateway and wavelength are meant.
+        positions: metres, world frame.
+    """
+    turned = Rotation.from_quat(dataset.gateway_orientation).inv().apply(positions - dataset.gateway_position)
+    return torch.from_numpy(turned / dataset.wavelength).float()
+
+
+def pooled(spectra: Float[Tensor, "K 90 360"]) -> Float[Tensor, "K H W"]:
+    """Spectra averaged over squares of pixels."""
+    return avg_pool2d(spectra[:, None], POOLED)[:, 0]
+
+
+class NeighbourAttention(nn.Module):
+    """Weights of the neighbours' spectra in every direction, and a correction.
+
+    Every coarse direction attends to the neighbours twice. The keys and values of a neighbour are features of its
+    spectrum around this direction, and its relative place in the frame of the direction. Before training, the weights
+    are those of inverse distance.
+
+    Args:
+        width: number of features.
+        heads: number of heads of the attention.
+    """
+
+    def __init__(self, width: int = 32, heads: int = 4):
+        super().__init__()
+        self.heads = heads
+        self.look = nn.Sequential(_Around(1, 16), nn.GELU(), _Around(16, 16))
+        self.neighbour = nn.Sequential(nn.Linear(16 + 1 + 5 + 3, width), nn.GELU(), nn.Linear(width, width))
+        self.first = nn.Sequential(nn.Linear(16 + 1 + 3, width), nn.GELU(), nn.Linear(width, width))
+        self.key, self.value = nn.Linear(width, width), nn.Linear(width, width)
+        self.latent = nn.Sequential(nn.Linear(2 * width, width), nn.GELU(), nn.Linear(width, width))
+        self.second = nn.Linear(width, width)
+        self.key_again = nn.Linear(width, width)
+        self.sharpness = nn.Parameter(torch.tensor(1.0))
+        self.correction = nn.Linear(width, 1)
+        for layer in (self.second, self.correction):
+            nn.init.zeros_(layer.weight)
+            nn.init.zeros_(layer.bias)
+
+    def forward(
+        self,
+        target: Float[Tensor, "B 3"],
+        places: Float[Tensor, "B L 3"],
+        pictures: Float[Tensor, "B L H W"],
+        directions: Float[Tensor, "H W 3 3"],
+    ) -> tuple[Float[Tensor, "B L H W"], Float[Tensor, "B H W"]]:
+        """The weights of the neighbours, which add up to 1, and the correction of their mean.
+
+        Args:
+            target: positions to predict at, as in ``RoomTensors``.
+            places: those of the neighbours of each.
+            pictures: their coarse spectra.
+            directions: of the coarse pixels.
+        """
+        looked = self.look(pictures.flatten(0, 1)[:, None]).unflatten(0, pictures.shape[:2])
+        seen = torch.cat([looked, pictures[:, :, None]], dim=2)
+        seen = seen.permute(0, 3, 4, 1, 2)  # B H W L features
+        apart = target[:, None] - places
+        distance = apart.norm(dim=-1).clamp(min=1e-3)
+        nearer = (-distance.log()).log_softmax(dim=-1)[:, None, None]  # weights of inverse distance
+        turned = torch.einsum("hwij,blj->bhwli", directions, apart)
+        of_all = torch.stack([distance, distance.log()], dim=-1)[:, None, None].expand(*turned.shape[:-1], 2)
+        bearing = torch.einsum("hwij,bj->bhwi", directions, target / target.norm(dim=-1, keepdim=True))
+        mean = (nearer.exp()[..., None] * seen).sum(dim=-2)
+        bearings = bearing[..., None, :].expand(*turned.shape[:-1], 3)
+        features = self.neighbour(torch.cat([seen, turned, of_all, bearings], dim=-1))
+        query = self.first(torch.cat([mean, bearing], dim=-1))
+        weights = (self._match(query, self.key(features)) + nearer[..., None]).softmax(dim=-2)
+        values = self.value(features).unflatten(-1, (self.heads, -1))
+        found = (weights[..., None] * values).sum(dim=-3).flatten(-2)
+        latent = self.latent(torch.cat([query, found], dim=-1))
+        again = self._match(self.second(latent), self.key_again(features)).mean(dim=-1)
+        shares = (again + self.sharpness * nearer).softmax(dim=-1)
+        return shares.permute(0, 3, 1, 2), self.correction(latent)[..., 0]
+
+    def _match(
+        self, query: Float[Tensor, "B H W F"], key: Float[Tensor, "B H W L F"]
+    ) -> Float[Tensor, "B H W L heads"]:
+        """Products of queries and keys of each head."""
+        product = (query[..., None, :] * key).unflatten(-1, (self.heads, -1)).sum(dim=-1)
+        return product / (key.shape[-1] // self.heads) ** 0.5
+
+
+class _Around(nn.Conv2d):
+    """A convolution of 3 × 3 that is periodic in azimuth."""
+
+    def __init__(self, inputs: int, outputs: int):
+        super().__init__(inputs, outputs, 3)
+
+    def forward(self, pictures: Tensor) -> Tensor:
+        return super().forward(pad(pad(pictures, (1, 1, 0, 0), mode="circular"), (0, 0, 1, 1)))
+
+
+class AttentionOverNeighbours:
+    """``NeighbourAttention`` as a method of ``compare_rooms``: trained in other rooms, and given a room's neighbours.
+
+    Attributes:
+        steps: number of training steps.
+    """
+
+    by_steps = True
+
+    def __init__(self) -> None:
+        self.steps = 0
+        self._network = NeighbourAttention()
+
+    def learn(self, rooms: Sequence[Dataset], minutes: float, seed: int) -> None:
+        """Train in rooms.
+
+        Args:
+            rooms: their datasets.
+            minutes: training time.
+            seed: seed of the weights and of the steps.
+        """
+        torch.manual_seed(seed)
+        generator = np.random.default_rng(seed)
+        self._network = NeighbourAttention()
+        tensors = [RoomTensors.of(dataset, np.arange(len(dataset))) for dataset in rooms]
+        optimiser = torch.optim.Adam(self._network.parameters(), LEARNING_RATE)
+        began, self.steps = time.monotonic(), 0
+        while (passed := (time.monotonic() - began) / (60 * minutes)) < 1 or not self.steps:
+            room = tensors[generator.integers(len(tensors))]
+            rate = LEARNING_RATE * min(1.0, (self.steps + 1) / WARM_UP) * max(0.0, 1 - passed)
+            optimiser.param_groups[0]["lr"] = rate
+            optimiser.zero_grad()
+            loss = self._loss(room, generator)
+            loss.backward()
+            nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
+            optimiser.step()
+            self.steps += 1
+            if self.steps % 100 == 0:
+                say(f"attention: step {self.steps}, loss {loss.item():.4f}")
+
+    def fit(self, room: KnownInRoom) -> None:
+        """Keep the known spectra of a room."""
+        self._room = room
+        self._tensors = RoomTensors.of(room.dataset, room.known)
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+        """Predict in this room; the weights are interpolated to all pixels.
+
+        Args:
+            positions: metres, world frame.
+        """
+        spectra, room = torch.from_numpy(self._room.spectra).float(), self._tensors
+        predicted = []
+        with torch.inference_mode():
+            for targets in local_places(self._room.dataset, positions).split(AT_ONCE):
+                near = torch.cdist(targets, room.places).topk(min(NEAREST, len(spectra)), largest=False).indices
+                shares, correction = self._network(targets, room.places[near], room.pictures[near], room.directions)
+                mean = (_to_all_pixels(shares) * spectra[near]).sum(dim=1)
+                predicted.append((mean + _to_all_pixels(correction[:, None])[:, 0]).clamp(0, 1))
+        return torch.cat(predicted).numpy()
+
+    def _loss(self, room: RoomTensors, generator: np.random.Generator) -> Float[Tensor, ""]:
+        """The loss of some targets in a room, of which a random number of other spectra are known."""
+        batch = min(BATCH, len(room.places) // 2)
+        order = torch.from_numpy(generator.permutation(len(room.places)))
+        size = int(np.exp(generator.uniform(np.log(LEAST), np.log(MOST))))
+        targets, known = order[:batch], order[batch : batch + max(1, size)]
+        distance = torch.cdist(room.places[targets], room.places[known])
+        near = known[distance.topk(min(NEAREST, len(known)), largest=False).indices]
+        pictures = room.pictures[near]
+        shares, correction = self._network(room.places[targets], room.places[near], pictures, room.directions)
+        predicted, truth = (shares * pictures).sum(dim=1) + correction, room.pictures[targets]
+        alike = gaussian_ssim(predicted[None], truth[None], data_range=1.0, win_size=WINDOW, win_sigma=SIGMA)
+        return L1_WEIGHT * (predicted - truth).abs().mean() + SSIM_WEIGHT * (1 - alike)
+
+
+def _to_all_pixels(coarse: Float[Tensor, "B L H W"]) -> Float[Tensor, "B L 90 360"]:
+    """Linear interpolation, periodic in azimuth."""
+    wrapped = pad(coarse, (1, 1, 0, 0), mode="circular")
+    fine = nn.functional.interpolate(wrapped, (ROWS, COLUMNS + 2 * POOLED), mode="bilinear")
+    return fine[..., POOLED:-POOLED]

@@ -1,0 +1,116 @@
+"""The table of scores that ``compare_rooms`` returns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+from typing import Any, ClassVar
+
+from learn.comparison.averages import averaged, spread_of
+from learn.comparison.doubts import average_name, remark_on
+from learn.comparison.score_table import by_name
+from simulate.dataset.room_settings import Setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoomComparison:
+    """Rows measured by ``compare_rooms``.
+
+    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
+    for each number of known spectra the best first. ``len(comparison)`` and iteration are those of ``rows``.
+
+    A row has "label", the name of the method, "seed", "train_size", the number L of known spectra in each test room,
+    "spectra", the number of test spectra of all test rooms together, "ssim_mean" and "ssim_median" over them, "rooms",
+    the median SSIM in each test room, "steps" of training in other rooms (None: it has none), and "seconds", the mean
+    time of the fit and the predictions in a test room.
+
+    Attributes:
+        folder: the folder of the rooms.
+        setting: what differs from room to room: "same", "furniture" or "layout".
+        training: names of the training rooms.
+        test: names of the test rooms.
+        minutes: training time of each method that learns in other rooms.
+        rows: a dictionary for each method, seed and number of known spectra, in the order of measurement.
+
+    Example:
+        >>> rows = [{"label": "mean", "seed": 0, "train_size": 5, "ssim_mean": 0.5, "ssim_median": 0.4, "seconds": 0.1}]
+        >>> names = {"training": ("room-000",), "test": ("room-001",)}
+        >>> comparison = RoomComparison(folder=Path("rooms"), setting="layout", minutes=1.0, rows=rows, **names)
+        >>> print(comparison)
+                 mean SSIM  median SSIM  seconds
+        mean, 5  0.5        0.4          0.1
+    """
+
+    COLUMNS: ClassVar[Mapping[str, str]] = {
+        "ssim_mean": "mean SSIM",
+        "ssim_median": "median SSIM",
+        "steps": "steps",
+        "seconds": "seconds",
+    }
+
+    folder: Path
+    setting: Setting
+    training: tuple[str, ...]
+    test: tuple[str, ...]
+    minutes: float
+    rows: list[dict[str, Any]] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        return iter(self.rows)
+
+    def averages(self) -> list[dict[str, Any]]:
+        """The rows averaged over the seeds, in the order of measurement, with "ssim_spread" if there are several."""
+        return averaged(self.rows, ("label", "train_size"), "ssim_median")
+
+    def table(self) -> list[dict[str, Any]]:
+        """The averages, the smallest number of known spectra first, and for each the best method first."""
+        return sorted(self.averages(), key=lambda row: (row["train_size"], -row["ssim_mean"]))
+
+    def remark(self) -> str | None:
+        """A sentence that names methods that had too few training steps. None: there are none."""
+        return remark_on(self.averages(), self.minutes)
+
+    def facts(self) -> dict[str, Any]:
+        """All scores and what they are of, for JSON."""
+        facts: dict[str, Any] = {
+            "folder": str(self.folder),
+            "setting": self.setting,
+            "training_rooms": list(self.training),
+            "test_rooms": list(self.test),
+            "minutes": self.minutes,
+            "methods": by_name(self.table()),
+        }
+        return {**facts, "fits": self.rows}
+
+    def cells(self) -> list[list[str]]:
+        """The texts of the cells, headings first. Columns without any value are left out."""
+        rows = self.table()
+        columns: dict[str, str] = {}
+        for key, heading in self.COLUMNS.items():
+            columns[key] = heading
+            if key == "ssim_median":
+                columns[spread_of(key)] = "± seeds"
+        keys = [key for key in columns if any(row.get(key) is not None for row in rows)]
+        lines = [["", *(columns[key] for key in keys)]]
+        for row in rows:
+            lines.append([average_name(row), *("" if row.get(key) is None else f"{row[key]:.3g}" for key in keys)])
+        return lines
+
+    def __str__(self) -> str:
+        lines = self.cells()
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        text = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in lines]
+        remark = self.remark()
+        return "\n".join(text if remark is None else [*text, remark])
+
+    def _repr_html_(self) -> str:
+        """The table as a notebook shows it."""
+        head, *body = self.cells()
+        rows = ["".join(f"<th>{cell}</th>" for cell in head)]
+        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
+        return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"

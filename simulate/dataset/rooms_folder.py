@@ -1,0 +1,69 @@
+"""A folder of rooms: a dataset folder for each room, and rooms.json, which says what the rooms have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+from scenes.files.errors import InputError, require_path, shown
+from scenes.files.json_file import read_json
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.folder_kinds import ROOMS
+from simulate.dataset.room_settings import Setting
+
+
+@dataclass(frozen=True)
+class Rooms:
+    """A folder of simulated rooms.
+
+    Iteration reads the datasets of the rooms one by one. ``len(rooms)`` is their number.
+
+    Attributes:
+        folder: the folder.
+        setting: what differs from room to room: "same", "furniture" or "layout".
+        names: names of the dataset folders in it, in order.
+        facts: the content of rooms.json.
+    """
+
+    folder: Path
+    setting: Setting
+    names: tuple[str, ...]
+    facts: dict[str, Any]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __iter__(self) -> Iterator[Dataset]:
+        return (read_dataset(self.folder / name) for name in self.names)
+
+
+def read_rooms(folder: Path | str) -> Rooms:
+    """Read what ``simulate_rooms`` wrote.
+
+    Args:
+        folder: the folder.
+
+    Raises:
+        InputError: rooms.json is missing or has something else, or a room is missing.
+    """
+    require_path(folder=folder)
+    folder = Path(folder)
+    path = folder / ROOMS
+    facts = read_json(path, "a description of rooms")
+    names: Any = facts.get("rooms") if isinstance(facts, dict) else None
+    if not (isinstance(names, list) and names and all(map(_is_name, names))):
+        raise InputError(f"{path}: expected the names of rooms, found {shown(names)}")
+    setting: Any = facts.get("setting")
+    if setting not in get_args(Setting):
+        raise InputError(f"{path}: expected the setting same, furniture or layout, found {shown(setting)}")
+    for name in names:
+        if not (folder / name).is_dir():
+            raise InputError(f"{folder / name}: expected a room, found none: run the same bisplat rooms again")
+    return Rooms(folder, setting, tuple(names), facts)
+
+
+def _is_name(value: object) -> bool:
+    """Whether a value names a folder inside another one."""
+    return isinstance(value, str) and Path(value).name == value and value != ".."

@@ -1,0 +1,148 @@
+"""Methods in unseen rooms: all know the same spectra, no test spectrum is among them, and training rooms are others."""
+
+import json
+import sys
+from typing import ClassVar
+
+import numpy as np
+import pytest
+import torch
+
+import bisplat
+import learn.rooms.compare_rooms as compare_module
+from bisplat.__main__ import main
+from learn.rooms.known_in_room import KnownInRoom
+from learn.rooms.neighbour_attention import AttentionOverNeighbours, NeighbourAttention, RoomTensors
+from learn.rooms.room_methods import TwinInRoom
+from learn.twin.twin_model import Twin
+
+SIGHT = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
+
+
+@pytest.fixture(scope="module")
+def rooms(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rooms") / "rooms"
+    return bisplat.simulate_rooms(folder, 4, "layout", spectra=15, propagation=SIGHT)
+
+
+class Truth:
+    """Predicts the truth, and keeps what it was given."""
+
+    seen: ClassVar[list] = []
+    learned: ClassVar[list] = []
+
+    def learn(self, rooms, minutes, seed):
+        self.learned.append([dataset.folder.name for dataset in rooms])
+
+    def fit(self, room):
+        self.room = room
+
+    def predict(self, positions):
+        data = self.room.dataset
+        tested = [int(np.flatnonzero((data.positions == place).all(axis=1))[0]) for place in positions]
+        self.seen.append((data.folder.name, self.room.known.tolist(), tested))
+        return data.spectra[tested]
+
+
+def test_all_know_the_same_spectra_and_none_that_is_tested(rooms):
+    Truth.seen, Truth.learned = [], []
+    comparison = bisplat.compare_rooms(rooms, {"a": Truth, "b": Truth}, given=[5, 3], test_rooms=2)
+    assert Truth.learned == [["room-000", "room-001"]] * 2
+    assert {row["ssim_mean"] for row in comparison} == {1.0} and comparison.rows[0]["spectra"] == 6
+    half = len(Truth.seen) // 2
+    assert Truth.seen[:half] == Truth.seen[half:]
+    for (name, few, tested), (_, more, again) in zip(Truth.seen[:2], Truth.seen[2:half], strict=True):
+        assert name in ("room-002", "room-003") and more[:3] == few and tested == again
+        assert len(tested) == 3 and not set(more) & set(tested)
+
+
+def test_a_room_keeps_its_test_spectra_and_seeds_know_others(rooms):
+    Truth.seen = []
+    for number in (1, 2):
+        bisplat.compare_rooms(rooms, {"a": Truth}, given=[3], test_rooms=number)
+    assert Truth.seen[0] == Truth.seen[2]
+    Truth.seen = []
+    bisplat.compare_rooms(rooms, {"a": Truth}, given=[3], seeds=2, test_spectra=1)
+    (_, first, tested), (_, second, again) = Truth.seen
+    assert first != second and tested == again and len(tested) == 1
+
+
+def test_methods_by_name_and_the_usual_numbers(rooms):
+    comparison = bisplat.compare_rooms(rooms, ["mean", "nearest", "inverse-distance", "attention"], budget=0.001)
+    assert sorted({row["train_size"] for row in comparison}) == [5, 10]
+    assert all(0 < row["ssim_median"] <= 1 for row in comparison)
+    assert "only a few training steps fit into 0.001 minutes: attention" in comparison.remark()
+    assert str(comparison).splitlines()[0].split() == ["mean", "SSIM", "median", "SSIM", "steps", "seconds"]
+    assert "<table>" in comparison._repr_html_()
+
+
+def test_models_of_one_room(rooms):
+    comparison = bisplat.compare_rooms(rooms, ["helmholtz", "helmholtz-pictures"], given=[4], test_spectra=1)
+    assert min(row["ssim_mean"] for row in comparison) > 0.2
+
+
+def test_the_description_of_the_twin_is_wrong(rooms, monkeypatch):
+    monkeypatch.setattr(Twin, "fit", lambda self, dataset, known: "")  # which takes a minute
+    method, dataset = TwinInRoom(), next(iter(rooms))
+    method.fit(KnownInRoom(dataset, np.arange(3), seed=0))
+    off = np.linalg.norm(np.array(method._model.corrected.gateway.position) - dataset.gateway_position)
+    assert 0.005 < off < 0.15
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"given": [13]}, "room-003: expected 13 known spectra beside the test spectra, found 15, of which 12"),
+        ({"given": [3, 3]}, "given: expected different numbers"),
+        ({"test_rooms": 4, "methods": ["attention"]}, "methods: expected a training room for attention, found 4"),
+        ({"methods": ["krig"]}, "methods: expected mean, nearest, inverse-distance, helmholtz"),
+    ],
+)
+def test_refusals(rooms, options, sentence):
+    with pytest.raises(bisplat.InputError) as refused:
+        bisplat.compare_rooms(rooms, **{"methods": ["mean"], **options})
+    assert sentence in str(refused.value)
+
+
+def test_without_training_rooms_the_others_are_compared(rooms, monkeypatch):
+    monkeypatch.setattr(compare_module, "USUAL", ("mean", "attention"))
+    comparison = bisplat.compare_rooms(rooms.folder, test_rooms=4, given=[2], test_spectra=1)
+    assert "attention" not in {row["label"] for row in comparison}
+
+
+def test_untrained_attention_weighs_by_inverse_distance():
+    torch.manual_seed(0)
+    target, places, pictures = torch.zeros(1, 3), torch.randn(1, 4, 3), torch.rand(1, 4, 15, 60)
+    target[0, 0] = 0.1
+    shares, correction = NeighbourAttention()(target, places, pictures, torch.eye(3).expand(15, 60, 3, 3))
+    expected = 1 / (places - target[:, None]).norm(dim=-1)
+    expected /= expected.sum()
+    torch.testing.assert_close(shares, expected[..., None, None].expand(shares.shape))
+    assert not correction.any()
+
+
+def test_attention_learns(rooms):
+    datasets = list(rooms)
+    tensors = RoomTensors.of(datasets[0], np.arange(15))
+    torch.testing.assert_close(tensors.directions @ tensors.directions.mT, torch.eye(3).expand(15, 60, 3, 3))
+    method = AttentionOverNeighbours()
+
+    def loss():
+        generator = np.random.default_rng(0)
+        with torch.no_grad():
+            return float(np.mean([method._loss(tensors, generator) for _ in range(8)]))
+
+    before = loss()
+    method.learn(datasets[:1], 0.04, seed=0)
+    assert method.steps > 3 and loss() < before
+
+
+def test_the_command_writes_its_files(rooms, capsys, tmp_path, monkeypatch):
+    words = ["compare", str(rooms.folder), "-o", str(tmp_path / "out"), "--models", "mean", "nearest"]
+    monkeypatch.setattr(sys, "argv", ["bisplat", *words, "--given", "3", "5", "--json"])
+    main()
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["setting"] == "layout" and set(facts["methods"]) == {"mean, 3", "mean, 5", "nearest, 3", "nearest, 5"}
+    assert json.loads((tmp_path / "out" / "results.json").read_text())["methods"] == facts["methods"]
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"results.json", "rooms.pdf", "rooms.png", "table.csv", "table.tex"} == names
