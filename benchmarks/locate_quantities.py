@@ -12,31 +12,20 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import tyro
 from ledger.printing import print_figures
 from ledger.smallest_room import smallest_room
 
 from learn.data.splits import SplitKind, split
-from scenes.scene.description import Scene
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
-if TYPE_CHECKING:
-    from simulate.rays.core.propagation import Propagation
+GATEWAYS = {"door": (0.5, 0.5, 1.5), "window": (1.0, 0.8, 1.2)}
+"""Of the smallest room, metres."""
 
-GATEWAYS = {
-    "north-west": (0.4, 9.6, 2.4),
-    "north-east": (15.6, 9.6, 2.4),
-    "south-west": (0.4, 0.4, 2.4),
-    "south-east": (15.6, 0.4, 2.4),
-    "middle": (8.0, 4.0, 2.3),
-    "desk": (11.0, 3.0, 1.1),
-}
-"""In the office, metres."""
-
-SIZES, POSITIONS, SPLITS = (50, 200, 800), 1500, ("random", "blocked")
+SIZES, SPLITS = (50, 200, 800), ("random", "blocked")
 
 
 def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> dict[str, Any]:
@@ -60,44 +49,41 @@ def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> di
     return figures | {"within 90 % region": rows[0]["within 90 % region"]}
 
 
-def datasets(
-    folder: Path, office: Scene | str, lab: Scene | str, count: int, propagation: Propagation
-) -> dict[str, RssiDataset | CsiDataset]:
-    """The powers and the channels, simulated unless the folder has them."""
-    from simulate.engines.rays_engine import Rays
+def small_datasets(folder: Path) -> dict[str, RssiDataset | CsiDataset]:
+    """Powers and channels of a few positions, made in seconds."""
     from simulate.exchange.csi_export import export_csi
     from simulate.generation.simulation import simulate
+    from simulate.rays.core.propagation import Propagation
     from simulate.rssi.rssi_simulation import simulate_rssi
 
-    powers, wide, channels = (folder / name for name in ("powers", "wide", "channels"))
-    if not powers.exists():
-        simulate_rssi(office, powers, GATEWAYS, n=count, propagation=propagation)
-    if not channels.exists():
-        simulate(lab, wide, n=count, bandwidth=20e6, subcarriers=52, engine=Rays(propagation))
-        export_csi(wide, channels)
-    return {"powers": read_rssi(powers), "channels": read_csi(channels)}
+    room, sight = smallest_room(), Propagation(max_depth=0, diffraction=False)
+    powers = simulate_rssi(room, folder / "powers", GATEWAYS, n=40, propagation=sight)
+    simulate(room, folder / "wide", n=40, bandwidth=20e6, subcarriers=52, propagation=sight)
+    export_csi(folder / "wide", folder / "channels")
+    return {"powers": powers, "channels": read_csi(folder / "channels")}
 
 
 def main(
-    folder: Path = Path("runs/locate_quantities"),
+    folder: Path = Path("runs/benchmarks"),
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Locate test transmitters from powers and from channels.
 
     Args:
-        folder: keeps the simulated datasets for the next call.
+        folder: keeps the named benchmarks for the next call.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
-    from simulate.rays.core.propagation import Propagation
+    from learn.benchmark.make_benchmark import make_benchmark
 
     with tempfile.TemporaryDirectory() as temporary:
         if smallest:
-            room = smallest_room()
-            made = datasets(Path(temporary), room, room, 40, Propagation(max_depth=0, diffraction=False))
+            made = small_datasets(Path(temporary))
         else:
-            made = datasets(folder, "office", "lab", POSITIONS, Propagation())
+            for name in ("rssi-office", "csi-lab"):
+                make_benchmark(name, folder / name)
+            made = {"powers": read_rssi(folder / "rssi-office"), "channels": read_csi(folder / "csi-lab")}
         figures = {
             f"{name}, {kind}, {size} known": rows_of(dataset, kind, size)  # type: ignore[arg-type]
             for name, dataset in made.items()

@@ -40,7 +40,7 @@ def calibrate(
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     force: Force = False,
 ) -> None:
-    """Correct a scene with measured spectra or received powers (RSSI).
+    """Correct a scene with measured spectra or received powers.
 
     The corrections are the gateway's position and orientation, the materials, and the positions of objects. From
     received powers, the positions of all their gateways are corrected; their orientations stay.
@@ -126,7 +126,7 @@ def locate(
     boresight: Direction | None = None,
     force: Force = False,
 ) -> None:
-    """Locate transmitters from spectra, powers, channels or along a track.
+    """Locate transmitters or tags from what was heard of them.
 
     The .csv file has a row for each place where a transmitter may be: probability, position (m) and covariance (m²).
 

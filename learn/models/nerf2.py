@@ -162,6 +162,7 @@ class NeRF2(SpectrumModel):
 
 def _named_as_now(model: NeRF2, weights: dict[str, Tensor], prefix: str, *_: Any) -> None:
     """Weights of runs up to version 0.2 were named without the field that they are part of."""
+    kept = tuple(f"{prefix}{name}" for name in ("region", "wavelength", "field."))
     for name in list(weights):
-        if name not in ("region", "wavelength") and not name.startswith("field."):
-            weights[f"field.{name}"] = weights.pop(name)
+        if name.startswith(prefix) and not name.startswith(kept):
+            weights[f"{prefix}field.{name.removeprefix(prefix)}"] = weights.pop(name)

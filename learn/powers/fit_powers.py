@@ -85,7 +85,7 @@ def fit_powers(
 
     Example:
         >>> import bisplat
-        >>> hall = bisplat.write_rssi("arena", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
+        >>> hall = bisplat.write_rssi("stadium", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
         ...                           {"door": (0, 0, 2)}, "2.4 GHz")
         >>> bisplat.fit_powers(hall, "nearest").predict([[4, 2.1, 1]]).median.tolist()
         [[-60.0]]

@@ -38,12 +38,12 @@ def write_coverage(
 
     Example:
         >>> import bisplat
-        >>> shop = bisplat.write_rssi("shop", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
+        >>> shop = bisplat.write_rssi("museum", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
         ...                           {"door": (0, 0, 2)}, "2.4 GHz")
         >>> coverage = bisplat.coverage_map(shop, step=0.5)
-        >>> bisplat.write_coverage(coverage, "shop-map")
+        >>> bisplat.write_coverage(coverage, "museum-map")
         >>> import numpy as np
-        >>> np.load("shop-map/coverage.npz")["median"].shape
+        >>> np.load("museum-map/coverage.npz")["median"].shape
         (1, 2, 6)
     """
     require_instance(CoverageMap, coverage=coverage)

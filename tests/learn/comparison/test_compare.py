@@ -148,7 +148,7 @@ def test_a_method_that_predicts_no_spectra_is_refused_and_leaves_no_row(tiny, tm
 
 PAGE = "docs/how-to/add-my-own-model.md"
 METHOD = saved(PAGE, "mymethod.py")
-PYTHON_EXAMPLE, LOOP = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
+PYTHON_EXAMPLE, LOOP, *_ = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
 
 
 @pytest.mark.slow
