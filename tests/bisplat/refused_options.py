@@ -164,7 +164,7 @@ REFUSED: dict[str, str] = {
     "compare links --over-band": "--over-band: expected a dataset of spectra with a band, found powers or channels",
     "compare data --over-band": "data: expected responses over a band",
     "compare links --force": "--force: expected --output beside it, found none",
-    "compare links --models mlp": "--methods: expected copy, ramp, nearest, delays, helmholtz, nerf2, helmholtz-positions",
+    "compare links --models mlp": "--methods: expected copy, ramp, nearest, delays, helmholtz, nerf2",
     "compare heard --force": "--force: expected --output beside it, found none",
     "compare heard --models mean --methods mean": "--models and --methods: expected one of them, found both",
     "compare heard --models bisplat": "--methods: expected mean, nearest, inverse-distance, log-distance, mri, kriging",

@@ -26,7 +26,7 @@ from learn.comparison.compare import compare
 from learn.comparison.doubts import FEW_STEPS
 from learn.comparison.experiment import CEILING
 from learn.comparison.methods import method_named, method_names
-from learn.comparison.sweep import sweep
+from learn.comparison.sweep import SWEPT, sweep
 from learn.comparison.table import table_cells
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
@@ -429,8 +429,7 @@ def test_split_is_the_folders_own_by_default_everywhere(function):
 
 
 def test_sweep_has_the_default_model_by_default():
-    defaults = [signature(each).parameters["models"].default for each in (sweep, comparison_commands.sweep)]
-    assert defaults[0] == defaults[1] and DEFAULT_MODEL in defaults[0]
+    assert signature(sweep).parameters["models"].default == SWEPT and DEFAULT_MODEL in SWEPT
 
 
 def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
