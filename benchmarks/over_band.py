@@ -60,7 +60,7 @@ def main(
         for split in ("random", "blocked"):
             for row in compare_band(band, split=split, train_size=sizes):
                 of_row = {name: row[key] for key, name in COLUMNS.items() if row[key] is not None}
-                shown = {name: float(f"{value:.3g}") for name, value in of_row.items()}
+                shown = {name: float(f"{value:.3g}") if name != "known" else value for name, value in of_row.items()}
                 table[f"{split}, {row['train_size']}, {row['label']}"] = shown
     print_figures(table, json_output, smallest)
 
