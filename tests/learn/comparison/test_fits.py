@@ -116,13 +116,13 @@ def test_seeds_fit_each_method_anew_on_the_same_split(kind, monkeypatch):
 
 
 def test_own_methods_are_classes_functions_objects_or_names(kind, tmp_path, monkeypatch):
-    (tmp_path / "mine.py").write_text("from tests.learn.comparison.test_fits import Own as Mine\n")
+    (tmp_path / "named_method.py").write_text("from tests.learn.comparison.test_fits import Own as Mine\n")
     monkeypatch.chdir(tmp_path)
-    given = {"class": Own, "function": lambda: Own(), "object": Own(), "name": "mine:Mine", "ours": kind.worse}
+    given = {"class": Own, "function": lambda: Own(), "object": Own(), "name": "named_method:Mine", "ours": kind.worse}
     comparison = kind.compare(kind.dataset, given)
     first, *others, _ = comparison.rows
     assert all(row[kind.score] == first[kind.score] for row in others)
-    assert kind.compare(kind.dataset, ["mine:Mine"]).rows[0]["label"] == "mine:Mine"
+    assert kind.compare(kind.dataset, ["named_method:Mine"]).rows[0]["label"] == "named_method:Mine"
 
 
 @pytest.mark.parametrize(
