@@ -13,7 +13,7 @@ from learn.comparison.score_table import Measure, ScoreTable
 from simulate.dataset.dataset_folder import Dataset
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class BandComparison(ScoreTable):
     """Rows measured by ``compare_band``.
 
@@ -73,17 +73,11 @@ class BandComparison(ScoreTable):
     MEASURE: ClassVar[Measure] = Measure(
         "snr", "snr_median_db", "snr_mean_db", False, "SNR of the predicted responses (dB)", "share of positions"
     )
+    RANKED_BY: ClassVar[str] = MEASURE.key
     THINGS: ClassVar[str] = "positions"
 
     dataset: Dataset = field(repr=False)
     snr_db: Mapping[str, Float[np.ndarray, " K"]]
-
-    def __repr__(self) -> str:
-        methods = len({row["label"] for row in self.rows})
-        return (
-            f"BandComparison({str(self.folder)!r}: {methods} methods, {self.known} known and {self.test} test "
-            f"positions, split {self.split})"
-        )
 
     def of_each(self) -> dict[str, Float[np.ndarray, "..."]]:
         return dict(self.snr_db)

@@ -13,7 +13,7 @@ from learn.comparison.score_table import Measure, ScoreTable
 from simulate.csi.csi_dataset import CsiDataset
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class ChannelComparison(ScoreTable):
     """Rows measured by ``compare_channels``.
 
@@ -78,19 +78,13 @@ class ChannelComparison(ScoreTable):
     MEASURE: ClassVar[Measure] = Measure(
         "snr", "snr_median_db", "snr_mean_db", False, "SNR of the predicted downlink (dB)", "share of rows"
     )
+    RANKED_BY: ClassVar[str] = MEASURE.key
     THINGS: ClassVar[str] = "rows"
 
     dataset: CsiDataset = field(repr=False)
     snr_db: Mapping[str, Float[np.ndarray, " K"]]
     shown: Int[np.ndarray, " E"]
     examples: Mapping[str, Complex[np.ndarray, "E A S"]]
-
-    def __repr__(self) -> str:
-        methods = len({row["label"] for row in self.rows})
-        return (
-            f"ChannelComparison({str(self.folder)!r}: {methods} methods, {self.known} known and {self.test} test "
-            f"rows, split {self.split})"
-        )
 
     def of_each(self) -> dict[str, Float[np.ndarray, "..."]]:
         return dict(self.snr_db)

@@ -77,6 +77,7 @@ class PowerComparison(ScoreTable):
     MEASURE: ClassVar[Measure] = Measure(
         "error", "error_median_db", "rmse_db", True, "absolute error (dB)", "share of received powers"
     )
+    RANKED_BY: ClassVar[str] = MEASURE.key
     THINGS: ClassVar[str] = "positions"
 
     dataset: RssiDataset = field(repr=False)

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from html import escape
 from pathlib import Path
 from typing import Any, ClassVar
 
-from learn.comparison.averages import averaged, spread_of
-from learn.comparison.doubts import average_name, remark_on
+from learn.comparison.averaged_table import AveragedTable
 from learn.comparison.score_table import by_name
 from simulate.dataset.room_settings import Setting
 
 
 @dataclass(frozen=True, kw_only=True)
-class RoomComparison:
+class RoomComparison(AveragedTable):
     """Rows measured by ``compare_rooms``.
 
     ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
@@ -49,6 +47,7 @@ class RoomComparison:
         "steps": "steps",
         "seconds": "seconds",
     }
+    RANKED_BY: ClassVar[str] = "ssim_median"
 
     folder: Path
     setting: Setting
@@ -57,23 +56,9 @@ class RoomComparison:
     minutes: float
     rows: list[dict[str, Any]] = field(repr=False)
 
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def __iter__(self) -> Iterator[dict[str, Any]]:
-        return iter(self.rows)
-
-    def averages(self) -> list[dict[str, Any]]:
-        """The rows averaged over the seeds, in the order of measurement, with "ssim_spread" if there are several."""
-        return averaged(self.rows, ("label", "train_size"), "ssim_median")
-
     def table(self) -> list[dict[str, Any]]:
         """The averages, the smallest number of known spectra first, and for each the best method first."""
         return sorted(self.averages(), key=lambda row: (row["train_size"], -row["ssim_mean"]))
-
-    def remark(self) -> str | None:
-        """A sentence that names methods that had too few training steps. None: there are none."""
-        return remark_on(self.averages(), self.minutes)
 
     def facts(self) -> dict[str, Any]:
         """All scores and what they are of, for JSON."""
@@ -86,31 +71,3 @@ class RoomComparison:
             "methods": by_name(self.table()),
         }
         return {**facts, "fits": self.rows}
-
-    def cells(self) -> list[list[str]]:
-        """The texts of the cells, headings first. Columns without any value are left out."""
-        rows = self.table()
-        columns: dict[str, str] = {}
-        for key, heading in self.COLUMNS.items():
-            columns[key] = heading
-            if key == "ssim_median":
-                columns[spread_of(key)] = "± seeds"
-        keys = [key for key in columns if any(row.get(key) is not None for row in rows)]
-        lines = [["", *(columns[key] for key in keys)]]
-        for row in rows:
-            lines.append([average_name(row), *("" if row.get(key) is None else f"{row[key]:.3g}" for key in keys)])
-        return lines
-
-    def __str__(self) -> str:
-        lines = self.cells()
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        text = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in lines]
-        remark = self.remark()
-        return "\n".join(text if remark is None else [*text, remark])
-
-    def _repr_html_(self) -> str:
-        """The table as a notebook shows it."""
-        head, *body = self.cells()
-        rows = ["".join(f"<th>{cell}</th>" for cell in head)]
-        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
-        return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
