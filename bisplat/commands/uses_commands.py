@@ -162,8 +162,8 @@ def locate(
     from learn.training.fit_progress import FitProgress
     from learn.training.run_folder import load_run
 
-    for run in runs:
-        read_config(run)  # a folder that is no run needs no pictures
+    for folder in runs:
+        read_config(folder)  # a folder that is no run needs no pictures
     if len(runs) != len(pictures) or not runs:
         raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
     _require_csv(output, force)
