@@ -17,7 +17,7 @@ from learn.evaluation.picture_doubts import picture_doubts
 from learn.expectation.expected_score import expectation, facts
 from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import InputError, ParameterError, require_path, require_seed, require_within, require_word
-from scenes.scene.description import boresight_of
+from scenes.scene.orientation import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.csi.csi_check import CsiCheck, check_csi
 from simulate.dataset.bearings import bearing_of
