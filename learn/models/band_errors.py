@@ -25,10 +25,10 @@ LEAST_LEFT = 8
 LEAST_KNOWN = 3
 """With fewer known positions, the covariance tells the deviations."""
 
-FOLDED = 300
+FOLDS, FOLDED = 5, 300
 """If few positions are known, a covariance fitted to all of them predicts them too well. They are then divided into
-FOLDED // n parts, and each part is predicted with a covariance fitted without it. If these are fewer than 2, the
-covariance is not fitted again."""
+parts, and each part is predicted with a covariance fitted without it. There are FOLDED // n parts for n known
+positions, at most FOLDS; if these are fewer than 2, the covariance is not fitted again."""
 
 FITTED = "shares", "length", "drift", "nugget", "noises"
 """What the fit of the covariance sets."""
@@ -49,7 +49,7 @@ def left_out_curve(
     count = len(responses)
     if count < LEAST_KNOWN:
         return normal_curve(field.noise)
-    members, folds, told = evenly(np.arange(count), LEFT_OUT), FOLDED // count, []
+    members, folds, told = evenly(np.arange(count), LEFT_OUT), min(FOLDS, FOLDED // count), []
     fitted = [getattr(field, name) for name in FITTED]
     for fold in range(folds if folds > 1 else 0):
         field.fit_covariance(np.flatnonzero(np.arange(count) % folds != fold))

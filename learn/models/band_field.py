@@ -96,7 +96,7 @@ class BandField(KrigedField):
         assert dataset.band_responses is not None and dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
         found = self.fit_to(dataset.positions[known], responses, dataset.band.spacing, times)
-        self._state(*left_out_curve(self, responses.astype(complex) / float(self.level)))
+        self.learn_deviations(responses)
         return found
 
     def fit_to(
@@ -106,7 +106,7 @@ class BandField(KrigedField):
         spacing: float | None,
         times: Float[np.ndarray, " n"],
     ) -> str:
-        """As ``fit``, to known responses. The deviations are then stated as the covariance has them.
+        """As ``fit``, to known responses. The deviations are those of the covariance until ``learn_deviations``.
 
         Args:
             positions: known positions, metres.
@@ -243,6 +243,14 @@ class BandField(KrigedField):
 
     def _of(self) -> tuple[Tensor, Tensor]:
         return self.shares, self.length
+
+    def learn_deviations(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
+        """Let known responses, predicted from one another, tell the deviations (``left_out_curve``).
+
+        Args:
+            responses: all known responses, to which the field is fitted.
+        """
+        self._state(*left_out_curve(self, responses.astype(complex) / float(self.level)))
 
     def _state(self, variances: Float[np.ndarray, " k"], deviations: Float[np.ndarray, " k"]) -> None:
         self.variances, self.deviations = torch.from_numpy(variances).float(), torch.from_numpy(deviations).float()
