@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
+from torch import Tensor
 
 from learn.models.deviation_curve import normal_curve, rising_curve, size_of
 from simulate.spectra.spectrum import evenly
-
-if TYPE_CHECKING:  # it imports this file
-    from learn.models.band_field import BandField
 
 LEFT_OUT = 48
 """Largest number of known positions, evenly spread, that are predicted from the others."""
@@ -34,8 +32,23 @@ FITTED = "shares", "length", "drift", "nugget", "noises"
 """What the fit of the covariance sets."""
 
 
+class Field(Protocol):
+    """What is needed of a field of responses over a band; ``BandField`` describes each."""
+
+    places: Tensor
+    wavelength: Tensor
+    level: Tensor
+    noise: float
+
+    def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None: ...
+
+    def with_variance(
+        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None, radius: float
+    ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]: ...
+
+
 def left_out_curve(
-    field: BandField, responses: Complex[np.ndarray, "n elements subcarriers"]
+    field: Field, responses: Complex[np.ndarray, "n elements subcarriers"]
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
     """The deviations of a field over its kriging variance, as for ``rising_curve``.
 
@@ -64,7 +77,7 @@ def left_out_curve(
 
 
 def _left_out(
-    field: BandField, members: Int[np.ndarray, " n"], responses: Complex[np.ndarray, "N elements subcarriers"]
+    field: Field, members: Int[np.ndarray, " n"], responses: Complex[np.ndarray, "N elements subcarriers"]
 ) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m P"]]:
     """Variances and errors (real and imaginary parts) of known positions predicted from those beyond each radius."""
     places, variances, errors = field.places.numpy(), [], []

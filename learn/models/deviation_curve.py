@@ -54,8 +54,8 @@ def rising_curve(
 
     >>> drawn = np.random.default_rng(0).normal(size=(40, 2000)) * np.repeat([0.1, 0.4], 20)[:, None]
     >>> curve = rising_curve(np.repeat([0.1, 0.5], 20), drawn, 0.05, 1.0)
-    >>> [each.round(1).tolist() for each in curve]
-    [[0.0, 0.1, 0.5, 1.0], [0.1, 0.1, 0.4, 1.0]]
+    >>> [each.round(2).tolist() for each in curve]
+    [[0.0, 0.1, 0.5, 1.0], [0.05, 0.1, 0.4, 1.0]]
     """
     order = np.argsort(variance, kind="stable")
     count = max(1, min(KNOTS, len(np.unique(variance)), len(order) // LEAST_IN_KNOT))
