@@ -11,6 +11,9 @@ POWERS = "gateway_rssi.csv"
 CHANNELS = "csidata.npy"
 """The file of channels, which no folder of spectra has."""
 
+PARTS = "parts"
+"""The folder in which an unfinished simulation keeps what it has. It is removed at the end."""
+
 ROOMS = "rooms.json"
 """The file that describes a folder of rooms, each of which is a dataset folder."""
 
@@ -52,9 +55,9 @@ def is_csi(folder: Path) -> bool:
 
 
 def unfinished(folder: Path) -> str | None:
-    """The sentence on a simulation of spectra that was interrupted; None if the folder is none.
+    """The sentence on a simulation that was interrupted; None if the folder is none.
 
-    The index files are written last, after the parts that become the responses.
+    The index files of spectra are written last, after the parts that become the responses.
 
     >>> from tempfile import mkdtemp
     >>> hall = Path(mkdtemp())
@@ -62,7 +65,7 @@ def unfinished(folder: Path) -> str | None:
     >>> unfinished(hall).removeprefix(str(hall))
     ': expected a finished simulation, found an unfinished one: run the same command again to finish it'
     """
-    begun = os.path.isdir(folder / "parts") and os.path.lexists(folder / "metadata.json")
+    begun = os.path.isdir(folder / PARTS) and os.path.lexists(folder / "metadata.json")
     if not begun or all(os.path.lexists(folder / f"{part}_index.txt") for part in ("train", "test")):
         return None
     return f"{folder}: expected a finished simulation, found an unfinished one: run the same command again to finish it"
