@@ -14,6 +14,7 @@ from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.quadrature import picture_pixels, quadrature
 from learn.models.steps import Steps
 from learn.models.swiftwrf import SwiftWRF
+from learn.models.wrf_gs_plus import WRFGSPlus
 from learn.training.lightning_module import Training
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
@@ -37,6 +38,7 @@ def loss_of(model, truth):
 
 
 SMALL = ((SpectrumMLP, {}), (ResponseMLP, {}), (SwiftWRF, {"primitives": 20}), (NeRF2, {"samples": 3, "width": 8}))
+SMALL += ((WRFGSPlus, {"primitives": 40, "width": 16}),)
 
 
 @pytest.mark.parametrize(("model", "settings"), SMALL)

@@ -58,6 +58,7 @@ CAN_DO = {
     "mlp-responses": {PredictsResponses, SamplesOneField},
     "nerf2": {HasOwnLoss},
     "swiftwrf": set(),
+    "wrf-gs-plus": {HasOwnLoss},
 }
 """Capabilities of the models of the table."""
 
