@@ -1,8 +1,7 @@
 """Gaussians in space, and what they look like on the (φ, θ) plane from one place.
 
-A Gaussian with centre p and covariance Σ is seen in the direction of p. Its covariance on the plane is ``J Σ Jᵀ``, where
-J is the derivative of (φ, λ) at p: that of the projection, taken as linear over the Gaussian [kerbl2023]. Nothing here
-knows of transmitters.
+A Gaussian with centre p and covariance Σ is seen in the direction of p. Its covariance on the plane is ``J Σ Jᵀ``, with
+J the derivative of (φ, λ) at p: the projection is taken as linear over the Gaussian [kerbl2023].
 """
 
 from __future__ import annotations
@@ -71,8 +70,8 @@ def directions(
 def conic_of_axes(axes: Float[Tensor, "*batch 2 3"], blur: float) -> Conic:
     """a, b, c of the inverse of ``A Aᵀ + blur · 1``, for the matrix A of a Gaussian's axes as they are seen.
 
-    The determinant is a sum of squares, |A_1 × A_2|² + blur (|A_1|² + |A_2|²) + blur², which single precision holds even
-    for long, thin Gaussians.
+    The determinant is a sum of squares, ``|A_1 × A_2|² + blur (|A_1|² + |A_2|²) + blur²``, which single precision holds
+    even for long, thin Gaussians.
 
     Args:
         axes: J R diag(s): the three axes on the plane, degrees.
