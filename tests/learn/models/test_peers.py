@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from learn.models.encoding import positional_encoding
+from learn.models.gsrf import GSRF
 from learn.models.loss import composite_loss
 from learn.models.mlp import ResponseMLP, SpectrumMLP
 from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
@@ -38,7 +39,7 @@ def loss_of(model, truth):
 
 
 SMALL = ((SpectrumMLP, {}), (ResponseMLP, {}), (SwiftWRF, {"primitives": 20}), (NeRF2, {"samples": 3, "width": 8}))
-SMALL += ((WRFGSPlus, {"primitives": 40, "width": 16}),)
+SMALL += ((WRFGSPlus, {"primitives": 40, "width": 16}), (GSRF, {"primitives": 40}))
 
 
 @pytest.mark.parametrize(("model", "settings"), SMALL)

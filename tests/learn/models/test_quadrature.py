@@ -19,6 +19,7 @@ SMALL = {
     "bisplat-aperture": {"primitives": 12, "width": 8},
     "swiftwrf": {"primitives": 12},
     "wrf-gs-plus": {"primitives": 12, "width": 8},
+    "gsrf": {"primitives": 12},
 }
 
 
@@ -76,7 +77,7 @@ def test_models_with_a_loss_of_their_own_look_at_all_pixels():
     for name, entry in MODELS.items():
         if entry.by_steps and name != "bisplat-plus":
             model = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {}))
-            assert isinstance(model, HasOwnLoss) == (name in ("nerf2", "wrf-gs-plus"))
+            assert isinstance(model, HasOwnLoss) == (name in ("nerf2", "wrf-gs-plus", "gsrf"))
 
 
 def test_columns_that_are_no_full_turn_are_all_looked_at():

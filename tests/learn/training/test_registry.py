@@ -59,6 +59,7 @@ CAN_DO = {
     "nerf2": {HasOwnLoss},
     "swiftwrf": set(),
     "wrf-gs-plus": {HasOwnLoss},
+    "gsrf": {HasOwnLoss},
 }
 """Capabilities of the models of the table."""
 
