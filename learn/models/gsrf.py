@@ -158,8 +158,8 @@ def legendre_fourier(direction: Float[Tensor, "*batch 3"], degree: int) -> Compl
         degree: largest l.
 
     >>> found = legendre_fourier(torch.tensor([0.0, 0.0, 1.0]), 1)
-    >>> [round(each.real, 3) for each in found.tolist()]
-    [0.282, 0.0, 0.489, -0.0]
+    >>> [round(abs(each), 3) for each in found.tolist()]
+    [0.282, 0.0, 0.489, 0.0]
     """
     x, y, z = direction.unbind(-1)
     turn = torch.complex(x, y)  # e^{jφ} times the sine of the polar angle
