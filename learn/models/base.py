@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from torch import Tensor, nn
 
 from learn.models.encoding import TransmitterEncoding
@@ -14,6 +15,9 @@ from learn.models.loss import coarse_loss
 from learn.models.quadrature import Quadrature
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
+
+if TYPE_CHECKING:
+    from simulate.spectra.quick_spectra import QuickSpectra
 
 Report = Callable[[str, int, int], None]
 """Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
@@ -139,14 +143,28 @@ class BeamformingLayer(nn.Module):
         super().__init__()
         steering = beamformer.steering.reshape(-1, beamformer.array.elements)
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
+        self._beamformer = beamformer
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
         """Spectra, 0…1, of element responses (real, imaginary).
 
         The scale and the common phase of the responses have no effect. Responses that are all zero give a black
-        spectrum.
+        spectrum. In inference mode on the CPU, a compiled loop computes them (``quick``).
         """
-        return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
+        quick = self.quick(responses)
+        if quick is None:
+            return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
+        spectra = np.empty((len(responses), ROWS, COLUMNS), np.float32)
+        quick.write(as_complex(responses), spectra)
+        return torch.from_numpy(spectra)
+
+    def quick(self, responses: Float[Tensor, "B elements 2"]) -> QuickSpectra | None:
+        """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed."""
+        if not torch.is_inference_mode_enabled() or responses.device.type != "cpu" or responses.dtype != torch.float32:
+            return None
+        from simulate.spectra.quick_spectra import quick_spectra  # compiles, which training does not need
+
+        return quick_spectra(self._beamformer)
 
     def coarse(self, responses: Float[Tensor, "B elements 2"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """The spectra at a few pixels, min–max normalised over these."""
@@ -161,6 +179,11 @@ class BeamformingLayer(nn.Module):
         largest = numbers.detach().abs().amax(1, keepdim=True)
         field = (numbers / torch.where(largest > 0, largest, 1) @ steering).unflatten(-1, (-1, 2))
         return normalised(power(field).clamp_min(1e-12).sqrt())
+
+
+def as_complex(pairs: Float[Tensor, "*shape 2"]) -> Complex[np.ndarray, "*shape"]:
+    """The complex numbers of pairs (real, imaginary), complex64."""
+    return torch.view_as_complex(pairs.float().contiguous()).cpu().numpy()
 
 
 def normalised(spectra: Float[Tensor, "B P"]) -> Float[Tensor, "B P"]:

@@ -11,7 +11,8 @@ from jaxtyping import Float, Int
 
 from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.lightning_module import Spectra
-from learn.training.run_folder import Run, stated_deviation, uncertainty
+from learn.training.prediction import uncertainty
+from learn.training.run_folder import Run, stated_deviation
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
