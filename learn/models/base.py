@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import torch
@@ -21,6 +21,18 @@ if TYPE_CHECKING:
 
 Report = Callable[[str, int, int], None]
 """Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
+
+
+class Beamformed(NamedTuple):
+    """Predictions that are the spectra of predicted responses, and nothing else.
+
+    Attributes:
+        responses: function from positions [B, 3] to responses [B, elements, 2] (real, imaginary).
+        beamforming: the layer that computes their spectra.
+    """
+
+    responses: Callable[[Tensor], Tensor]
+    beamforming: BeamformingLayer
 
 
 class SpectrumModel(nn.Module):
@@ -81,6 +93,10 @@ class SpectrumModel(nn.Module):
         """
         return self(positions), None
 
+    def beamformed(self) -> Beamformed | None:
+        """How the predicted spectra come from responses, for a quick prediction. None: they are something else."""
+        return None
+
     def undecayed(self) -> list[nn.Parameter]:
         """Parameters without weight decay: the places and shapes of primitives. By default there are none."""
         return []
@@ -135,6 +151,7 @@ class BeamformingLayer(nn.Module):
     Attributes:
         steering: the real matrix [2·elements, 2·90·360] that multiplies flattened (real, imaginary) pairs as A
             multiplies complex numbers.
+        elements: number of the array's elements.
     """
 
     steering: Tensor
@@ -143,6 +160,7 @@ class BeamformingLayer(nn.Module):
         super().__init__()
         steering = beamformer.steering.reshape(-1, beamformer.array.elements)
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
+        self.elements = beamformer.array.elements
         self._beamformer = beamformer
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, TypeGuard
+from typing import Any, Literal
 
 import numpy as np
 import torch
 from jaxtyping import Bool, Complex, Float, UInt8
 
 from learn.models.base import SpectrumModel, as_complex
-from learn.models.capabilities import PredictsBand, PredictsResponses, StatesVariance
+from learn.models.capabilities import PredictsBand, StatesVariance
 from scenes.files.errors import ParameterError, shown
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import LARGEST_GREY
@@ -19,8 +19,9 @@ from simulate.spectra.spectrum import LARGEST_GREY
 PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
 """Number of positions per batch of a prediction, by type of device."""
 
-RESPONSES_AT_ONCE = 256
-"""Number of positions per batch on the CPU, of a model whose spectra are those of its responses."""
+RESPONSES_AT_ONCE = 4096
+"""Number of element responses per batch on the CPU, if the spectra are those of responses and need no memory besides:
+256 positions of 4 × 4 elements."""
 
 DType = Literal["float32", "uint8"] | type[np.float32] | type[np.uint8] | np.dtype[Any]
 """Type of the numbers of predicted spectra, as NumPy takes it."""
@@ -86,7 +87,9 @@ def predicted(
     """As ``predict``, with the spectra's type of numbers, float32 or uint8; also which of the spectra are finite."""
     spectra, finite = np.empty((len(positions), ROWS, COLUMNS), dtype), np.ones(len(positions), bool)
     device = model.region.device.type
-    at_once = RESPONSES_AT_ONCE if device == "cpu" and _is_of_responses(model) else PREDICT_AT_ONCE[device]
+    at_once, beamformed = PREDICT_AT_ONCE[device], model.beamformed()
+    if device == "cpu" and beamformed is not None:
+        at_once = max(at_once, RESPONSES_AT_ONCE // beamformed.beamforming.elements)
     responses, over_band, start = [], [], 0
     with torch.inference_mode():
         for batch in batches_for(model, positions, at_once):
@@ -102,29 +105,26 @@ def predicted(
     return Prediction(spectra, *found), finite
 
 
-def _is_of_responses(model: SpectrumModel) -> TypeGuard[PredictsResponses]:
-    """Whether a model's spectra are those of its responses; a class with a ``predict`` of its own may do more."""
-    return isinstance(model, PredictsResponses) and type(model).predict is PredictsResponses.predict
-
-
 def _write(
     model: SpectrumModel, positions: Float[torch.Tensor, "B 3"], spectra: np.ndarray
 ) -> tuple[Float[torch.Tensor, "B elements 2"] | None, Bool[np.ndarray, " B"]]:
     """Write the spectra of a batch into an array. Return the responses, if any, and which spectra are finite."""
+    beamformed = model.beamformed()
     responses: torch.Tensor | None
-    if _is_of_responses(model):
-        of_model = model.responses(positions)
-        quick = model.beamforming.quick(of_model)
-        if quick is not None:
-            return of_model, quick.write(as_complex(of_model), spectra)
-        found, responses = model.beamforming(of_model), of_model
-    else:
+    if beamformed is None:
         found, responses = model.predict(positions)
-    finite = found.isfinite().flatten(1).all(dim=1).cpu().numpy()
+    else:
+        responses = beamformed.responses(positions)
+        quick = beamformed.beamforming.quick(responses)
+        if quick is not None:
+            return responses, quick.write(as_complex(responses), spectra)
+        found = beamformed.beamforming(responses)
+    finite = found.flatten(1).sum(dim=1).isfinite()  # one pass, and a second one where a sum is not finite
+    finite[~finite] = found[~finite].isfinite().flatten(1).all(dim=1)
     if spectra.dtype == np.uint8:
         found = found.clamp(0, 1).mul_(LARGEST_GREY).add_(0.5).to(torch.uint8)
     spectra[:] = found.cpu().numpy()
-    return responses, finite
+    return responses, finite.cpu().numpy()
 
 
 def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
