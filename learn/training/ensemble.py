@@ -53,7 +53,11 @@ class Ensemble:
             ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
             InputError: a model predicts values that are not finite.
         """
-        return np.mean([run.predict(positions).spectra for run in self.runs], axis=0)
+        total = self.runs[0].predict(positions).spectra
+        for run in self.runs[1:]:
+            total += run.predict(positions).spectra
+        total /= len(self.runs)
+        return total
 
     def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
         """How far the means may be off: standard deviations of their values, 0…1, as by ``Run.deviation``.

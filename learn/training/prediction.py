@@ -64,7 +64,7 @@ def checked_dtype(dtype: Any) -> np.dtype:
     """
     try:
         found = None if dtype is None else np.dtype(dtype)
-    except TypeError:
+    except (TypeError, ValueError):
         found = None
     if found not in (np.dtype(np.float32), np.dtype(np.uint8)):
         raise ParameterError("dtype", f"expected float32 (0 to 1) or uint8 (grey levels), found {shown(dtype)}")
