@@ -4,14 +4,16 @@ bisplat simulate lab -n 800 -o runs/lab-800
 python benchmarks/prediction_speed.py runs/lab-800 --json
 
 Models that are trained by steps have untrained weights, since only their size matters; ``nerf2`` and ``swiftwrf`` have
-the size that ``compare`` gives them without a GPU. The others know 200 spectra of the dataset, whose scene the twin
-traces. Each call goes from positions to spectra in memory, as ``Run.predict`` does, and is repeated for some seconds.
-The fastest repeat counts on two cores. On one core it is the one of the least processor time, which other programs of
-the machine change little. Of models that need minutes for 256 spectra, fewer are timed.
+the size that ``compare`` gives them without a GPU. ``twin`` traces its scene as described, without the kriging that
+known spectra add. The others know 200 spectra of the dataset. Each call goes from positions to spectra in memory, as
+``Run.predict`` does, and is repeated for some seconds. The fastest repeat counts on two cores. On one core it is the
+one of the least processor time, which other programs of the machine change little. Of a slow model, fewer than 256
+spectra are timed.
 """
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -27,7 +29,7 @@ BATCH, KNOWN = 256, 200
 """Number of spectra that are predicted at once, and of known spectra."""
 
 SLOW = 0.02
-"""Seconds for one spectrum from which on a sixteenth of the batch is timed."""
+"""Seconds for a spectrum, from which on a sixteenth of the batch is timed."""
 
 SMALL: dict[str, dict[str, Any]] = {
     "mlp-responses": {},
@@ -98,6 +100,8 @@ def beamforming(dataset: Any) -> Iterator[tuple[str, Predict, Predict | None]]:
 
 def models(dataset: Any, names: list[str], known: int, scene: str) -> Iterator[tuple[str, Predict, Predict | None]]:
     """The models with what predicts numbers and what predicts grey levels."""
+    import torch
+
     from learn.models.base import SpectrumModel
     from learn.models.capabilities import FitsInClosedForm
     from learn.training.prediction import predicted
@@ -109,8 +113,9 @@ def models(dataset: Any, names: list[str], known: int, scene: str) -> Iterator[t
         small = SMALL.get(name, {}) if known < KNOWN else {}
         options = {**entry.options, **entry.options_without_gpu, **small, **({"scene": scene} if entry.needs else {})}
         model: SpectrumModel = build(region, dataset.beamformer, dataset.wavelength, **options)  # type: ignore[call-arg, arg-type]
-        if isinstance(model, FitsInClosedForm):
-            (model.refit if name == "twin" else model.fit)(dataset, np.arange(known))
+        torch.set_num_threads(1)
+        if isinstance(model, FitsInClosedForm) and not entry.needs:
+            model.fit(dataset, np.arange(known))
         model.eval()
 
         def as_type(dtype: type, model: SpectrumModel = model) -> Predict:
@@ -161,12 +166,12 @@ def main(
     of_models = list(SMALL) if smallest else list(MODELS)
     of_baselines = ["nearest"] if smallest else ["nearest", "inverse-distance", "kriging", "kriging-responses"]
     places = np.random.default_rng(0).uniform(read.positions.min(axis=0), read.positions.max(axis=0), (count, 3))
-    rows = {
-        name: row(numbers, grey, places, 0.01 if smallest else seconds)
-        for name, numbers, grey in chain(
-            beamforming(read), models(read, of_models, known, scene), baselines(read, of_baselines, known)
-        )
-    }
+    rows = {}
+    for name, numbers, grey in chain(
+        beamforming(read), baselines(read, of_baselines, known), models(read, of_models, known, scene)
+    ):
+        rows[name] = row(numbers, grey, places, 0.01 if smallest else seconds)
+        print(name, rows[name], file=sys.stderr, flush=True)
     reference = rows["beamforming alone, reference"]["2 cores, 256"]
     for each in rows.values():
         ratio = each["2 cores, 256"] / reference
