@@ -25,7 +25,7 @@ from learn.comparison.task import Task
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind
 from learn.models.helmholtz import HelmholtzField
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.description import Gateway, Scene, Transmitter
 from scenes.scene.materials import p2040_materials

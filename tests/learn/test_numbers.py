@@ -17,8 +17,9 @@ from learn.models import helmholtz, stacking, vecchia
 from learn.models.quadrature import quadrature
 from learn.training.config import Config
 from learn.training.lightning_module import Spectra, Training
+from learn.training.prediction import predict
 from learn.training.registry import MODELS, model_entry
-from learn.training.run_folder import build_model, predict
+from learn.training.run_folder import build_model
 from learn.training.train import box_of
 from scenes.files.errors import InputError
 from scenes.storage.scene_yaml import write_scene
