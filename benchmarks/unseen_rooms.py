@@ -13,7 +13,7 @@ The twin gets a description of the room that is 3 cm and 20 % wrong, and traces 
 minutes. So it is compared in the last room alone, for three numbers, beside two methods on the same spectra.
 
 A row is a setting and a method, its columns are numbers L of known spectra. The figures are the mean and the median
-SSIM over the test spectra of all test rooms together, of one draw. "steps" are those of training in other rooms.
+SSIM over the test spectra of all test rooms together, of one draw.
 
 With ``--folder``, what was measured is kept, and the same command continues. Delete the folder when the code has
 changed.
@@ -115,8 +115,6 @@ def named(setting: Setting, label: str, rows: Rows) -> Scores:
         for key, words in (("ssim_mean", "mean SSIM"), ("ssim_median", "median SSIM")):
             scores = found.setdefault(f"{setting}, {label}{row['label']}, {words}", {})
             scores[f"{row['train_size']} known"] = round(row[key], 3)
-            if row["steps"] is not None:
-                scores["steps"] = row["steps"]
     return found
 
 
@@ -163,7 +161,7 @@ def draw(found: Scores, settings: tuple[Setting, ...], path: Path) -> None:
         for axis, beginning in zip(column, ("", LAST), strict=True):
             for label in labels:
                 row = found.get(f"{setting}, {beginning}{label}, mean SSIM", {})
-                points = [(int(size.split()[0]), score) for size, score in row.items() if size != "steps"]
+                points = [(int(size.split()[0]), score) for size, score in row.items()]
                 if points:
                     axis.plot(*zip(*points, strict=True), label=label, **styles[label])
             axis.set(title=f"{setting}, last room alone" if beginning else f"{setting}, all test rooms", xscale="log")
@@ -173,8 +171,8 @@ def draw(found: Scores, settings: tuple[Setting, ...], path: Path) -> None:
     for axis in panels[:, 0]:
         axis.set_ylabel("mean SSIM")
     drawn.supxlabel("known spectra of the test room", fontsize="medium")
-    of_each = {label: line for axis in panels.flat for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    drawn.legend(of_each.values(), of_each.keys(), loc="outside upper center", ncols=len(of_each))
+    lines = {str(line.get_label()): line for axis in panels[:, 0] for line in axis.lines}
+    drawn.legend(handles=list(lines.values()), loc="outside upper center", ncols=len(lines))
     drawn.savefig(path, dpi=120)
 
 

@@ -23,7 +23,7 @@ from simulate.csi.csi_check import CsiCheck, check_csi
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
-from simulate.dataset.folder_kinds import is_rssi, not_spectra
+from simulate.dataset.folder_kinds import is_rooms, is_rssi, not_spectra
 from simulate.rssi.rssi_check import RssiCheck, check_rssi
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
@@ -220,6 +220,8 @@ def check(
     if other := not_spectra(Path(folder)):
         if split is not None:
             raise InputError(other)
+        if is_rooms(Path(folder)):
+            return Check([other], [], None, None)
         return check_rssi(Path(folder)) if is_rssi(Path(folder)) else check_csi(Path(folder))
     several = several_frequencies(Path(folder))
     inspection = inspect(Path(folder), several[0] if several else None)
