@@ -22,6 +22,7 @@ changed.
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, get_args
@@ -36,7 +37,7 @@ from learn.rooms.room_methods import USUAL
 from scenes.files.atomic import write_atomically
 from simulate.dataset.room_settings import Setting
 from simulate.dataset.rooms_folder import Rooms
-from simulate.generation.simulated_rooms import simulate_rooms
+from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
 from simulate.rays.core.propagation import Propagation
 
 TRACED = Propagation(max_depth=2, rays=200_000)
@@ -132,7 +133,8 @@ def main(
         settings: what differs between test rooms and training rooms.
         minutes: training time of each method that learns in other rooms, in each setting.
         folder: folder that keeps the rooms and the scores of each part for the next run.
-        figure: also draw the mean SSIM over the number of known spectra into this file; not with ``smallest``.
+        figure: also draw the mean SSIM over the number of known spectra into this file, and copy the floor plans of the
+            first setting beside it; not with ``smallest``.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
@@ -145,9 +147,10 @@ def main(
             for setting, rooms in made.items():
                 for name, scores in named(setting, part.label, measured(work, rooms, part, size.minutes)).items():
                     result.setdefault(name, {}).update(scores)
-    result = dict(sorted(result.items(), key=lambda row: settings.index(row[0].split(",")[0])))
-    if figure is not None and not smallest:
-        draw(result, settings, figure)
+        result = dict(sorted(result.items(), key=lambda row: settings.index(row[0].split(",")[0])))
+        if figure is not None and not smallest:
+            draw(result, settings, figure)
+            shutil.copyfile(work / settings[0] / GALLERY, figure.with_stem(f"{figure.stem}-plans"))
     print_figures(result, json_output, smallest)
 
 
