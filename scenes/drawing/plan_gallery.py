@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,9 @@ def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
     for axis in axes[len(shown) :]:
         axis.remove()
     materials = {name: material.color for scene in shown.values() for name, material in scene.materials.items()}
-    handles = [Patch(facecolor=color, edgecolor="0.3", label=in_figure(name)) for name, color in materials.items()]
+    handles: list[Any] = [
+        Patch(facecolor=color, edgecolor="0.3", label=in_figure(name)) for name, color in materials.items()
+    ]
     doors = {label: line for axis in figure.axes for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
     handles += [*doors.values(), Patch(facecolor=REGION, edgecolor="green", label="transmitter region")]
     handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
