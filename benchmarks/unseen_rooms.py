@@ -9,8 +9,9 @@ Of each test room a fifth of the spectra is tested, and the same L others, drawn
 (``learn.rooms.compare_rooms``). ``attention`` is trained in the training rooms and sees pictures, the other methods
 know the test room alone. ``helmholtz`` sees responses, too.
 
-The twin gets a description of the room that is 3 cm and 20 % wrong, and traces to the depth of the data. Its fits take
-minutes. So it is compared in the last room alone, for three numbers, beside two methods on the same spectra.
+With ``--twin``, the twin gets a description of the room that is 3 cm and 20 % wrong, and traces to the depth of the
+data. Its fits take many minutes. So it is compared in the last room alone, for three numbers, beside two methods on the
+same spectra.
 
 A row is a setting and a method, its columns are numbers L of known spectra. The figures are the mean and the median
 SSIM over the test spectra of all test rooms together, of one draw.
@@ -62,10 +63,8 @@ class Part(NamedTuple):
     label: str = ""
 
 
-PARTS = (
-    *(Part(method, GIVEN, 2) for method in USUAL),
-    *(Part(method, (given,), 1, LAST) for given in (10, 25, 100) for method in BESIDE_TWIN),
-)
+PARTS = tuple(Part(method, GIVEN, 2) for method in USUAL)
+OF_TWIN = tuple(Part(method, (given,), 1, LAST) for given in (10, 25, 100) for method in BESIDE_TWIN)
 
 
 class Size(NamedTuple):
@@ -123,6 +122,7 @@ def main(
     settings: tuple[Setting, ...] = tuple(ROOMS),
     minutes: float = 1.0,
     folder: Path | None = None,
+    twin: bool = False,
     figure: Path | None = None,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
@@ -133,12 +133,13 @@ def main(
         settings: what differs between test rooms and training rooms.
         minutes: training time of each method that learns in other rooms, in each setting.
         folder: folder that keeps the rooms and the scores of each part for the next run.
+        twin: also compare the twin, in one test room of each setting.
         figure: also draw the mean SSIM over the number of known spectra into this file, and copy the floor plans of the
             first setting beside it; not with ``smallest``.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
-    size = SMALLEST if smallest else Size(ROOMS, SPECTRA, PARTS, minutes)
+    size = SMALLEST if smallest else Size(ROOMS, SPECTRA, PARTS + (OF_TWIN if twin else ()), minutes)
     result: Scores = {}
     with tempfile.TemporaryDirectory() as temporary:
         work = Path(temporary) if folder is None else folder
@@ -155,27 +156,20 @@ def main(
 
 
 def draw(found: Scores, settings: tuple[Setting, ...], path: Path) -> None:
-    """Draw the mean SSIM over the number of known spectra: a column of panels for each setting, below the last room."""
-    drawn = Figure(figsize=(2 + 3 * len(settings), 6.4), layout="constrained")
-    panels = drawn.subplots(2, len(settings), sharex=True, sharey=True, squeeze=False)
-    labels = list(dict.fromkeys([*USUAL, *BESIDE_TWIN]))
-    styles = line_styles(labels)
-    for setting, column in zip(settings, panels.T, strict=True):
-        for axis, beginning in zip(column, ("", LAST), strict=True):
-            for label in labels:
-                row = found.get(f"{setting}, {beginning}{label}, mean SSIM", {})
-                points = [(int(size.split()[0]), score) for size, score in row.items()]
-                if points:
-                    axis.plot(*zip(*points, strict=True), label=label, **styles[label])
-            axis.set(title=f"{setting}, last room alone" if beginning else f"{setting}, all test rooms", xscale="log")
-            axis.set_xticks(GIVEN, [str(each) for each in GIVEN])
-            axis.minorticks_off()
-            axis.grid(alpha=0.3)
-    for axis in panels[:, 0]:
-        axis.set_ylabel("mean SSIM")
-    drawn.supxlabel("known spectra of the test room", fontsize="medium")
-    lines = {str(line.get_label()): line for axis in panels[:, 0] for line in axis.lines}
-    drawn.legend(handles=list(lines.values()), loc="outside upper center", ncols=len(lines))
+    """Draw the mean SSIM in all test rooms over the number of known spectra, a panel for each setting."""
+    drawn = Figure(figsize=(2 + 3 * len(settings), 3.8), layout="constrained")
+    panels = drawn.subplots(1, len(settings), sharey=True, squeeze=False)[0]
+    styles = line_styles(USUAL)
+    for axis, setting in zip(panels, settings, strict=True):
+        for label in USUAL:
+            row = found[f"{setting}, {label}, mean SSIM"]
+            axis.plot([int(size.split()[0]) for size in row], list(row.values()), label=label, **styles[label])
+        axis.set(title=setting, xscale="log", xlabel="known spectra of the test room")
+        axis.set_xticks(GIVEN, [str(each) for each in GIVEN])
+        axis.minorticks_off()
+        axis.grid(alpha=0.3)
+    panels[0].set_ylabel("mean SSIM")
+    drawn.legend(*panels[-1].get_legend_handles_labels(), loc="outside upper center", ncols=len(USUAL))
     drawn.savefig(path, dpi=120)
 
 

@@ -138,4 +138,4 @@ ROOM_METHODS: dict[str, Callable[[], RoomMethod]] = {
 """The methods by name."""
 
 USUAL: Sequence[str] = "mean", "nearest", "inverse-distance", "helmholtz", "attention"
-"""The methods that are compared if none are named. The others take a minute for each room and number."""
+"""The methods that are compared if none are named. The others take minutes for each room and number."""
