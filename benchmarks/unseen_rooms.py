@@ -9,9 +9,9 @@ Of each test room a fifth of the spectra is tested, and the same L others, drawn
 (``learn.rooms.compare_rooms``). ``attention`` is trained in the training rooms and sees pictures, the other methods
 know the test room alone. ``helmholtz`` sees responses, too.
 
-With ``--twin``, the twin gets a description of the room that is 3 cm and 20 % wrong, and traces to the depth of the
-data. Its fits take many minutes. So it is compared in the last room alone, for three numbers, beside two methods on the
-same spectra.
+With ``--twin``, the twin is compared instead. It gets a description of the room that is 3 cm and 20 % wrong, and traces
+to the depth of the data. Its fits take many minutes. So it is compared in the last room alone, with ten known spectra,
+beside two methods on the same spectra.
 
 A row is a setting and a method, its columns are numbers L of known spectra. The figures are the mean and the median
 SSIM over the test spectra of all test rooms together, of one draw.
@@ -64,7 +64,7 @@ class Part(NamedTuple):
 
 
 PARTS = tuple(Part(method, GIVEN, 2) for method in USUAL)
-OF_TWIN = tuple(Part(method, (given,), 1, LAST) for given in (10, 25, 100) for method in BESIDE_TWIN)
+OF_TWIN = tuple(Part(method, (10,), 1, LAST) for method in BESIDE_TWIN)
 
 
 class Size(NamedTuple):
@@ -133,13 +133,13 @@ def main(
         settings: what differs between test rooms and training rooms.
         minutes: training time of each method that learns in other rooms, in each setting.
         folder: folder that keeps the rooms and the scores of each part for the next run.
-        twin: also compare the twin, in one test room of each setting.
+        twin: compare the twin in one test room of each setting, instead of the usual methods.
         figure: also draw the mean SSIM over the number of known spectra into this file, and copy the floor plans of the
-            first setting beside it; not with ``smallest``.
+            first setting beside it; not with ``smallest`` or ``twin``.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
-    size = SMALLEST if smallest else Size(ROOMS, SPECTRA, PARTS + (OF_TWIN if twin else ()), minutes)
+    size = SMALLEST if smallest else Size(ROOMS, SPECTRA, OF_TWIN if twin else PARTS, minutes)
     result: Scores = {}
     with tempfile.TemporaryDirectory() as temporary:
         work = Path(temporary) if folder is None else folder
@@ -149,7 +149,7 @@ def main(
                 for name, scores in named(setting, part.label, measured(work, rooms, part, size.minutes)).items():
                     result.setdefault(name, {}).update(scores)
         result = dict(sorted(result.items(), key=lambda row: settings.index(row[0].split(",")[0])))
-        if figure is not None and not smallest:
+        if figure is not None and not smallest and not twin:
             draw(result, settings, figure)
             shutil.copyfile(work / settings[0] / GALLERY, figure.with_stem(f"{figure.stem}-plans"))
     print_figures(result, json_output, smallest)
