@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -15,7 +16,7 @@ from torch import Tensor
 from learn.models.capabilities import PredictsResponses
 from learn.models.image_strengths import most_likely
 from learn.models.kriged_field import KrigedField
-from learn.models.mirror_images import Images, gateway_and_first_images, second_images, together
+from learn.models.mirror_images import Images, gateway_and_first_images, image_waves, second_images, together
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
@@ -59,83 +60,115 @@ class ImageField(PredictsResponses):
         wavelength: metres.
 
     Attributes:
-        images: the gateway and its images that have an amplitude; none before ``fit``.
-        amplitudes: x_j, for distances in wavelengths.
+        middles: c_j of the gateway and of the images that have an amplitude, metres, world frame; none before ``fit``.
+        signs: S_j.
+        amplitudes: x_j (real, imaginary), for R in wavelengths.
+        offsets: d_m, metres, world frame.
         rest: the field that interpolates e.
         power: mean of ``|e|²`` over the known spectra and elements.
+        whole_power: the same mean of the known responses.
     """
+
+    middles: Tensor
+    signs: Tensor
+    amplitudes: Tensor
+    offsets: Tensor
+    power: Tensor
+    whole_power: Tensor
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength)
-        self._offsets = wavelength * beamformer.array.positions
-        self.images = Images(np.zeros((0, 3)), np.zeros((0, 3)))
-        self.amplitudes: Complex[np.ndarray, " J"] = np.zeros(0, complex)
+        self._array = beamformer.array
+        for name, width in (("middles", 3), ("signs", 3), ("amplitudes", 2)):
+            self.register_buffer(name, torch.zeros(0, width))
+        self.register_buffer("offsets", torch.zeros(beamformer.array.elements, 3))
+        self.register_buffer("power", torch.zeros(()))
+        self.register_buffer("whole_power", torch.zeros(()))
         self.rest = KrigedField(region, beamformer, wavelength, "responses")
-        self.power = 0.0
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary), in the units of the known ones.
+        """Element responses y (real, imaginary), in the units of the known ones."""
+        waves = image_waves(positions, self.middles, self.signs, self.offsets, float(self.wavelength))
+        explained = waves @ torch.view_as_complex(self.amplitudes)
+        return torch.view_as_real(explained) + self.power.sqrt() * self.rest.responses(positions)
 
-        Args:
-            positions: transmitter positions, metres, world frame.
-        """
-        waves = self._waves(self.images, positions.cpu().numpy().astype(float)) @ self.amplitudes
-        explained = torch.view_as_real(torch.from_numpy(waves)).to(positions)
-        return explained + self.power**0.5 * self.rest.responses(positions)
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
+        """Variance of e relative to the power of the responses. The amplitudes count as known."""
+        share = self.power / self.whole_power.clamp_min(1e-30)
+        return (share * self.rest.uncertainty(positions)).clamp(0, 1)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Find the images in the known responses, and fit the covariance of the rest.
 
         Args:
-            dataset: a dataset with responses.
+            dataset: a dataset with responses, whose transmitter moves.
             known: indices of the spectra to fit to.
 
         Returns:
             The share of the power that the images explain, as a sentence for the user.
 
         Raises:
-            InputError: the dataset has no responses, or its receiver moves.
+            InputError: the dataset has no responses, or something else moves.
         """
+        self.refit(dataset, known)
+        explained = 1 - float(self.power / self.whole_power.clamp_min(1e-30))
+        return (
+            f"the gateway and {max(len(self.middles) - 1, 0)} mirror images of it explain {explained:.0%} of the power"
+        )
+
+    def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """As ``fit``, which makes no choices beyond it."""
         if dataset.responses is None:
-            raise InputError(f"{dataset.folder}: expected element responses, which the images explain, found pictures")
+            raise InputError(
+                f"{dataset.folder}: expected element responses, which images explain, found pictures alone"
+            )
+        if dataset.moving != "transmitter":
+            raise InputError(f"{dataset.folder}: expected a transmitter that moves, found {dataset.moving}")
         known = np.unique(known)
-        self._offsets = Rotation.from_quat(dataset.gateway_orientation).apply(self._offsets)
-        responses = dataset.responses[known].astype(complex)
-        self._find_images(dataset, evenly(known, FITTED_ON))
-        rest = responses - self._waves(self.images, dataset.positions[known]) @ self.amplitudes
-        everywhere = np.zeros_like(dataset.responses)
-        everywhere[known] = rest
-        self.power = float((np.abs(everywhere[known]) ** 2).mean())
+        turn = Rotation.from_quat(dataset.gateway_orientation)
+        offsets = turn.apply(float(self.wavelength) * self._array.positions)
+        images, amplitudes = self._found(dataset, evenly(known, FITTED_ON), offsets)
+        explained = self._waves(images, dataset.positions[known], offsets) @ amplitudes
+        self.middles, self.signs, self.offsets = (
+            torch.from_numpy(each).float() for each in (images.middles, images.signs, offsets)
+        )
+        self.amplitudes = torch.view_as_real(torch.from_numpy(amplitudes)).float()
+        rest = np.zeros_like(dataset.responses)
+        rest[known] = dataset.responses[known] - explained
+        self.power, self.whole_power = (
+            torch.tensor(float((np.abs(values[known].astype(complex)) ** 2).mean()))
+            for values in (rest, dataset.responses)
+        )
         self.rest.report = self.report  # type: ignore[method-assign]
-        self.rest.fit(replace(dataset, responses=everywhere), known)
-        explained = 1 - self.power / max(float((np.abs(responses) ** 2).mean()), 1e-300)
-        return f"the gateway and {max(len(self.images) - 1, 0)} images of it explain {explained:.0%} of the power"
+        self.rest.fit(replace(dataset, responses=rest), known)
 
     def _waves(
-        self, images: Images, positions: Float[np.ndarray, "n 3"]
+        self, images: Images, positions: Float[np.ndarray, "n 3"], offsets: Float[np.ndarray, "elements 3"]
     ) -> Complex[np.ndarray, "n elements J"]:
-        return images.waves(positions, self._offsets, float(self.wavelength))
+        at, middles, signs, elements = map(torch.from_numpy, (positions, images.middles, images.signs, offsets))
+        return image_waves(at, middles, signs, elements, float(self.wavelength)).numpy()
 
-    def _find_images(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Set ``images`` and ``amplitudes``: first those in one plane, then those in two."""
+    def _found(
+        self, dataset: Dataset, known: Int[np.ndarray, " n"], offsets: Float[np.ndarray, "elements 3"]
+    ) -> tuple[Images, Complex[np.ndarray, " J"]]:
+        """The images and their amplitudes: first those in one plane are looked for, then those in two."""
         assert dataset.responses is not None
-        positions, wavelength = dataset.positions[known], float(self.wavelength)
-        gateway = np.asarray(dataset.gateway_position, float)
+        positions, wavelength = dataset.positions[known].astype(float), float(self.wavelength)
         region = np.stack([positions.min(axis=0), positions.max(axis=0)])
+        first = gateway_and_first_images(np.asarray(dataset.gateway_position, float), region, wavelength)
         white = self._whitened(positions)
         data = white(dataset.responses[known].astype(complex)).ravel()
-        if not data.any():
-            return
+        power = float((np.abs(data) ** 2).mean())
+        if not power:
+            return first.of(np.zeros(len(first), bool)), np.zeros(0, complex)
 
         def waves(images: Images) -> Complex[np.ndarray, "N J"]:
-            return white(self._waves(images, positions)).reshape(len(data), -1)
+            return white(self._waves(images, positions, offsets)).reshape(len(data), -1)
 
-        power = float((np.abs(data) ** 2).mean())
         self.report("mirror images", 0, 2)
-        first = gateway_and_first_images(gateway, region, wavelength)
         of_first = waves(first)
-        even = np.full(len(first), IMAGES * power / float((np.abs(of_first) ** 2).mean()) / len(first))
-        found = most_likely(of_first, data, even, REST * power, ITERATIONS)
+        even = IMAGES * power / float((np.abs(of_first) ** 2).mean()) / len(first)
+        found = most_likely(of_first, data, np.full(len(first), even), REST * power, ITERATIONS)
         self.report("mirror images", 1, 2)
         perpendicular, parallel = second_images(first, found.variances, region, wavelength)
         strong = found.variances > WEAK * found.variances.max()
@@ -144,7 +177,7 @@ class ImageField(PredictsResponses):
         start = np.append(found.variances[strong], shares * found.variances.max())
         found = most_likely(waves(images), data, start, found.noise, ITERATIONS)
         used = found.variances > 0
-        self.images, self.amplitudes = images.of(used), found.amplitudes[used]
+        return images.of(used), found.amplitudes[used]
 
     def _whitened(
         self, positions: Float[np.ndarray, "n 3"]
@@ -154,3 +187,14 @@ class ImageField(PredictsResponses):
         alike = np.sinc(2 * apart) * np.exp(-apart / OF_REST) + NUGGET * np.eye(len(positions))
         root = cholesky(alike, lower=True)
         return lambda values: solve_triangular(root, values.reshape(len(values), -1), lower=True).reshape(values.shape)
+
+    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
+        """As ``torch.nn.Module.load_state_dict``, but for the number of spectra and images that the file has."""
+        for name in ("middles", "signs", "amplitudes"):
+            value, own = state_dict.get(name), getattr(self, name)
+            setattr(self, name, torch.zeros(len(value) if value is not None and value.ndim == 2 else 0, own.shape[1]))
+        if len({len(self.middles), len(self.signs), len(self.amplitudes)}) > 1:
+            raise RuntimeError("other numbers of images, signs and amplitudes")
+        of_rest = {key.removeprefix("rest."): each for key, each in state_dict.items() if key.startswith("rest.")}
+        self.rest.load_state_dict(of_rest, strict)
+        return super().load_state_dict(state_dict, strict, assign)

@@ -41,7 +41,7 @@ def most_likely(
     The data are ``y = W x + n``. The amplitudes x_j are independent and Gaussian with the variances γ_j, and the noise
     n has the variance σ². So y has the covariance ``C = W diag(γ) Wᴴ + σ² I``. The γ that maximise its likelihood are
     mostly zero, so that few waves are left. Each iteration multiplies γ_j by ``|w_jᴴ C⁻¹ y| / √(w_jᴴ C⁻¹ w_j)``, which
-    is 1 at a maximum and below it never lowers the likelihood.
+    never lowers the likelihood [wipf2010], and sets σ² to what the waves leave.
 
     Args:
         waves: W.

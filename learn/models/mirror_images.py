@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from itertools import combinations, product
 
 import numpy as np
+import torch
 from jaxtyping import Bool, Complex, Float
+from torch import Tensor
 
 STEP, GROWTH, FAR = 0.375, 10.0, 9.0
 """Distances of neighbouring planes, wavelengths: ``STEP`` at the gateway, twice as much ``GROWTH`` wavelengths beyond,
@@ -39,23 +41,30 @@ class Images:
         """Some of the images."""
         return Images(self.middles[which], self.signs[which])
 
-    def waves(
-        self, positions: Float[np.ndarray, "n 3"], offsets: Float[np.ndarray, "elements 3"], wavelength: float
-    ) -> Complex[np.ndarray, "n elements J"]:
-        """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths.
 
-        Args:
-            positions: metres, world frame.
-            offsets: of the gateway's elements from its middle, metres, world frame.
-            wavelength: metres.
+def image_waves(
+    positions: Float[Tensor, "n 3"],
+    middles: Float[Tensor, "J 3"],
+    signs: Float[Tensor, "J 3"],
+    offsets: Float[Tensor, "elements 3"],
+    wavelength: float,
+) -> Complex[Tensor, "n elements J"]:
+    """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths.
 
-        >>> gateway = Images(np.zeros((1, 3)), np.ones((1, 3)))
-        >>> gateway.waves(np.array([[0.0, 0, 2]]), np.zeros((1, 3)), wavelength=1).round(3).tolist()
-        [[[(0.5+0j)]]]
-        """
-        elements = self.middles + self.signs * offsets[:, None]
-        away = np.linalg.norm(positions[:, None, None] - elements, axis=-1) / wavelength
-        return np.exp(-2j * np.pi * away) / np.maximum(away, STEP)
+    Args:
+        positions: metres, world frame.
+        middles: as for ``Images``.
+        signs: as for ``Images``.
+        offsets: of the gateway's elements from its middle, metres, world frame.
+        wavelength: metres.
+
+    >>> above, middle = torch.tensor([[0.0, 0, 2]]), torch.zeros(1, 3)
+    >>> image_waves(above, middle, torch.ones(1, 3), torch.zeros(1, 3), wavelength=1).abs().tolist()
+    [[[0.5]]]
+    """
+    elements = middles + signs * offsets[:, None]
+    away = torch.linalg.vector_norm(positions[:, None, None] - elements, dim=-1) / wavelength
+    return torch.polar(1 / away.clamp_min(STEP), -2 * torch.pi * away)
 
 
 def together(*images: Images) -> Images:
