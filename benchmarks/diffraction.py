@@ -25,8 +25,9 @@ import numpy as np
 import tyro
 from ledger.printing import print_figures
 
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.half_plane import half_plane_green
 

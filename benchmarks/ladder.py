@@ -29,7 +29,7 @@ from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import BLOCK, EVERY, split
 from learn.models.kriged_field import KrigedField
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 

@@ -19,8 +19,9 @@ import tyro
 from ledger.printing import print_figures
 
 from scenes.checks.array_clearance import element_positions
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction

@@ -48,11 +48,13 @@ PAPER_SIZE = {
     "bisplat-plus": Size("bisplat-plus", {}),
     "nerf2": Size("nerf2", {}),
     "swiftwrf": Size("swiftwrf", {}),
+    "wrf-gs-plus": Size("wrf-gs-plus", {}),
+    "gsrf": Size("gsrf", {}),
     "bisplat-aperture": Size("bisplat-aperture", {}),
 }
 """The models by the label of their row."""
 
-REDUCED = ("nerf2", "swiftwrf")
+REDUCED = ("nerf2", "swiftwrf", "wrf-gs-plus", "gsrf")
 """Models that are also trained at the size that they have without a GPU, where there is none."""
 
 SMALLEST = {"bisplat": Size("bisplat", {"primitives": 20, "clusters": 16, "ffn_width": 16, "ffn_layers": 1})}

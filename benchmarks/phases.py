@@ -29,7 +29,7 @@ from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import fit_to_pictures, retrieved_responses
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.generation.simulation import simulate
 

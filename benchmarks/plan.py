@@ -30,7 +30,7 @@ from learn.models.helmholtz import HelmholtzField
 from learn.planning.candidates import free_candidates
 from learn.planning.greedy import choose
 from learn.planning.planned_fields import Field, fields_of_model, fields_of_scene
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset

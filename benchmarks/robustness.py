@@ -25,10 +25,11 @@ from learn.comparison.task import Task
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind
 from learn.models.helmholtz import HelmholtzField
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from scenes.importing.mesh_import import import_scene
-from scenes.scene.description import Gateway, Scene, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.generation.simulation import simulate

@@ -38,7 +38,7 @@ from learn.data.metrics import ssim
 from learn.data.splits import split
 from learn.expectation.expected_score import Expected, ScoreCurve, scores_in
 from learn.expectation.mean_spacing import Shape, Spacing
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset

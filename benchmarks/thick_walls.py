@@ -23,8 +23,9 @@ import tyro
 from ledger.printing import print_figures
 
 from scenes.importing.thick_walls import walls_as_sheets
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.run_plan import plan

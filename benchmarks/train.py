@@ -31,13 +31,15 @@ from tyro.conf import Positional
 BATCH = 8
 """Number of spectra per step before the pixels became few."""
 
-ONLY_TIMED = ("bisplat-plus", "nerf2")
-"""Models that are not trained here; NeRF² draws pixels at random anyway."""
+ONLY_TIMED = ("bisplat-plus", "nerf2", "wrf-gs-plus", "gsrf")
+"""Models that are not trained here; the losses of NeRF², WRF-GS+ and GSRF have no few pixels."""
 
 SPLATTED = {
     "bisplat": "learn.models.bisplat.splat",
     "bisplat-plus": "learn.models.bisplat.splat",
     "swiftwrf": "learn.models.swiftwrf.splat_by_conic",
+    "wrf-gs-plus": "learn.models.wrf_gs_plus.splat_by_conic",
+    "gsrf": "learn.models.gsrf.splat_by_conic",
 }
 """What splats primitives, of the models that do."""
 

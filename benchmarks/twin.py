@@ -35,7 +35,7 @@ from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from learn.twin.gauss_newton import Calibration
 from learn.twin.twin_model import Twin
 from scenes.files.atomic import write_atomically

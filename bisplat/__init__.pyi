@@ -47,11 +47,11 @@ from scenes.scene.description import Gateway as Gateway
 from scenes.scene.description import Scene as Scene
 from scenes.scene.description import SceneObject as SceneObject
 from scenes.scene.description import Transmitter as Transmitter
-from scenes.scene.description import facing as facing
 from scenes.scene.materials import RadioMaterial as RadioMaterial
 from scenes.scene.materials import material_names as material_names
 from scenes.scene.materials import p2040_material as p2040_material
 from scenes.scene.materials import p2040_materials as p2040_materials
+from scenes.scene.orientation import facing as facing
 from scenes.scene.tolerances import Tolerances as Tolerances
 from scenes.storage.scene_yaml import load_scene as load_scene
 from scenes.storage.scene_yaml import write_scene as write_scene

@@ -1,7 +1,8 @@
 """A small scene for tests: a gateway above a floor, transmitters two to three metres away, and what a test adds."""
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 
 CABINET = SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal")

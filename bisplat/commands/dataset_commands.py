@@ -40,7 +40,8 @@ def dataset(
         gateway: position of the gateway, metres.
         boresight: direction that the gateway looks in. Its y axis points as far up as possible.
     """
-    from scenes.scene.description import Gateway, facing
+    from scenes.scene.description import Gateway
+    from scenes.scene.orientation import facing
     from simulate.exchange.recorded_dataset import record
 
     if not files:

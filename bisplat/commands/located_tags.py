@@ -60,8 +60,10 @@ def locate_tags_of(folder: Path, output: Path, force: bool, region: Region | Non
     say(f"{folder}: the antenna is taken to look {pattern}; each tag has an unknown phase and magnitude")
     places = locate_tags(track.responses, track.antennas, dataset.frequency.hertz, box, boresight=boresight)
     write_places(output, track.names, places)
-    several = sum(len(each) > 1 for each in places)
-    print(printable(f"{len(places)} tags, {several} of them with several possible places: {output}"))
-    if track.stated is not None:
-        off = [100 * np.linalg.norm(some[0].position - at) for some, at in zip(places, track.stated, strict=True)]
+    several, unread = sum(len(each) > 1 for each in places), sum(not each for each in places)
+    left_out = f", and {unread} read at too few antenna positions, which the file leaves out" if unread else ""
+    print(printable(f"{len(places)} tags, {several} of them with several possible places{left_out}: {output}"))
+    if track.stated is not None and any(places):
+        both = zip(places, track.stated, strict=True)
+        off = [100 * np.linalg.norm(some[0].position - at) for some, at in both if some]
         print(f"from the dataset's positions: {np.median(off):.1f} cm (median), {np.quantile(off, 0.9):.1f} cm (90 %)")

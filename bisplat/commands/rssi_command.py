@@ -29,12 +29,12 @@ def rssi(
 ) -> None:
     """Simulate the powers that gateways receive (RSSI).
 
-    Each gateway has one element. The folder has the format of NeRF²'s BLE data. If the command is interrupted, it
-    leaves nothing behind.
+    Each gateway has one element. The folder has the format of NeRF²'s BLE data. If the command is interrupted, the
+    same command continues.
 
     Args:
         scene: built-in name (such as lab) or scene YAML. Its own gateways are left out.
-        output: the new folder.
+        output: the folder: a new one, or one that the same command began.
         gateways: YAML file of the gateways: NAME: [x, y, z], or NAME: {position: [x, y, z], boresight: [x, y, z],
             pattern: dipole}; metres, world frame.
         frequency: carrier frequency instead of the scene's: hertz, or such as "2.4 GHz". Materials of ITU-R P.2040

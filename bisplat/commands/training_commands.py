@@ -198,7 +198,13 @@ def _refuse_idle_settings(model: str, dataset: Path) -> None:
         refuse_given(["--full-resolution"], f"a model that can train on a few pixels, found {model}")
 
 
-def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output, force: Force = False) -> None:
+def predict(
+    runs: Positional[tuple[Path, ...]],
+    positions: Path,
+    output: Output,
+    dtype: Literal["float32", "uint8"] = "float32",
+    force: Force = False,
+) -> None:
     """Predict spectra at given positions.
 
     The .npz file holds spectra [K, 90, 360]. If the model predicts them, it also holds the element responses, channels
@@ -208,6 +214,7 @@ def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output,
         runs: the run folder. The predictions of several runs of one dataset and split are averaged.
         positions: CSV file with the header x,y,z, in metres, in the dataset's world frame.
         output: the .npz file to write.
+        dtype: numbers of the spectra: float32, 0 to 1, or uint8, grey levels 0 to 255, a quarter of the size.
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
@@ -218,6 +225,7 @@ def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output,
     from learn.training.run_folder import load_run
     from scenes.files.npz_file import write_arrays
     from simulate.positions.given_positions import reach_warning, read_points
+    from simulate.spectra.spectrum import grey_levels
 
     loaded = [load_run(run) for run in runs]
     points = read_points(positions)
@@ -227,9 +235,10 @@ def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output,
         say(f"warning: {positions}: {warning}")
     if len(loaded) > 1:
         together = Ensemble(loaded)
-        arrays, deviation = {"spectra": together.predict(points)}, together.deviation(points)
+        mean, deviation = together.predict(points), together.deviation(points)
+        arrays = {"spectra": grey_levels(mean) if dtype == "uint8" else mean}
     else:
-        prediction, deviation = loaded[0].predict(points), loaded[0].deviation(points)
+        prediction, deviation = loaded[0].predict(points, dtype), loaded[0].deviation(points)
         arrays = {"spectra": prediction.spectra}
         if prediction.responses is not None:
             arrays["channels"] = prediction.responses

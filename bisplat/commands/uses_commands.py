@@ -158,9 +158,12 @@ def locate(
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
     from learn.localisation.places_file import write_places
+    from learn.training.config import read_config
     from learn.training.fit_progress import FitProgress
     from learn.training.run_folder import load_run
 
+    for folder in runs:
+        read_config(folder)  # a folder that is no run needs no pictures
     if len(runs) != len(pictures) or not runs:
         raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
     _require_csv(output, force)

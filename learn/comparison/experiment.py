@@ -9,7 +9,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,6 +22,7 @@ from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ce
 from learn.comparison.baseline_methods import NO_RESPONSES, KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
+from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, read_protocol, without_fingerprint
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
 from learn.data.metrics import Scores, score, ssim
@@ -33,7 +34,7 @@ from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path, require_whole, require_within, require_word
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_file import parse_json, read_json
+from scenes.files.json_file import parse_json
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
@@ -43,57 +44,6 @@ from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 LARGEST_RESULTS = 64 * MEGABYTE
 """Largest size of results.jsonl, bytes; a row takes about 400."""
-
-PROTOCOL = "protocol.json"
-"""Name of the file with the settings of an experiment."""
-
-SPLIT_SEED = 0
-"""Seed of the split, the same for every method and for every seed of a method."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings that all rows of an experiment have in common. The file protocol.json records them.
-
-    Attributes:
-        dataset: absolute path of the dataset's folder.
-        split: how the test part is chosen.
-        split_seed: seed of the split.
-        minutes: training time of each model that is trained by steps. None: there is no limit, and ``steps`` is set.
-        steps: number of training steps of each such model. None: as many as fit into ``minutes``.
-        device: name of the GPU, or number of CPU threads, on which methods are trained.
-        test_spectra: largest number of test spectra, evenly spread over the test part. None: all of them.
-        dataset_sha256: fingerprint of the dataset. None: version 0.2 began the experiment and kept none.
-        guard: known positions nearer than this to a test position are left out, wavelengths. None: all are known.
-    """
-
-    dataset: str
-    split: SplitKind
-    split_seed: int
-    minutes: float | None
-    steps: int | None
-    device: str
-    test_spectra: int | None = None
-    dataset_sha256: str | None = None
-    guard: float | None = None
-
-    def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
-        """The spectra of the test part on which every method is scored."""
-        return test if self.test_spectra is None else evenly(test, self.test_spectra)
-
-
-class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The content of protocol.json: the fields of ``Settings`` that are not None."""
-
-    dataset: str
-    split: SplitKind
-    split_seed: Annotated[int, Meta(ge=0)]
-    minutes: Annotated[float, Meta(gt=0)] | None = None
-    steps: Annotated[int, Meta(ge=1)] | None = None
-    device: str
-    test_spectra: Annotated[int, Meta(ge=1)] | None = None
-    dataset_sha256: str | None = None
-    guard: Annotated[float, Meta(gt=0, le=GUARD_MOST)] | None = None
 
 
 class Row(Struct, frozen=True, kw_only=True):
@@ -293,18 +243,6 @@ class Experiment:
         write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
-def _read_protocol(path: Path) -> dict[str, Any]:
-    """The settings in a protocol.json."""
-    content = read_json(path, "the settings of an experiment")
-    conform(content, Protocol, str(path))
-    return content
-
-
-def without_fingerprint(settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings of a protocol.json without the fingerprint of the dataset."""
-    return {key: value for key, value in settings.items() if key != "dataset_sha256"}
-
-
 @contextmanager
 def begun(
     dataset: Dataset | Path | str,
@@ -349,11 +287,10 @@ def begun(
     experiment = Experiment(folder, dataset, settings)
     distances = experiment.distances  # refuses splits and test spectra that are of no use, before anything is written
     given = {key: value for key, value in asdict(settings).items() if value is not None}
-    # The fingerprint is compared by itself, since older experiments have none.
     chosen = without_fingerprint(given)
-    with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: without_fingerprint(_read_protocol(path))):
+    with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: without_fingerprint(read_protocol(path))):
         if (folder / PROTOCOL).exists():
-            require_same_spectra(dataset, folder, _read_protocol(folder / PROTOCOL).get("dataset_sha256"))
+            require_same_spectra(dataset, folder, read_protocol(folder / PROTOCOL).get("dataset_sha256"))
         write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
         say_distances(distances)
         yield experiment

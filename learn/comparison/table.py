@@ -14,7 +14,8 @@ from jaxtyping import Float
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.comparison.averages import averaged
 from learn.comparison.doubts import average_name, doubts_of, remark_on
-from learn.comparison.experiment import Experiment, Settings, row_name
+from learn.comparison.experiment import Experiment, row_name
+from learn.comparison.protocol import Settings
 from learn.comparison.scores_file import read_scores
 from learn.data.split_distances import SplitDistances
 from simulate.spectra.array import Array

@@ -86,13 +86,16 @@ def score(
         (1.0, 100.0, [0.0, 10.0])
     """
     require_instance(AngularGrid, grid=grid)
-    pair = _pair(prediction, truth)
-    prediction, truth = (each.reshape(-1, ROWS, COLUMNS).astype(np.float64) for each in pair)
-    squared_error = ((prediction - truth) ** 2).mean(axis=(1, 2))
+    prediction, truth = (each.reshape(-1, ROWS, COLUMNS) for each in _pair(prediction, truth))
+    squared_error, absolute_error = np.empty((2, len(truth)))
+    for index, pair in enumerate(zip(prediction, truth, strict=True)):  # no copy of all of them in double precision
+        difference = np.subtract(*pair, dtype=np.float64)
+        absolute_error[index] = np.abs(difference).mean()
+        squared_error[index] = np.square(difference, out=difference).mean()
     return Scores(
         ssim=ssim(prediction, truth),
         psnr=-10 * np.log10(np.maximum(squared_error, 1e-10)),
-        mae=np.abs(prediction - truth).mean(axis=(1, 2)),
+        mae=absolute_error,
         aoa_error=aoa_error(prediction, truth, grid, array),
     )
 
@@ -128,7 +131,7 @@ def ssim(
     pairs = zip(*(spectra.reshape(-1, ROWS, COLUMNS) for spectra in (prediction, truth)), strict=True)
 
     def one(pair: tuple[np.ndarray, np.ndarray]) -> float:
-        return structural_similarity(*(each.astype(np.float64) for each in pair), data_range=1)
+        return structural_similarity(*(each.astype(np.float64, copy=False) for each in pair), data_range=1)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # its filters run beside each other
         each = list(pool.map(one, pairs))

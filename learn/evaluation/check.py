@@ -17,13 +17,13 @@ from learn.evaluation.picture_doubts import picture_doubts
 from learn.expectation.expected_score import expectation, facts
 from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import InputError, ParameterError, require_path, require_seed, require_within, require_word
-from scenes.scene.description import boresight_of
+from scenes.scene.orientation import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.csi.csi_check import CsiCheck, check_csi
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
-from simulate.dataset.folder_kinds import is_rssi, not_spectra
+from simulate.dataset.folder_kinds import is_rooms, is_rssi, not_spectra
 from simulate.rssi.rssi_check import RssiCheck, check_rssi
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
@@ -220,6 +220,8 @@ def check(
     if other := not_spectra(Path(folder)):
         if split is not None:
             raise InputError(other)
+        if is_rooms(Path(folder)):
+            return Check([other], [], None, None)
         return check_rssi(Path(folder)) if is_rssi(Path(folder)) else check_csi(Path(folder))
     several = several_frequencies(Path(folder))
     inspection = inspect(Path(folder), several[0] if several else None)

@@ -12,7 +12,8 @@ from learn.localisation.channel_fingerprints import ChannelFingerprints
 from learn.localisation.locate import Place
 from learn.localisation.position_regression import PositionRegression
 from learn.powers.fit_powers import checked_indices
-from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, shown
+from scenes.files.array_argument import check_array
+from scenes.files.errors import InputError, ParameterError, require_instance, require_seed
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
@@ -72,7 +73,11 @@ def locate_channels(
     require_instance(CsiDataset, str, PathLike, dataset=dataset)
     require_seed(seed=seed)
     dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
-    channels = _checked(heard, dataset.uplink.shape[1:])
+    antennas, subcarriers = dataset.uplink.shape[1:]
+    what = f"channels [K, {antennas}, {subcarriers}]"
+    channels = check_array("heard", heard, (None, antennas, subcarriers), what, "c")
+    if not len(channels):
+        raise ParameterError("heard", f"expected {what} of at least one transmitter, found none")
     regression, fingerprints = fit_regression(dataset, known, seed)
     found: list[list[Place]] = [[] for _ in channels]
     sent = np.flatnonzero(channels.any(axis=(1, 2)))
@@ -111,19 +116,3 @@ def fit_regression(
     uplink = dataset.uplink[indices].astype(complex)
     fingerprints = ChannelFingerprints(dataset.antenna_positions, SPEED_OF_LIGHT / hertz, uplink)
     return PositionRegression(fingerprints.of(uplink), positions), fingerprints
-
-
-def _checked(heard: Complex[np.ndarray, "K A S"], shape: tuple[int, ...]) -> Complex[np.ndarray, "K A S"]:
-    expected = f"channels [K, {shape[0]}, {shape[1]}]"
-    if isinstance(heard, np.ma.MaskedArray):
-        raise ParameterError("heard", f"expected {expected}, found a masked array")
-    try:
-        channels = np.asarray(heard)
-    except ValueError:
-        raise ParameterError("heard", f"expected {expected}, found rows of different lengths") from None
-    if channels.dtype.kind not in "fc" or channels.ndim != 3 or channels.shape[1:] != shape or not len(channels):
-        found = f"shape {list(channels.shape)}" if channels.dtype.kind in "fciu" else shown(heard)
-        raise ParameterError("heard", f"expected {expected}, found {found}")
-    if not np.isfinite(channels).all():
-        raise ParameterError("heard", f"expected {expected} of finite numbers, found others")
-    return channels.astype(complex)

@@ -14,7 +14,8 @@ from learn.localisation.locate import Place
 from learn.models.base import Report
 from learn.powers.fit_powers import fit_powers
 from learn.powers.known_powers import PredictedPowers
-from scenes.files.errors import ParameterError, require_instance, require_seed, require_within, shown
+from scenes.files.array_argument import check_array
+from scenes.files.errors import ParameterError, require_instance, require_seed, require_within
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
 from simulate.rssi.power_range import NOT_RECEIVED, fault_of_powers
@@ -190,19 +191,13 @@ def estimated_level(likelihood: PowerLikelihood, powers: Float[np.ndarray, "K G"
 
 
 def _checked(heard: Float[np.ndarray, "K G"], gateways: int) -> Float[np.ndarray, "K G"]:
-    expected = f"powers in dBm with a column for each of the {gateways} gateways"
-    if isinstance(heard, np.ma.MaskedArray):
-        raise ParameterError("heard", f"expected {expected}, NaN where nothing was received, found a masked array")
-    try:
-        powers = np.asarray(heard)
-    except ValueError:
-        raise ParameterError("heard", f"expected {expected}, found rows of different lengths") from None
-    if powers.dtype.kind not in "fiu" or powers.ndim != 2 or powers.shape[1] != gateways or not len(powers):
-        found = f"shape {list(powers.shape)}" if powers.dtype.kind in "fiu" else shown(heard)
-        raise ParameterError("heard", f"expected {expected}, found {found}")
-    powers = np.where(powers == NOT_RECEIVED, np.nan, powers.astype(float))
+    what = f"powers in dBm with a column for each of the {gateways} gateways"
+    powers = check_array("heard", heard, (None, gateways), what, finite=False)
+    if not len(powers):
+        raise ParameterError("heard", f"expected {what}, found no row")
     if np.isinf(powers).any():
-        raise ParameterError("heard", f"expected {expected}, found an infinite one")
+        raise ParameterError("heard", f"expected {what}, NaN where nothing was received, found an infinite one")
+    powers[powers == NOT_RECEIVED] = np.nan
     if fault := fault_of_powers(powers):
         raise ParameterError("heard", fault)
     return powers

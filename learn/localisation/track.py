@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
-from learn.localisation.locate_tags import MOST_ANTENNAS
+from learn.localisation.locate_tags import LEAST_READS, MOST_ANTENNAS
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset
@@ -44,7 +45,8 @@ def track_of(dataset: Dataset) -> Track:
         dataset: a dataset with recorded responses.
 
     Raises:
-        InputError: there are none, both ends move, or the phases of a moving receiver's positions cannot be compared.
+        InputError: there are none, both ends move, the phases of a moving receiver's positions cannot be compared, or
+            the antenna has fewer than 4 places.
     """
     elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
     if dataset.moving == "transmitter":
@@ -56,17 +58,19 @@ def track_of(dataset: Dataset) -> Track:
         margin = np.where(high > low, dataset.wavelength, 0)
         region = np.stack([low - margin, high + margin])
         antennas = dataset.gateway_position + elements
-        return Track(dataset.names, *_thinned(responses, antennas), region, dataset.positions)
+        return Track(dataset.names, *_thinned(dataset.folder, responses, antennas), region, dataset.positions)
     if dataset.moving == "both" or dataset.responses is None:
         found = "two ends that move" if dataset.moving == "both" else "no phases that can be compared along it"
         raise InputError(f"{dataset.folder}: expected an antenna that moved along a track, found {found}")
     antennas = (dataset.positions[:, None] + elements).reshape(-1, 3)
-    return Track(["1"], *_thinned(dataset.responses.reshape(1, -1), antennas), None, None)
+    return Track(["1"], *_thinned(dataset.folder, dataset.responses.reshape(1, -1), antennas), None, None)
 
 
 def _thinned(
-    responses: Complex[np.ndarray, "K n"], antennas: Float[np.ndarray, "n 3"]
+    folder: Path, responses: Complex[np.ndarray, "K n"], antennas: Float[np.ndarray, "n 3"]
 ) -> tuple[Complex[np.ndarray, "K N"], Float[np.ndarray, "N 3"]]:
+    if len(antennas) < LEAST_READS:
+        raise InputError(f"{folder}: expected at least {LEAST_READS} antenna positions, found {len(antennas)}")
     some = evenly(np.arange(len(antennas)), MOST_ANTENNAS)
     if len(some) < len(antennas):
         say(f"{len(some)} of the {len(antennas)} antenna positions are used")

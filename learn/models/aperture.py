@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -73,6 +73,7 @@ class BiSplatAperture(PredictsResponses):
     ):
         super().__init__(region, beamformer, wavelength)
         self.ordered = ordered
+        self._kept: dict[str, tuple[list[tuple[int, int]], Tensor]] = {}
         self.register_buffer("turn", None)
         azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
         self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
@@ -107,8 +108,9 @@ class BiSplatAperture(PredictsResponses):
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary)."""
         if self.turn is not None:
-            return _products("bi,im->bm", self._coefficients(positions), self._received())
-        return (self._transmitter_features(positions) @ self._response_of_features()).unflatten(-1, (-1, 2))
+            return _products("bi,im->bm", self._coefficients(positions), self._once(self._received))
+        of_features = self._once(self._response_of_features)
+        return (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
         coefficient = self._coefficients(positions)
@@ -122,7 +124,7 @@ class BiSplatAperture(PredictsResponses):
 
     def _coefficients(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B N_p 2"]:
         """c_i (real, imaginary)."""
-        found = torch.einsum("bf,ifc->bic", self._transmitter_features(positions), self._primitive_features())
+        found = torch.einsum("bf,ifc->bic", self._transmitter_features(positions), self._once(self._primitive_features))
         if self.turn is None:
             return found
         azimuth, elevation = self.primitives.azimuth.deg2rad(), self.primitives.elevation.deg2rad()
@@ -130,6 +132,20 @@ class BiSplatAperture(PredictsResponses):
         direction = torch.stack([across * azimuth.cos(), across * azimuth.sin(), elevation.sin()], dim=-1) @ self.turn.T
         phase = 2 * torch.pi / self.wavelength * (positions - self.region.mean(dim=0)) @ direction.T
         return _products("bi,bi->bi", found, torch.stack([phase.cos(), phase.sin()], dim=-1))
+
+    def _once(self, compute: Callable[[], Tensor]) -> Tensor:
+        """What depends on the weights alone: in inference mode, the last result as long as no weight has changed."""
+        if not torch.is_inference_mode_enabled():
+            return compute()
+        weights = list(self.parameters())
+        if any(each.is_inference() for each in weights):  # these do not tell whether they have changed
+            return compute()
+        state = [(each.data_ptr(), each._version) for each in weights]
+        known, found = self._kept.get(compute.__name__, (None, None))
+        if found is None or known != state:
+            found = compute()
+            self._kept[compute.__name__] = state, found
+        return found
 
     def _depth(self) -> Float[Tensor, " N_p"]:
         return self.primitives.depth if self.ordered else torch.zeros_like(self.primitives.depth)

@@ -11,13 +11,14 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
+from learn.models.band_errors import left_out_curve
 from learn.models.delay_powers import fit_delay_powers, white_noise
+from learn.models.deviation_curve import normal_curve, on_curve
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
-from learn.models.vecchia import NUGGET_LEAST, fit_covariance
+from learn.models.vecchia import FAR, NUGGET_LEAST, fit_covariance
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import evenly
 
 FITTED_TO = 64
 """Largest number of subcarriers to which the powers of delays are fitted; of more, every second, third, …"""
@@ -25,14 +26,8 @@ FITTED_TO = 64
 WEAKEST, BELOW_NOISE = 1e-8, 1e-2
 """Components over frequency below this share of the power, or this share of the noise, are left out."""
 
-LEFT_OUT = 128
-"""Largest number of known positions, evenly spread, that are predicted from the others to scale the deviations."""
-
 AT_ONCE = 32
 """Positions that ``at`` predicts at once."""
-
-OF_NORMAL = 1.645
-"""Half the width of a 90 % interval of a normal distribution, in standard deviations."""
 
 
 class BandField(KrigedField):
@@ -49,6 +44,9 @@ class BandField(KrigedField):
     the eigenvectors v_i of R and its eigenvalues λ_i, kriging of all N S responses falls apart into one of each
     component v_iᴴ y, with the nugget ν + σ² / λ_i. Only few components exceed the noise. They are all that is kept.
 
+    Known positions that are predicted from others, near and far, tell how large the errors are at each kriging
+    variance (``rising_curve``).
+
     Args:
         region: as for ``KrigedField``, as the next.
         beamformer: the dataset's array and grid.
@@ -60,7 +58,8 @@ class BandField(KrigedField):
         powers: λ_i, which add up to about S.
         noises: nugget of each component.
         level: root mean square magnitude of the known responses, to which ``values`` are scaled.
-        spread: how far predictions of left-out known positions are off, in stated deviations.
+        variances: kriging variances of the points of the curve of deviations, rising from 0 to 1.
+        deviations: standard deviation there of the real and the imaginary part of each response, relative to ``level``.
         noise: σ², relative to the power of the responses; only after ``fit``.
     """
 
@@ -68,7 +67,8 @@ class BandField(KrigedField):
     powers: Tensor
     noises: Tensor
     level: Tensor
-    spread: Tensor
+    variances: Tensor
+    deviations: Tensor
     noise: float
 
     neighbours = 64
@@ -79,7 +79,8 @@ class BandField(KrigedField):
         self.register_buffer("powers", torch.zeros(0))
         self.register_buffer("noises", torch.zeros(0))
         self.register_buffer("level", torch.ones(()))
-        self.register_buffer("spread", torch.ones(()))
+        self.register_buffer("variances", torch.zeros(0))
+        self.register_buffer("deviations", torch.zeros(0))
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Keep the known responses over the band, and find the powers of delays and the covariance over positions.
@@ -94,7 +95,9 @@ class BandField(KrigedField):
         known = np.unique(known)
         assert dataset.band_responses is not None and dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
-        return self.fit_to(dataset.positions[known], responses, dataset.band.spacing, times)
+        found = self.fit_to(dataset.positions[known], responses, dataset.band.spacing, times)
+        self.learn_deviations(responses)
+        return found
 
     def fit_to(
         self,
@@ -103,7 +106,7 @@ class BandField(KrigedField):
         spacing: float | None,
         times: Float[np.ndarray, " n"],
     ) -> str:
-        """As ``fit``, to known responses.
+        """As ``fit``, to known responses. The deviations are those of the covariance until ``learn_deviations``.
 
         Args:
             positions: known positions, metres.
@@ -121,12 +124,8 @@ class BandField(KrigedField):
         delays, _ = fit_delay_powers(rows, self.noise)
         self._decompose(delays, self.noise, responses.shape[2], every)
         self._keep(positions, responses, times)
-        if len(positions) > 1:
-            fit_covariance(self, KrigedField.neighbours, partial(self.report, "covariance of responses over the band"))
-        # The nugget has the noise of the kept components, too, each of which has its own.
-        of_noise = len(self.powers) * self.noise / float(self.powers.sum())
-        self.noises = max(float(self.nugget) - of_noise, NUGGET_LEAST) + self.noise / self.powers
-        self._scale_deviations()
+        self.fit_covariance(np.arange(len(positions)))
+        self._state(*normal_curve(self.noise))
         effective = float(torch.exp(-(self.shares * self.shares.log()).sum()))
         spread = "" if spacing is None else f"delay spread {1e9 * _spread_of(delays) / (every * spacing):.0f} ns, "
         return (
@@ -151,6 +150,21 @@ class BandField(KrigedField):
         self.values = torch.view_as_real(values).flatten(1).float()
         self.mean = torch.zeros(self.values.shape[1])
 
+    def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None:
+        """Fit the covariance over positions to some of the known ones; all of them are still interpolated.
+
+        Args:
+            used: their indices.
+        """
+        whole = self.places, self.times, self.values
+        self.places, self.times, self.values = (each[torch.from_numpy(used)] for each in whole)
+        if len(used) > 1:
+            fit_covariance(self, KrigedField.neighbours, partial(self.report, "covariance of responses over the band"))
+        self.places, self.times, self.values = whole
+        # The nugget has the noise of the kept components, too, each of which has its own.
+        of_noise = len(self.powers) * self.noise / float(self.powers.sum())
+        self.noises = max(float(self.nugget) - of_noise, NUGGET_LEAST) + self.noise / self.powers
+
     def _decompose(self, delays: Float[np.ndarray, " M"], noise: float, count: int, every: int) -> None:
         """Find the components of the covariance over ``count`` subcarriers that exceed the noise."""
         phases = np.outer(np.arange(count) / every, np.arange(len(delays)) / len(delays))
@@ -166,45 +180,57 @@ class BandField(KrigedField):
         Args:
             positions: transmitter positions, metres, world frame.
         """
-        return self.with_deviation(positions)[0]
+        return self._at(positions)[0]
 
-    def with_deviation(
-        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
-    ) -> tuple[Float[Tensor, "B elements subcarriers 2"], Float[Tensor, " B"]]:
+    def at(
+        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None = None, radius: float = 0.0
+    ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]:
         """Responses as for ``band_responses``, and the standard deviation of their real and imaginary parts.
 
         Args:
             positions: transmitter positions, metres, world frame.
             left_out: for each position the index of a known one that must not be used.
+            radius: known positions nearer to the new one must not be used, either, metres.
         """
-        found, variance = self._components_at(positions, left_out)
-        real, imaginary = found.unbind(-1)
-        along, across = self.components.unbind(-1)
-        real, imaginary = real @ along.T - imaginary @ across.T, real @ across.T + imaginary @ along.T
-        mean_square = (variance * self.powers).sum(dim=1) / len(self.components)
-        deviation = self.spread * self.level * (mean_square / 2).sqrt()
-        return self.level * torch.stack([real, imaginary], dim=-1), deviation
+        responses, variance = self.with_variance(positions, left_out, radius)
+        of_level = on_curve(variance, self.variances.double().numpy(), self.deviations.double().numpy())
+        return responses, float(self.level) * of_level
 
-    def at(
-        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None = None
+    def with_variance(
+        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None, radius: float
     ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]:
-        """As ``with_deviation``, for any number of positions, as complex numbers."""
+        """As ``at``, with the relative variance instead of the deviation."""
         places = torch.from_numpy(np.asarray(positions)).float().split(AT_ONCE)
         without = [None] * len(places) if left_out is None else torch.from_numpy(left_out).split(AT_ONCE)
         with torch.inference_mode():
-            found = [self.with_deviation(*each) for each in zip(places, without, strict=True)]
-        responses, deviations = (torch.cat(each).double() for each in zip(*found, strict=True))
-        return torch.view_as_complex(responses.contiguous()).numpy(), deviations.numpy()
+            found = [self._at(*each, radius) for each in zip(places, without, strict=True)]
+        responses, variances = (torch.cat(each).double() for each in zip(*found, strict=True))
+        return torch.view_as_complex(responses.contiguous()).numpy(), variances.numpy()
+
+    def _at(
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None, radius: float = 0.0
+    ) -> tuple[Float[Tensor, "B elements subcarriers 2"], Float[Tensor, " B"]]:
+        """Responses as for ``band_responses``, and their kriging variance relative to the field's, 0…1."""
+        found, variance = self._components_at(positions, left_out, radius)
+        real, imaginary = found.unbind(-1)
+        along, across = self.components.unbind(-1)
+        real, imaginary = real @ along.T - imaginary @ across.T, real @ across.T + imaginary @ along.T
+        relative = (variance * self.powers).sum(dim=1) / self.powers.sum()
+        return self.level * torch.stack([real, imaginary], dim=-1), relative
 
     def _components_at(
-        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None, radius: float
     ) -> tuple[Float[Tensor, "B elements I 2"], Float[Tensor, "B I"]]:
         """The components at positions, and their kriging variances relative to ``powers``."""
         distance = distances(positions, self.places)
         if left_out is not None:
-            distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
-        near = distance.topk(min(self.neighbours, len(self.places) - (left_out is not None)), largest=False).indices
+            distance = distance.index_put((torch.arange(len(positions)), left_out), -torch.ones(()))
+            distance = torch.where(distance >= radius, distance, torch.inf)
+        distance, near = distance.topk(min(self.neighbours, len(self.places)), largest=False)
         samples, wanted = self.places[near] - positions[:, None], torch.zeros_like(positions[:, None])
+        if left_out is not None:  # what is left out is moved so far away that it says nothing
+            away = FAR * torch.arange(1, near.shape[1] + 1)[None, :, None]
+            samples = torch.where(distance.isinf()[..., None], away, samples)
         times = self.times[near][..., None]
         covariance = self.covariance(samples, samples, self.fading(distances(times, times), self.drift), *self._of())
         cross = self.covariance(samples, wanted, self.expected_fading(positions, near)[..., None], *self._of())[..., :1]
@@ -218,18 +244,16 @@ class BandField(KrigedField):
     def _of(self) -> tuple[Tensor, Tensor]:
         return self.shares, self.length
 
-    def _scale_deviations(self) -> None:
-        """Set ``spread``: 90 % of the errors of left-out known positions are within 1.645 deviations."""
-        if len(self.places) < 3:
-            return
-        out = evenly(np.arange(len(self.places)), LEFT_OUT)
-        values = self.values[torch.from_numpy(out)].unflatten(-1, (-1, len(self.powers), 2))
-        components = torch.view_as_complex(self.components)
-        truth = float(self.level) * (torch.view_as_complex(values.contiguous()) @ components.T).numpy()
-        found, deviation = self.at(self.places[torch.from_numpy(out)].numpy(), out)
-        error = (found - truth) / np.maximum(deviation, np.finfo(np.float32).tiny)[:, None, None]
-        off = np.abs([error.real, error.imag])
-        self.spread = torch.tensor(float(np.quantile(off, 0.9)) / OF_NORMAL).clamp_min(1e-6)
+    def learn_deviations(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
+        """Let known responses, predicted from one another, tell the deviations (``left_out_curve``).
+
+        Args:
+            responses: all known responses, to which the field is fitted.
+        """
+        self._state(*left_out_curve(self, responses.astype(complex) / float(self.level)))
+
+    def _state(self, variances: Float[np.ndarray, " k"], deviations: Float[np.ndarray, " k"]) -> None:
+        self.variances, self.deviations = torch.from_numpy(variances).float(), torch.from_numpy(deviations).float()
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As for ``KrigedField``, also for the number of components and subcarriers that the file has.
@@ -244,9 +268,13 @@ class BandField(KrigedField):
         self.powers, self.noises = torch.zeros(components.shape[1]), torch.zeros(components.shape[1])
         numbers = 2 * len(self._elements) * components.shape[1]
         self.values, self.mean = torch.zeros(0, numbers), torch.zeros(numbers)
+        points = state_dict.get("variances", self.variances)
+        self.variances, self.deviations = torch.zeros(points.shape), torch.zeros(points.shape)
         loaded = super().load_state_dict(state_dict, strict, assign)
-        if min(self.powers.min(), self.noises.min(), self.level, self.spread) <= 0:
-            raise RuntimeError("a power, noise, level or spread that is not above 0")
+        if min(self.powers.min(), self.noises.min(), self.level) <= 0:
+            raise RuntimeError("a power, noise or level that is not above 0")
+        if points.ndim != 1 or not len(points) or (points.diff() < 0).any() or not (self.deviations >= 0).all():
+            raise RuntimeError("no curve of deviations over rising variances")
         return loaded
 
 

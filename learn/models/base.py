@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from torch import Tensor, nn
 
 from learn.models.encoding import TransmitterEncoding
@@ -15,8 +16,23 @@ from learn.models.quadrature import Quadrature
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
+if TYPE_CHECKING:
+    from simulate.spectra.quick_spectra import QuickSpectra
+
 Report = Callable[[str, int, int], None]
 """Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
+
+
+class Beamformed(NamedTuple):
+    """Predictions that are the spectra of predicted responses, and nothing else.
+
+    Attributes:
+        responses: function from positions [B, 3] to responses [B, elements, 2] (real, imaginary).
+        beamforming: the layer that computes their spectra.
+    """
+
+    responses: Callable[[Tensor], Tensor]
+    beamforming: BeamformingLayer
 
 
 class SpectrumModel(nn.Module):
@@ -77,6 +93,10 @@ class SpectrumModel(nn.Module):
         """
         return self(positions), None
 
+    def beamformed(self) -> Beamformed | None:
+        """How the predicted spectra come from responses, for a quick prediction. None: they are something else."""
+        return None
+
     def undecayed(self) -> list[nn.Parameter]:
         """Parameters without weight decay: the places and shapes of primitives. By default there are none."""
         return []
@@ -131,6 +151,7 @@ class BeamformingLayer(nn.Module):
     Attributes:
         steering: the real matrix [2·elements, 2·90·360] that multiplies flattened (real, imaginary) pairs as A
             multiplies complex numbers.
+        elements: number of the array's elements.
     """
 
     steering: Tensor
@@ -139,14 +160,29 @@ class BeamformingLayer(nn.Module):
         super().__init__()
         steering = beamformer.steering.reshape(-1, beamformer.array.elements)
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
+        self.elements = beamformer.array.elements
+        self._beamformer = beamformer
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
         """Spectra, 0…1, of element responses (real, imaginary).
 
         The scale and the common phase of the responses have no effect. Responses that are all zero give a black
-        spectrum.
+        spectrum. In inference mode on the CPU, a compiled loop computes them (``quick``).
         """
-        return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
+        quick = self.quick(responses)
+        if quick is None:
+            return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
+        spectra = np.empty((len(responses), ROWS, COLUMNS), np.float32)
+        quick.write(as_complex(responses), spectra)
+        return torch.from_numpy(spectra)
+
+    def quick(self, responses: Float[Tensor, "B elements 2"]) -> QuickSpectra | None:
+        """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed."""
+        if not torch.is_inference_mode_enabled() or responses.device.type != "cpu" or responses.dtype != torch.float32:
+            return None
+        from simulate.spectra.quick_spectra import quick_spectra  # compiles, which training does not need
+
+        return quick_spectra(self._beamformer)
 
     def coarse(self, responses: Float[Tensor, "B elements 2"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """The spectra at a few pixels, min–max normalised over these."""
@@ -161,6 +197,11 @@ class BeamformingLayer(nn.Module):
         largest = numbers.detach().abs().amax(1, keepdim=True)
         field = (numbers / torch.where(largest > 0, largest, 1) @ steering).unflatten(-1, (-1, 2))
         return normalised(power(field).clamp_min(1e-12).sqrt())
+
+
+def as_complex(pairs: Float[Tensor, "*shape 2"]) -> Complex[np.ndarray, "*shape"]:
+    """The complex numbers of pairs (real, imaginary), complex64."""
+    return torch.view_as_complex(pairs.float().contiguous()).cpu().numpy()
 
 
 def normalised(spectra: Float[Tensor, "B P"]) -> Float[Tensor, "B P"]:

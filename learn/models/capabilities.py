@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from learn.models.base import BeamformingLayer, SpectrumModel, normalised
+from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel, normalised
 from learn.models.loss import coarse_loss
 from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats
@@ -187,6 +187,11 @@ class PredictsResponses(SpectrumModel, ABC):
         """
         responses = self.responses(positions)
         return self.beamforming(responses), responses
+
+    def beamformed(self) -> Beamformed | None:
+        """As for ``SpectrumModel``. None if the class has its own ``predict``, whose spectra may be others."""
+        own = type(self).predict is not PredictsResponses.predict
+        return None if own else Beamformed(self.responses, self.beamforming)
 
     def responses_loss(
         self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements 2"]

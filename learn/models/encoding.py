@@ -43,6 +43,23 @@ def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tenso
     return torch.cat([t, angles.sin(), angles.cos()], dim=-1)
 
 
+def octaves(x: Float[Tensor, "*batch n"], count: int) -> Float[Tensor, "*batch encoded"]:
+    """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1, element-wise: as γ, without π.
+
+    Args:
+        x: coordinates.
+        count: number of octaves.
+
+    Returns:
+        n · (2 · count + 1) numbers per vector.
+
+    >>> octaves(torch.zeros(1), 2).tolist()
+    [0.0, 0.0, 0.0, 1.0, 1.0]
+    """
+    angles = (2.0 ** torch.arange(count, device=x.device, dtype=x.dtype)[:, None] * x[..., None, :]).flatten(-2)
+    return torch.cat([x, angles.sin(), angles.cos()], dim=-1)
+
+
 class TransmitterEncoding(nn.Module):
     """Encodes the transmitter's position r as the input of a network.
 

@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from learn.data.metrics import ssim_of_each
 from learn.models.band_field import BandField
-from learn.models.base import Report, SpectrumModel
+from learn.models.base import Beamformed, Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
 from learn.models.quadrature import Quadrature
@@ -106,19 +106,30 @@ class HelmholtzField(SpectrumModel):
             return self(positions), None
         field: Any = self.fields[of_responses]
         responses = field.responses(positions)
-        parts = [
-            weight * (field.beamforming(responses) if way == of_responses else self._by(way, positions))
-            for way, weight in self._used.items()
-        ]
-        return torch.stack(parts).sum(dim=0), responses
+        spectra = {
+            way: field.beamforming(responses) if way == of_responses else self._by(way, positions) for way in self._used
+        }
+        return self._mean(spectra), responses
+
+    def beamformed(self) -> Beamformed | None:
+        """As for ``SpectrumModel``: if each element's known responses are interpolated, and nothing else."""
+        (way, *others) = self._used
+        field: Any = self.fields[way] if way == "responses" and not others else None
+        return None if field is None else field.beamformed()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the weighted mean."""
-        return torch.stack([weight * self._by(way, positions) for way, weight in self._used.items()]).sum(dim=0)
+        return self._mean({way: self._by(way, positions) for way in self._used})
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """As for ``SpectrumModel``."""
-        return torch.stack([weight * self._by(way, positions, pixels) for way, weight in self._used.items()]).sum(dim=0)
+        return self._mean({way: self._by(way, positions, pixels) for way in self._used})
+
+    def _mean(self, spectra: Mapping[str, Float[Tensor, "B H W"]]) -> Float[Tensor, "B H W"]:
+        """The weighted mean of spectra predicted by the ways that have a weight."""
+        if len(spectra) == 1:  # spares two copies
+            return next(iter(spectra.values()))
+        return torch.stack([weight * spectra[way] for way, weight in self._used.items()]).sum(dim=0)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
         """Kriging variance, that of responses if these are interpolated. None for inverse-distance weighting alone."""

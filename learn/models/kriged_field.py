@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from learn.models.base import BeamformingLayer, SpectrumModel
+from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel
 from learn.models.geometry import distances, evenly_spread_directions
 from learn.models.leg_times import leg_times
 from learn.models.quadrature import Quadrature
@@ -292,6 +292,10 @@ class KrigedField(SpectrumModel):
             return self(positions), None
         responses = self.responses(positions)
         return self.beamforming(responses), responses
+
+    def beamformed(self) -> Beamformed | None:
+        """As for ``SpectrumModel``; not of one field, whose large covariances many positions at once would not fit."""
+        return Beamformed(self.responses, self.beamforming) if self.of_responses and not self._of_field else None
 
     def forward(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None

@@ -15,7 +15,9 @@ WINDOW, SIGMA = 5, 1.0
 """Size and standard deviation of the SSIM's Gaussian window at a few pixels."""
 
 
-def composite_loss(prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
+def composite_loss(
+    prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "B 90 360"], ssim_weight: float = SSIM_WEIGHT
+) -> Float[Tensor, ""]:
     """0.7 L1 + 0.3 (1 − SSIM), averaged over the batch.
 
     The SSIM of the loss uses a Gaussian window. This is separable, and so ten times faster than the uniform window of
@@ -24,11 +26,12 @@ def composite_loss(prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "
     Args:
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1.
+        ssim_weight: weight of 1 − SSIM, if it is not 0.3; L1 has the rest.
     """
     # The batch is passed as one image with B colour planes. The mean is the same, and the convolutions are several
     # times faster.
     similarity = gaussian_ssim(prediction[None], truth[None], data_range=1.0)
-    return L1_WEIGHT * (prediction - truth).abs().mean() + SSIM_WEIGHT * (1 - similarity)
+    return (1 - ssim_weight) * (prediction - truth).abs().mean() + ssim_weight * (1 - similarity)
 
 
 def coarse_loss(

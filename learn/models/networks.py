@@ -1,4 +1,7 @@
-"""The residual feed-forward network. The static network, dynamic network and delta decoder are instances of it."""
+"""The residual feed-forward network of the paper, and the network with one skip that other authors deform Gaussians by.
+
+The paper's static network, dynamic network and delta decoder are instances of the former.
+"""
 
 from __future__ import annotations
 
@@ -74,4 +77,30 @@ class ResidualFFN(nn.Module):
         x = self.inward(*parts)
         for layer in self.hidden:
             x = x + layer(x)
+        return x
+
+
+class SkipNetwork(nn.Module):
+    """Linear layers, each with a ReLU after it. One of them sees the inputs again. Heads are those of the subclasses.
+
+    Args:
+        inputs: number of inputs of all parts together.
+        width: width of all layers.
+        layers: number of layers.
+        again: number of the layer that sees the inputs again, counted from 0.
+    """
+
+    def __init__(self, inputs: int, width: int, layers: int, again: int):
+        super().__init__()
+        self.again = again
+        self.layers = nn.ModuleList(
+            LinearOfParts(inputs if layer == 0 else width + inputs if layer == again else width, width)
+            for layer in range(layers)
+        )
+
+    def features(self, *parts: Part) -> Float[Tensor, "*batch width"]:
+        """What the last layer makes of the inputs, which broadcast against each other."""
+        x = self.layers[0](*parts).relu()
+        for number, layer in enumerate(self.layers[1:], start=1):
+            x = (layer(*parts, x) if number == self.again else layer(x)).relu()
         return x

@@ -14,7 +14,8 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import SpectrumModel, power
-from learn.models.networks import LinearOfParts
+from learn.models.encoding import octaves
+from learn.models.networks import SkipNetwork
 from learn.models.quadrature import Quadrature
 from learn.models.splat import splat_by_conic
 from simulate.spectra.beamformer import Beamformer
@@ -107,7 +108,7 @@ class SwiftWRF(SpectrumModel):
             azimuths,
             elevations,
         )
-        return power(field.clamp(0, 1)).clamp_min(LEAST_POWER).sqrt()
+        return clipped_magnitude(field)
 
     def _conic(self) -> tuple[Float[Tensor, " N_p"], Float[Tensor, " N_p"], Float[Tensor, " N_p"]]:
         """a, b, c of Σ⁻¹ = [[a, b], [b, c]] for Σ = L Lᵀ with L = [[l_0, 0], [l_1, l_2]], per square degree."""
@@ -117,7 +118,7 @@ class SwiftWRF(SpectrumModel):
         return (slope.square() + along.square()) / determinant, -across * slope / determinant, along.pow(-2)
 
 
-class DeformationNetwork(nn.Module):
+class DeformationNetwork(SkipNetwork):
     """How each Gaussian changes with the transmitter's position: a network of ReLU layers, one of which sees the inputs
     again, and a head of two layers for each of the three changes.
 
@@ -126,13 +127,8 @@ class DeformationNetwork(nn.Module):
     """
 
     def __init__(self, width: int):
-        super().__init__()
         inputs = 2 * (2 * PLACE_OCTAVES + 1) + 3 * (2 * POSITION_OCTAVES + 1)
-        again = LAYERS // 2
-        self.layers = nn.ModuleList(
-            LinearOfParts(inputs if layer == 0 else width + inputs if layer == again else width, width)
-            for layer in range(LAYERS)
-        )
+        super().__init__(inputs, width, LAYERS, LAYERS // 2)
         self.heads = nn.ModuleList(
             nn.Sequential(nn.Linear(width, width), nn.ReLU(), nn.Linear(width, outputs)) for outputs in (2, 1, 2)
         )
@@ -146,15 +142,15 @@ class DeformationNetwork(nn.Module):
             place: centres, −1…1.
             position: transmitter positions from the middle of the region, metres.
         """
-        inputs = octaves(place, PLACE_OCTAVES)[None], octaves(position, POSITION_OCTAVES)[:, None]
-        x = self.layers[0](*inputs).relu()
-        for number, layer in enumerate(self.layers[1:], start=1):
-            x = (layer(*inputs, x) if number == LAYERS // 2 else layer(x)).relu()
+        x = self.features(octaves(place, PLACE_OCTAVES)[None], octaves(position, POSITION_OCTAVES)[:, None])
         move, fade, change = (head(x) for head in self.heads)
         return move, fade, change
 
 
-def octaves(x: Float[Tensor, "*batch n"], count: int) -> Float[Tensor, "*batch encoded"]:
-    """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1: n · (2 · count + 1) numbers."""
-    angles = (2.0 ** torch.arange(count, device=x.device, dtype=x.dtype)[:, None] * x[..., None, :]).flatten(-2)
-    return torch.cat([x, angles.sin(), angles.cos()], dim=-1)
+def clipped_magnitude(field: Float[Tensor, "B H W 2"]) -> Float[Tensor, "B H W"]:
+    """Magnitude of a field whose real and imaginary part are clipped to 0…1: at most √2.
+
+    >>> clipped_magnitude(torch.tensor([[[[0.3, 0.4], [-5.0, 7.0]]]])).round(decimals=3).tolist()
+    [[[0.5, 1.0]]]
+    """
+    return power(field.clamp(0, 1)).clamp_min(LEAST_POWER).sqrt()

@@ -25,6 +25,8 @@ KNOWN: dict[str, tuple[str, Any, str]] = {
     "mlp-responses": ("#b58ad8", SOLID, "X"),
     "nerf2": ("#2ca02c", DASH_DOT, "<"),
     "swiftwrf": ("#84b819", LONG, ">"),
+    "wrf-gs-plus": ("#00614a", SHORT, "*"),
+    "gsrf": ("#5b8a00", DOTTED, "h"),
     "mean-picture": ("#9a7d00", SPARSE, "d"),
     "nearest": ("#1fa5c9", DASH_DOT_DOT, "p"),
     "inverse-distance": ("#8c564b", SHORT, "h"),

@@ -17,7 +17,7 @@ from learn.models.helmholtz import HelmholtzField
 from learn.models.image_field import ImageField
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.neighbour_attention import AttentionOverNeighbours
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError
 from scenes.scene.tolerances import Tolerances

@@ -20,6 +20,7 @@ from scenes.files.errors import InputError, ParameterError, cut, shown
 from scenes.files.json_file import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER, Count, conform
+from simulate.dataset.folder_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -149,7 +150,8 @@ def read_config(folder: Path) -> RunRecord:
     """
     path = folder / "config.json"
     if not os.path.lexists(path):
-        raise InputError(f"{folder}: expected a run folder made by bisplat train, found no config.json in it")
+        found = content_of(folder) or "no config.json in it"
+        raise InputError(f"{folder}: expected a run folder made by bisplat train, found {found}")
     content = read_json(path, "the settings that bisplat train 0.2 writes")
     known = Config.__dataclass_fields__  # other keys are for readers only
     settings = {key: content[key] for key in content if key in known} if isinstance(content, dict) else content

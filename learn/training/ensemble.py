@@ -11,7 +11,8 @@ from jaxtyping import Float, Int
 
 from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.lightning_module import Spectra
-from learn.training.run_folder import Run, stated_deviation, uncertainty
+from learn.training.prediction import uncertainty
+from learn.training.run_folder import Run, stated_deviation
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
@@ -52,7 +53,11 @@ class Ensemble:
             ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
             InputError: a model predicts values that are not finite.
         """
-        return np.mean([run.predict(positions).spectra for run in self.runs], axis=0)
+        total = self.runs[0].predict(positions).spectra
+        for run in self.runs[1:]:
+            total += run.predict(positions).spectra
+        total /= len(self.runs)
+        return total
 
     def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
         """How far the means may be off: standard deviations of their values, 0…1, as by ``Run.deviation``.

@@ -23,7 +23,7 @@ from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieve
 from learn.models.steps import Steps
 from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of

@@ -107,6 +107,18 @@ MODELS: dict[str, ModelEntry] = {
         by_steps=Steps(steps=6000, full_resolution=1.0),  # its Gaussians are smaller than a few pixels are apart
         options_without_gpu={"primitives": 1000},
     ),
+    "wrf-gs-plus": ModelEntry(
+        builds="learn.models.wrf_gs_plus:WRFGSPlus",
+        summary="WRF-GS+: Gaussians in space, blended by depth, whose signals and shapes a network deforms by position",
+        by_steps=Steps(steps=30_000, batch_size=1, learning_rate=8e-4),  # the published batch and rate
+        options_without_gpu={"primitives": 1000, "width": 128},
+    ),
+    "gsrf": ModelEntry(
+        builds="learn.models.gsrf:GSRF",
+        summary="GSRF: Gaussians in space with complex signals, drawn on a sphere around the transmitter",
+        by_steps=Steps(steps=30_000, batch_size=1, learning_rate=2.7e-3),  # the published steps, batch and rate
+        options_without_gpu={"primitives": 500},
+    ),
 }
 
 DEFAULT_MODEL = "helmholtz"

@@ -11,23 +11,22 @@ logs/                CSV and TensorBoard
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import PredictsBand, StatesVariance
 from learn.training.config import Config, of_another_version, read_config
 from learn.training.deviation import Deviation, nearest_known, reach
 from learn.training.own_dataset import require_same_spectra
+from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
 from learn.training.registry import check_options, model_class, model_entry
 from learn.training.training_file import read_known_positions, read_training
 from scenes.files.atomic import write_atomically
@@ -38,10 +37,6 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.picture_files import what_is_at
 from simulate.positions.given_positions import check_points
 from simulate.spectra.beamformer import Beamformer
-
-PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
-"""Number of positions per batch of a prediction, by type of device."""
-
 
 LARGEST_WEIGHTS = 40_000 * MEGABYTE
 """Largest size of weights.safetensors, bytes; kriging of spectra keeps 32 kB of each known picture."""
@@ -73,75 +68,6 @@ def build_model(
             f"model {config.model}: expected options that it can be built with, found {shown(config.options)} "
             f"({reason(error)})"
         ) from error
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """A model's prediction at K transmitter positions.
-
-    Attributes:
-        spectra: [K, 90, 360] predicted spectra, min–max normalised, 0…1, float32.
-        responses: [K, elements] predicted element responses, complex64, up to one unknown common factor for each
-            position. None: the model predicts no responses.
-        band_responses: [K, elements, subcarriers] the same over the band of the dataset, with one common factor for all
-            positions. None: the dataset has no band, or the model predicts no responses over it.
-    """
-
-    spectra: Float[np.ndarray, "K 90 360"]
-    responses: Complex[np.ndarray, "K elements"] | None
-    band_responses: Complex[np.ndarray, "K elements subcarriers"] | None = None
-
-
-def batches_for(
-    model: SpectrumModel, positions: Float[np.ndarray, "K 3"], at_once: int
-) -> Iterator[Float[torch.Tensor, "B 3"]]:
-    """Positions in batches of at most ``at_once``, on the model's device."""
-    for batch in torch.from_numpy(np.asarray(positions)).float().split(at_once):
-        yield batch.to(model.region.device)
-
-
-def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Prediction:
-    """Predict with a model on its own device, in batches of positions.
-
-    Args:
-        model: any model.
-        positions: transmitter positions, metres, in the world frame of the dataset that the model was trained on.
-    """
-    spectra, responses, over_band = [], [], []
-    with torch.inference_mode():
-        for batch in batches_for(model, positions, PREDICT_AT_ONCE[model.region.device.type]):
-            spectrum, response = model.predict(batch)
-            spectra.append(spectrum.float().cpu().numpy())
-            if response is not None:
-                responses.append(_complex(response))
-            of_band = model.band_responses(batch) if isinstance(model, PredictsBand) else None
-            if of_band is not None:
-                over_band.append(_complex(of_band))
-    found = (np.concatenate(each) if each else None for each in (responses, over_band))
-    return Prediction(np.concatenate(spectra), *found)
-
-
-def _complex(pairs: Float[torch.Tensor, "*shape 2"]) -> Complex[np.ndarray, "*shape"]:
-    return torch.view_as_complex(pairs.contiguous()).to(torch.complex64).cpu().numpy()
-
-
-def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
-    """Variances of predictions relative to the field's variance, 0…1. None: the model computes none.
-
-    Args:
-        model: any model.
-        positions: as for ``predict``.
-    """
-    if not isinstance(model, StatesVariance):
-        return None
-    found = []
-    with torch.inference_mode():
-        for batch in batches_for(model, positions, PREDICT_AT_ONCE[model.region.device.type]):
-            variance = model.uncertainty(batch)
-            if variance is None:
-                return None
-            found.append(variance.double().cpu().numpy())
-    return np.concatenate(found)
 
 
 @dataclass(frozen=True)
@@ -182,27 +108,32 @@ class Run:
         """Name of the run folder without its parents, for tables and pages."""
         return self.folder.resolve().name
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Prediction:
+    def predict(self, positions: Float[np.ndarray, "K 3"], dtype: DType = "float32") -> Prediction:
         """Predict spectra, and element responses if the model predicts them.
 
         Args:
             positions: [K, 3] transmitter positions, metres, in the world frame of the run's dataset.
+            dtype: numbers of the spectra, as NumPy names them: "float32", 0…1, or "uint8", grey levels 0…255, as the
+                pictures of a dataset are. Grey levels need a quarter of the memory.
 
         Returns:
             Spectra [K, 90, 360], responses [K, elements] or None, and responses over the band or None.
 
         Raises:
-            ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
+            ParameterError: the positions do not have the shape [K, 3], or are not finite numbers; or ``dtype`` is
+                another type.
             InputError: the model predicts values that are not finite, as one with absurd weights does.
 
         Example:
             >>> import bisplat
-            >>> prediction = bisplat.load_run("runs/lab").predict([[2.5, 3.0, 1.2]])
+            >>> run = bisplat.load_run("runs/lab")
+            >>> prediction = run.predict([[2.5, 3.0, 1.2]])
             >>> prediction.spectra.shape, bool(prediction.spectra.max() <= 1)
             ((1, 90, 360), True)
+            >>> run.predict([[2.5, 3.0, 1.2]], dtype="uint8").spectra.dtype
+            dtype('uint8')
         """
-        prediction = predict(self.model, check_points(positions))
-        finite = np.isfinite(prediction.spectra).all(axis=(1, 2))
+        prediction, finite = predicted(self.model, check_points(positions), checked_dtype(dtype))
         if not finite.all():
             raise InputError(
                 f"{self.folder}: expected a model that predicts finite spectra, found values that are not finite at "

@@ -87,8 +87,8 @@ def train(
         dataset: the dataset, or its folder.
         output: the run folder.
         model: name of a model: "helmholtz", "twin", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp",
-            "mlp-responses", "nerf2" or "swiftwrf" (documentation, The models); or your own subclass of
-            ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
+            "mlp-responses", "nerf2", "swiftwrf", "wrf-gs-plus" or "gsrf" (documentation, The models); or your own
+            subclass of ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
         guard: known positions nearer than this to a test position are left out, wavelengths.

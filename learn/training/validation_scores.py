@@ -13,7 +13,7 @@ from learn.models.base import SpectrumModel
 from learn.training.deviation import LEAST_VALIDATED, Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.gaps import errors_over_gaps, interpolates, knowing_nothing
 from learn.training.lightning_module import Spectra
-from learn.training.run_folder import predict, uncertainty
+from learn.training.prediction import predict, uncertainty
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of

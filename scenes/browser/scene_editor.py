@@ -18,8 +18,9 @@ from viser import ClientHandle, SceneNodeHandle, TransformControlsEvent, Transfo
 from scenes.browser.callbacks import shield
 from scenes.browser.scene_view import add_gateway, add_objects, add_region, edges, set_up, wxyz, xyzw
 from scenes.files.errors import InputError, printable
-from scenes.scene.description import Scene, facing
+from scenes.scene.description import Scene
 from scenes.scene.materials import material_names, p2040_material
+from scenes.scene.orientation import facing
 from scenes.storage.scene_files import FilesInTheWay, digest, yaml_of
 from scenes.storage.scene_yaml import write_scene
 

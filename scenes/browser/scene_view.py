@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from viser import ClientHandle, FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
 
 from scenes.checks.enclosure import enclosing
-from scenes.scene.description import Gateway, Quaternion, Scene
+from scenes.scene.description import Gateway, Scene
+from scenes.scene.orientation import Quaternion
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
 WALL_OPACITY = 0.18

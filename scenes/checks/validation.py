@@ -21,7 +21,6 @@ from scenes.scene.description import (
     MOST_TRIANGLES,
     PATTERNS,
     POLARIZATIONS,
-    UNIT_TOLERANCE,
     WIDEST_SPACING,
     Gateway,
     Scene,
@@ -30,6 +29,7 @@ from scenes.scene.description import (
 from scenes.scene.element_positions import MOST_ELEMENTS, fault_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import THICKEST
+from scenes.scene.orientation import UNIT_TOLERANCE
 
 LARGE_ARRAY = 2.0
 """Metres. Given elements that are farther from the gateway's position may be in millimetres."""

@@ -39,7 +39,7 @@ def new_folder(output: Path, force: bool | None = None) -> Iterator[Path]:
             with temporary_folder(output) as new:
                 yield new
                 _require_new(output, force)
-                _move_content(new, output)
+                move_content(new, output)
     except BaseException:
         if made:
             with suppress(OSError):  # another process has begun to use it
@@ -64,12 +64,12 @@ def has_other_files(folder: Path) -> bool:
     return any(path.name != LOCK and not is_temporary(path.name) for path in folder.iterdir())
 
 
-def _move_content(source: Path, target: Path) -> None:
+def move_content(source: Path, target: Path) -> None:
     """Move folders, then files, to a folder on the same disk. A link in the way is replaced, not followed."""
     for path in sorted(source.iterdir(), key=lambda path: (path.is_file(), path.name)):
         place = target / path.name
         if path.is_dir() and place.is_dir() and not place.is_symlink():
-            _move_content(path, place)
+            move_content(path, place)
             continue
         if path.is_dir():
             place.unlink(missing_ok=True)

@@ -21,9 +21,10 @@ from scenes.importing.lengths import METRES, plain
 from scenes.importing.map_coordinates import far_from_origin, rounding_warnings
 from scenes.importing.material_rules import Rule, choose_materials, require_materials, rule_warnings, stated_materials
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, Vector3
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import Vector3
 
 DEFAULT_FREQUENCY = 915e6
 """Hz. Neither a mesh nor a scene XML has a frequency."""

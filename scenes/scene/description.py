@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -11,25 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, shown
+from scenes.files.errors import ParameterError
 from scenes.files.options import check_kinds
 from scenes.scene.closed_parts import closed_parts
 from scenes.scene.element_positions import as_positions
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, p2040_material, p2040_source
+from scenes.scene.orientation import Quaternion, Vector3, boresight_of, unit_quaternion
 
 if TYPE_CHECKING:  # loads for half a second, and a dataset needs only its gateway
     from trimesh import Trimesh
 
 SPEED_OF_LIGHT = 299_792_458.0
 """Metres per second."""
-
-GATEWAY_FROM_TRANSMITTER = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""Rotation from the transmitter's frame, which is that of Sionna RT's devices, to the gateway's. The polarisation "V"
-is along z in the former and along y in the latter."""
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
@@ -43,84 +38,12 @@ MOST_TRIANGLES = 2_000_000
 """Most triangles of a scene. The import of 5 million took 85 s and 7 GB on one core; drawing takes 30 µs each."""
 FARTHEST = 1e5
 """Largest coordinate, metres. Models compute in single precision, which rounds 100 km to 8 mm."""
-UNIT_TOLERANCE = 1e-3
-"""Largest deviation of a quaternion's length from 1. Published quaternions often have only a few digits."""
-
 BOTH_ARRAYS = "expected either the positions of the elements or rows, columns and spacing, found both"
-
-Vector3 = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-
-
-def _unit(orientation: Sequence[float]) -> Quaternion:
-    """Scale a quaternion to length 1 if its length is nearly 1. Others are left for ``validate`` to refuse."""
-    orientation = check_array("orientation", orientation, (4,), "a quaternion x, y, z, w", finite=False).tolist()
-    norm = math.sqrt(sum(component * component for component in orientation))
-    # A length that is 1 within rounding is left alone, so that a scene read from a file equals the one written.
-    if 1e-12 < abs(norm - 1) <= UNIT_TOLERANCE:
-        orientation = [component / norm for component in orientation]
-    x, y, z, w = (float(component) for component in orientation)
-    return x, y, z, w
 
 
 def _vector(parameter: str, given: Sequence[float]) -> Vector3:
     x, y, z = check_array(parameter, given, (3,), "a position x, y, z", finite=False).tolist()
     return x, y, z
-
-
-def facing(boresight: Vector3) -> Quaternion:
-    """Return the orientation of a gateway that looks along a boresight.
-
-    The gateway's +z axis points along the boresight. Its +y axis points as far up (towards world +z) as possible. If
-    the boresight points straight up or down, the +y axis is world +y.
-
-    Args:
-        boresight: direction in the world frame, of any length.
-
-    Returns:
-        Unit quaternion (x, y, z, w) that rotates the gateway frame into the world frame.
-
-    Raises:
-        InputError: the boresight has length zero or is not finite.
-
-    Example:
-        >>> import bisplat
-        >>> orientation = bisplat.facing((-1, 0, 0))  # on the east wall, looking west
-        >>> [round(component, 3) for component in orientation]
-        [0.5, -0.5, -0.5, 0.5]
-
-        ``Gateway.boresight`` is the inverse:
-
-        >>> gateway = bisplat.Gateway(position=(7, 3, 1.5), orientation=orientation)
-        >>> (gateway.boresight.round(6) + 0.0).tolist()
-        [-1.0, 0.0, 0.0]
-    """
-    direction = check_array("boresight", boresight, (3,), "a direction x, y, z", finite=False)
-    length = float(np.linalg.norm(direction))
-    if not (math.isfinite(length) and length > 0):
-        raise InputError(f"boresight: expected a direction, found {shown(list(boresight))}")
-    z = direction / length
-    up = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 1 - 1e-9 else np.array([0.0, 1.0, 0.0])
-    x = np.cross(up, z)
-    x /= np.linalg.norm(x)
-    q = Rotation.from_matrix(np.stack([x, np.cross(z, x), z], axis=1)).as_quat()
-    return float(q[0]), float(q[1]), float(q[2]), float(q[3])
-
-
-def boresight_of(orientation: Sequence[float] | Float[np.ndarray, " 4"]) -> Float[np.ndarray, " 3"]:
-    """Return the boresight of a gateway from its orientation.
-
-    Args:
-        orientation: unit quaternion (x, y, z, w) that rotates the gateway frame into the world frame.
-
-    Returns:
-        Unit vector of the gateway's +z axis in the world frame.
-
-    Example:
-        >>> boresight_of(facing((0.0, -2.0, 0.0))).round(6).tolist()
-        [0.0, -1.0, 0.0]
-    """
-    return Rotation.from_quat(orientation).apply([0, 0, 1])
 
 
 @dataclass(frozen=True)
@@ -176,7 +99,7 @@ class Gateway:
     def __post_init__(self) -> None:
         check_kinds(self)
         object.__setattr__(self, "position", _vector("position", self.position))
-        object.__setattr__(self, "orientation", _unit(self.orientation))
+        object.__setattr__(self, "orientation", unit_quaternion(self.orientation))
         if self.elements is not None:
             object.__setattr__(self, "elements", as_positions("elements", self.elements))
             if (self.rows, self.columns, self.spacing) != (Gateway.rows, Gateway.columns, Gateway.spacing):
@@ -247,7 +170,7 @@ class Transmitter:
     def __post_init__(self) -> None:
         for corner in ("region_min", "region_max"):
             object.__setattr__(self, corner, _vector(corner, getattr(self, corner)))
-        object.__setattr__(self, "orientation", _unit(self.orientation))
+        object.__setattr__(self, "orientation", unit_quaternion(self.orientation))
 
     @property
     def region(self) -> Float[np.ndarray, "2 3"]:

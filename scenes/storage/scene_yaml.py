@@ -37,9 +37,10 @@ from scenes.places.conference import conference
 from scenes.places.lab import lab
 from scenes.places.office import office
 from scenes.places.workshop import workshop
-from scenes.scene.description import BOTH_ARRAYS, Gateway, Quaternion, Scene, SceneObject, Transmitter, Vector3
+from scenes.scene.description import BOTH_ARRAYS, Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
+from scenes.scene.orientation import Quaternion, Vector3
 from scenes.scene.shapes import union
 from scenes.storage.scene_files import FilesInTheWay, digest, digest_of_file, mesh_names, ply_of, yaml_of
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from scenes.scene.shapes import bounding_box
 from simulate.csi.csi_dataset import OF_EACH, CsiDataset, inspect_csi
+from simulate.dataset.folder_kinds import TAKE_CHANNELS, TAKE_PLACED_CHANNELS
 from simulate.dataset.inspection import Inspection
 
 WIDE = 100.0
@@ -37,9 +38,9 @@ class CsiCheck(Inspection[CsiDataset]):
             return {}
         antennas, each = dataset.uplink.shape[1:]
         split = f"{len(dataset.train)} / {len(dataset.test)}"
-        use = "by bisplat compare, which predicts the downlink, by bisplat.read_csi, NeRF² and GSRF"
+        use = f"by bisplat {TAKE_CHANNELS}, which predict the downlink, by bisplat.read_csi, NeRF² and GSRF"
         if dataset.positions is not None:
-            use += "; bisplat dataset makes spectra of csidata.npy and tx_pos.csv"
+            use += f"; by bisplat {TAKE_PLACED_CHANNELS}; bisplat dataset makes spectra of csidata.npy and tx_pos.csv"
         return {
             "holds": f"channels (CSI): {len(dataset)} rows × {antennas} antennas × {2 * each} subcarriers",
             "task": f"the downlink (the last {each} subcarriers) from the uplink (the first {each})",

@@ -24,7 +24,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_reader import read_metadata
-from simulate.dataset.folder_kinds import CHANNELS, is_csi, is_rssi
+from simulate.dataset.folder_kinds import CHANNELS, content_of, is_csi
 from simulate.dataset.inspection import Inspection
 from simulate.dataset.metadata import band_of
 from simulate.dataset.numbered_split import numbered_split
@@ -172,8 +172,7 @@ def inspect_csi(folder: Path) -> Inspection[CsiDataset]:
     if not folder.is_dir():
         return Inspection([f"{folder}: expected a folder of channels, found {what_is_at(folder)}"], [], None)
     if not is_csi(folder):
-        spectra = "spectra" if (folder / "spectrum").exists() else "no such file"
-        found = "received powers (RSSI)" if is_rssi(folder) else spectra
+        found = content_of(folder) or "no such file"
         return Inspection([f"{folder}: expected channels ({CHANNELS}), found {found}"], [], None)
     problems: list[str] = []
     warnings: list[str] = []

@@ -17,7 +17,7 @@ from msgspec import Meta, Struct
 from scenes.files.errors import InputError
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
-from scenes.scene.description import UNIT_TOLERANCE
+from scenes.scene.orientation import UNIT_TOLERANCE
 from simulate.dataset.metadata import read_metadata_file
 from simulate.dataset.moving import Moving
 from simulate.positions.given_positions import FARTHEST, points_digest, read_points

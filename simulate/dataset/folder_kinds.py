@@ -11,9 +11,19 @@ POWERS = "gateway_rssi.csv"
 CHANNELS = "csidata.npy"
 """The file of channels, which no folder of spectra has."""
 
+PARTS = "parts"
+"""The folder in which an unfinished simulation keeps what it has. It is removed at the end."""
 
 ROOMS = "rooms.json"
 """The file that describes a folder of rooms, each of which is a dataset folder."""
+
+TAKE_POWERS = "compare, sweep, evaluate, locate, plan, coverage, calibrate, view and export --hdf5"
+TAKE_CHANNELS = "compare, sweep and evaluate"
+TAKE_PLACED_CHANNELS = "locate and view"
+"""The commands that take received powers, channels, and channels whose positions are known."""
+
+SPECTRA = "spectra"
+"""``content_of`` a dataset of spectra."""
 
 
 def is_rooms(folder: Path) -> bool:
@@ -45,9 +55,9 @@ def is_csi(folder: Path) -> bool:
 
 
 def unfinished(folder: Path) -> str | None:
-    """The sentence on a simulation of spectra that was interrupted; None if the folder is none.
+    """The sentence on a simulation that was interrupted; None if the folder is none.
 
-    The index files are written last, after the parts that become the responses.
+    The index files of spectra are written last, after the parts that become the responses.
 
     >>> from tempfile import mkdtemp
     >>> hall = Path(mkdtemp())
@@ -55,10 +65,37 @@ def unfinished(folder: Path) -> str | None:
     >>> unfinished(hall).removeprefix(str(hall))
     ': expected a finished simulation, found an unfinished one: run the same command again to finish it'
     """
-    begun = os.path.isdir(folder / "parts") and os.path.lexists(folder / "metadata.json")
+    begun = os.path.isdir(folder / PARTS) and os.path.lexists(folder / "metadata.json")
     if not begun or all(os.path.lexists(folder / f"{part}_index.txt") for part in ("train", "test")):
         return None
     return f"{folder}: expected a finished simulation, found an unfinished one: run the same command again to finish it"
+
+
+def content_of(folder: Path) -> str | None:
+    """What a dataset folder holds, and what takes data that are no spectra; None if it is of no kind.
+
+    Args:
+        folder: the folder, which need not exist.
+
+    >>> from tempfile import mkdtemp
+    >>> hall = Path(mkdtemp())
+    >>> content_of(hall)
+    >>> _ = (hall / "gateway_rssi.csv").write_text("")
+    >>> content_of(hall)
+    'received powers (RSSI), which bisplat check describes and bisplat compare, sweep, evaluate, locate, plan, \
+coverage, calibrate, view and export --hdf5 take'
+    """
+    if is_rssi(folder):
+        return f"received powers (RSSI), which bisplat check describes and bisplat {TAKE_POWERS} take"
+    if is_csi(folder):
+        return (
+            f"channels over subcarriers (CSI), which bisplat check describes and bisplat {TAKE_CHANNELS} take; if "
+            f"their positions are known, bisplat {TAKE_PLACED_CHANNELS} take them, and bisplat dataset turns them into "
+            "spectra"
+        )
+    if is_rooms(folder):
+        return "several rooms, each of which is a dataset of spectra; bisplat compare takes them together"
+    return SPECTRA if os.path.lexists(folder / "spectrum") else None
 
 
 def not_spectra(folder: Path) -> str | None:
@@ -67,20 +104,10 @@ def not_spectra(folder: Path) -> str | None:
     >>> from tempfile import mkdtemp
     >>> hall = Path(mkdtemp())
     >>> not_spectra(hall)
-    >>> _ = (hall / "csidata.npy").write_bytes(b"")
+    >>> _ = (hall / "rooms.json").write_text("{}")
     >>> not_spectra(hall).removeprefix(str(hall))
-    ': expected a dataset of spectra, found channels over subcarriers (CSI), which bisplat check describes and bisplat \
-dataset turns into spectra if their positions are known'
+    ': expected a dataset of spectra, found several rooms, each of which is a dataset of spectra; bisplat \
+compare takes them together'
     """
-    if is_rssi(folder):
-        found = "received powers (RSSI), which bisplat check describes"
-    elif is_csi(folder):
-        found = (
-            "channels over subcarriers (CSI), which bisplat check describes and bisplat dataset turns into spectra if "
-            "their positions are known"
-        )
-    elif is_rooms(folder):
-        found = "several rooms, each of which is one; bisplat compare takes them together"
-    else:
-        return None
-    return f"{folder}: expected a dataset of spectra, found {found}"
+    found = content_of(folder)
+    return None if found in (None, SPECTRA) else f"{folder}: expected a dataset of spectra, found {found}"

@@ -8,18 +8,14 @@ repairs a finished dataset. The index files come last, so that no loader takes a
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
 
 from scenes.files.atomic import require_writable, sync_folder
-from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
-from scenes.files.output_folder import has_other_files
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.files.temporary import remove_left, temporary_folder
@@ -33,8 +29,9 @@ from simulate.dataset.dataset_writer import (
     write_positions,
     write_responses,
 )
-from simulate.dataset.metadata import read_metadata_file
+from simulate.dataset.folder_kinds import PARTS
 from simulate.engines.engine import Machines
+from simulate.generation.begun_folder import begun
 from simulate.generation.dataset_part import make_part
 from simulate.generation.request import Request
 from simulate.generation.workers import parts_of_workers
@@ -63,7 +60,7 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
         return
     metadata = request.metadata()
     with locked(folder):
-        if not _begun(folder, metadata):  # again, since another process may have begun in the meantime
+        if not begun(folder, metadata):  # again, since another process may have begun in the meantime
             write_metadata(folder / "metadata.json", metadata)
         remove_left(folder, deep=True)
         if not _is_finished(request, folder):
@@ -83,7 +80,7 @@ def has_work(request: Request, folder: Path, machines: Machines) -> bool:
         ParameterError: there is no Ray cluster at the address.
         OSError: the folder cannot be written to.
     """
-    if _begun(folder, request.metadata()) and _is_finished(request, folder):
+    if begun(folder, request.metadata()) and _is_finished(request, folder):
         return False
     require_writable(folder / LAST_FILE)
     request.engine.require(request.setting, folder, machines)
@@ -93,7 +90,7 @@ def has_work(request: Request, folder: Path, machines: Machines) -> bool:
 def _generate(request: Request, folder: Path, machines: Machines) -> None:
     """Make what is missing in a folder with the request's metadata."""
     (folder / "spectrum").mkdir(exist_ok=True)
-    (folder / "parts").mkdir(exist_ok=True)
+    (folder / PARTS).mkdir(exist_ok=True)
     if not (folder / "scene").exists():
         with temporary_folder(folder) as unfinished:
             write_scene(request.scene, unfinished)
@@ -118,7 +115,7 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
         if not _has_content(folder / name):  # a finished dataset keeps its split when it is repaired
             sync_folder(folder)
             write_index(folder / name, [names[i] for i in part])
-    shutil.rmtree(folder / "parts")
+    shutil.rmtree(folder / PARTS)
 
 
 def _is_finished(request: Request, folder: Path) -> bool:
@@ -126,7 +123,7 @@ def _is_finished(request: Request, folder: Path) -> bool:
     files = ["tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE]
     files += [FREQUENCIES] if request.frequencies else []
     files += [] if request.receivers is None else ["rx_pos.csv"]
-    if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
+    if (folder / PARTS).exists() or not all(_has_content(folder / name) for name in files):
         return False
     if not request.engine.is_whole(request.setting, folder):
         return False
@@ -137,38 +134,6 @@ def _is_finished(request: Request, folder: Path) -> bool:
 def _has_content(path: Path) -> bool:
     """Whether there is a file and it is not empty. A crash of the machine may leave an empty one."""
     return path.is_file() and path.stat().st_size > 0
-
-
-def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
-    """Whether a request with the same metadata began the folder; False if it is new or empty."""
-    if not folder.exists() or (folder.is_dir() and not has_other_files(folder)):
-        return False
-    path = folder / "metadata.json"
-    if not path.is_file():
-        raise InputError(f"{folder}: expected a new folder or one that this command began, found other files in it")
-    found = read_metadata_file(path, "the settings of a dataset")
-    found.setdefault("engine", "rays")  # the only engine of version 0.1, which did not record it
-    # Through JSON, so that numbers compare as they were written.
-    wanted = json.loads(json.dumps(metadata))
-    for key in ("seed", *wanted):  # the seed first, since propagation and measurement contain seeds, too
-        if found.get(key) != wanted[key]:
-            raise InputError(
-                f"{folder}: expected a new folder or one that this command began, found a dataset whose "
-                f"{_difference(key, found.get(key), wanted[key])}"
-            )
-    return True
-
-
-def _difference(key: str, found: Any, wanted: Any) -> str:
-    """A setting that differs; of a group of settings, the first one that does.
-
-    >>> _difference("propagation", {"los": True, "max_depth": 2}, {"los": True, "max_depth": 3})
-    'propagation.max_depth is 2, not 3'
-    """
-    if isinstance(found, dict) and isinstance(wanted, dict) and found.keys() == wanted.keys():
-        inner = next(each for each in wanted if found[each] != wanted[each])
-        return _difference(f"{key}.{inner}", found[inner], wanted[inner])
-    return f"{key} is {found}, not {wanted}"
 
 
 def _make_parts(

@@ -13,6 +13,7 @@ from PIL import Image
 
 from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
+from simulate.dataset.folder_kinds import PARTS
 from simulate.dataset.responses_file import read_responses
 from simulate.generation.dataset_part import Part
 from simulate.generation.request import Request
@@ -140,4 +141,4 @@ class WrittenParts:
         return self.folder / "power_db" / f"{name}.tif"
 
     def _marker(self, start: int) -> Path:
-        return self.folder / "parts" / f"{start:010d}.npy"
+        return self.folder / PARTS / f"{start:010d}.npy"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scenes.scene.shapes import bounding_box
+from simulate.dataset.folder_kinds import TAKE_POWERS
 from simulate.dataset.inspection import Inspection
 from simulate.rssi.distance_law import DistanceLaw, oddities_of_powers
 from simulate.rssi.power_range import NOT_RECEIVED
@@ -56,7 +57,7 @@ class RssiCheck(Inspection[RssiDataset]):
             "not received": f"{1 - heard.mean():.1%} of the powers, {NOT_RECEIVED:g} in the file",
             "powers (dBm)": self._range(),
             "distance law": "too few powers or distances to tell" if law is None else str(law),
-            "can be used": "by bisplat compare, read_rssi and export --hdf5, NeRF² and GSRF",
+            "can be used": f"by bisplat {TAKE_POWERS}, by bisplat.read_rssi, NeRF² and GSRF",
         }
 
     def _range(self) -> str:

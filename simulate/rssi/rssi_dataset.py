@@ -21,7 +21,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_reader import read_metadata
-from simulate.dataset.folder_kinds import POWERS, is_rssi
+from simulate.dataset.folder_kinds import POWERS, content_of, is_rssi, unfinished
 from simulate.dataset.inspection import Inspection
 from simulate.dataset.numbered_split import numbered_split
 from simulate.positions.given_positions import read_points
@@ -150,8 +150,10 @@ def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
     """
     if not folder.is_dir():
         return Inspection([f"{folder}: expected a folder of received powers, found {what_is_at(folder)}"], [], None)
+    if sentence := unfinished(folder):
+        return Inspection([sentence], [], None)
     if not is_rssi(folder):
-        found = "spectra" if (folder / "spectrum").exists() else "no such file"
+        found = content_of(folder) or "no such file"
         return Inspection([f"{folder}: expected received powers ({POWERS}), found {found}"], [], None)
     problems: list[str] = []
     positions, places = np.zeros((0, 3)), {}

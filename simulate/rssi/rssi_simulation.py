@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib.metadata import version
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +16,23 @@ from jaxtyping import Float
 
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
-from scenes.files.atomic import require_writable
+from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import named, require_instance, require_path
+from scenes.files.folder_lock import locked
 from scenes.files.options import taken, takes
-from scenes.files.output_folder import new_folder
+from scenes.files.output_folder import move_content
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
+from scenes.files.temporary import remove_left, temporary_folder
 from scenes.scene.description import Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import load_scene, write_scene
+from simulate.dataset.dataset_writer import write_metadata
+from simulate.dataset.folder_kinds import PARTS, POWERS
 from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
+from simulate.generation.begun_folder import begun
 from simulate.positions.given_positions import reach_warning
 from simulate.positions.placement import chosen_positions
 from simulate.positions.places import Places
@@ -35,7 +42,7 @@ from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_pow
 from simulate.rssi.rssi_writer import write_rssi_files
 
 AT_ONCE = 500
-"""Positions traced at a time, so that the progress is seen."""
+"""Positions traced at a time. A simulation that is killed loses at most these."""
 
 
 @takes(Places, PowerReceiver, Rays)
@@ -54,7 +61,8 @@ def simulate_rssi(
 
     Args:
         scene: a scene, the name of a built-in scene, or a scene YAML file. Its own gateways are left out.
-        folder: the new folder. If the simulation is interrupted, nothing is written.
+        folder: the folder: a new one, or one that the same call began. If the simulation is interrupted, the same call
+            continues.
         gateways: position [x, y, z] of each gateway by its name, metres, world frame, or a ``Gateway``, of whose array
             one element is left; or a YAML file of them. A gateway of which only the position is given has the pattern
             "iso" and vertical polarisation.
@@ -64,7 +72,7 @@ def simulate_rssi(
         The dataset, read from the folder.
 
     Raises:
-        InputError: the scene or a gateway is not valid, the folder is not new, or the ray tracer cannot run.
+        InputError: the scene or a gateway is not valid, the folder holds something else, or the ray tracer cannot run.
         ParameterError: a parameter is outside its range, or a position is inside an object.
 
     Example:
@@ -106,34 +114,47 @@ def make_rssi(
     engine.require(settings[0], folder, Machines())
     _say_assumptions(scene, heard, receiver)
     _warn_of_far_places(scene, {name: gateway.position for name, gateway in heard.items()}, source, points, content)
-    with new_folder(folder) as unfinished:
-        reported = receiver.reported(path_gains(settings, engine, points), content.seed)
-        metadata = {
-            "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
-            "kind": "rssi",
-            "scene": scene.name,
-            "scene_file": "scene/scene.yaml",
-            "scene_sha256": scene_digest(scene),
-            "frequency_hz": scene.frequency,
-            "gateways": {name: _stated(gateway) for name, gateway in heard.items()},
-            "transmitter": {key: getattr(scene.transmitter, key) for key in ("pattern", "polarization", "orientation")},
-            "receiver": asdict(receiver) | {"seed": content.seed},
-            "positions": len(points),
-            "placement": how,
-            "positions_sha256": hashlib.sha256(points.tobytes()).hexdigest(),
-            **engine.metadata(settings[0]),
-            "seed": content.seed,
-            "versions": engine.versions(),
-        }
-        write_scene(scene, unfinished / "scene")
-        at = {name: gateway.position for name, gateway in heard.items()}
-        write_rssi_files(unfinished, points, at, reported, metadata, content.seed)
-        require_valid_powers(unfinished, folder)
+    metadata = {
+        "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
+        "kind": "rssi",
+        "scene": scene.name,
+        "scene_file": "scene/scene.yaml",
+        "scene_sha256": scene_digest(scene),
+        "frequency_hz": scene.frequency,
+        "gateways": {name: _stated(gateway) for name, gateway in heard.items()},
+        "transmitter": {key: getattr(scene.transmitter, key) for key in ("pattern", "polarization", "orientation")},
+        "receiver": asdict(receiver) | {"seed": content.seed},
+        "positions": len(points),
+        "placement": how,
+        "positions_sha256": hashlib.sha256(points.tobytes()).hexdigest(),
+        **engine.metadata(settings[0]),
+        "seed": content.seed,
+        "versions": engine.versions(),
+    }
+    if begun(folder, metadata) and _is_finished(folder):
+        return read_rssi(folder)
+    with locked(folder):
+        if not begun(folder, metadata):  # again, since another process may have begun in the meantime
+            write_metadata(folder / "metadata.json", metadata)
+        remove_left(folder, deep=True)
+        (folder / PARTS).mkdir(exist_ok=True)
+        reported = receiver.reported(path_gains(settings, engine, points, folder / PARTS), content.seed)
+        with temporary_folder(folder) as whole:
+            write_scene(scene, whole / "scene")
+            at = {name: gateway.position for name, gateway in heard.items()}
+            write_rssi_files(whole, points, at, reported, metadata, content.seed)
+            require_valid_powers(whole, folder)
+            move_content(whole, folder)
+        shutil.rmtree(folder / PARTS)
     return read_rssi(folder)
 
 
+def _is_finished(folder: Path) -> bool:
+    return (folder / POWERS).is_file() and not (folder / PARTS).exists()
+
+
 def path_gains(
-    settings: Sequence[Setting], engine: Rays, positions: Float[np.ndarray, "K 3"]
+    settings: Sequence[Setting], engine: Rays, positions: Float[np.ndarray, "K 3"], parts: Path
 ) -> Float[np.ndarray, "K G"]:
     """The path gain 20 log10 ``|y|`` from each position to each gateway.
 
@@ -141,6 +162,7 @@ def path_gains(
         settings: scene, region and seed for each gateway, whose array has one element.
         engine: traces the rays.
         positions: transmitter positions, metres, world frame.
+        parts: folder that keeps the gains of each ``AT_ONCE`` positions. Those that are there are not traced again.
 
     Returns:
         Gains, dB; −∞ where there is no path.
@@ -149,13 +171,29 @@ def path_gains(
     with progress_bar() as progress:
         bar = progress.add_task("received powers", total=gains.size)
         for number, setting in enumerate(settings):
-            tracer = engine.tracer(setting, progress)
+            tracer = None
             for start in range(0, len(positions), AT_ONCE):
-                some = positions[start : start + AT_ONCE]
-                with np.errstate(divide="ignore"):
-                    gains[start : start + AT_ONCE, number] = 20 * np.log10(np.abs(tracer.responses(some)[:, 0]))
+                some, path = positions[start : start + AT_ONCE], parts / f"{number:03d}-{start:07d}.npy"
+                found = _kept(path, len(some))
+                if found is None:
+                    tracer = tracer or engine.tracer(setting, progress)
+                    with np.errstate(divide="ignore"):
+                        found = 20 * np.log10(np.abs(tracer.responses(some)[:, 0]))
+                    content = BytesIO()
+                    np.save(content, found)
+                    write_atomically(path, content.getbuffer())
+                gains[start : start + AT_ONCE, number] = found
                 progress.advance(bar, len(some))
     return gains
+
+
+def _kept(path: Path, count: int) -> Float[np.ndarray, " count"] | None:
+    """The gains in a file; None if there is none, or a damaged one."""
+    try:
+        gains = np.load(path)
+    except (OSError, ValueError, EOFError):
+        return None
+    return gains if isinstance(gains, np.ndarray) and gains.shape == (count,) else None
 
 
 def _alone(scene: Scene, gateway: Gateway) -> Scene:

@@ -37,7 +37,19 @@ def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "
     Returns:
         Grey levels, rows and columns as in the spectrum.
     """
-    return np.round(normalise(spectrum) * LARGEST_GREY).astype(np.uint8)
+    return grey_levels(normalise(spectrum))
+
+
+def grey_levels(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
+    """The nearest grey levels of a normalised spectrum.
+
+    Args:
+        spectrum: numbers from 0 to 1; others become 0 or 1.
+
+    >>> grey_levels(np.array([[0, 0.5, 1]])).tolist()
+    [[0, 128, 255]]
+    """
+    return np.round(np.clip(spectrum, 0, 1) * LARGEST_GREY).astype(np.uint8)
 
 
 def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:

@@ -12,8 +12,9 @@ import numpy as np
 import scipy.io
 from hypothesis import strategies as st
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_material
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_writer import write_positions

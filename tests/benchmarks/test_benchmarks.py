@@ -25,6 +25,7 @@ ARGUMENTS = {
     "paper_size.py": ["{dataset}", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],
     "plateau.py": ["{dataset}", "{dataset}", "--figure", "{folder}/plateau.png", "--smallest"],
+    "prediction_speed.py": ["{dataset}", "--smallest"],
     "random_rooms.py": ["--weights", "{folder}/weights.json", "--smallest"],
     "robustness.py": ["{dataset}", "{dataset}", "--smallest"],
     "render.py": ["--figure", "{folder}/render.png", "--smallest"],

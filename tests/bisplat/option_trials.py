@@ -226,6 +226,7 @@ TRIALS: dict[str, list[Trial]] = {
             "predict mlp --positions places.csv -o out.npz", [("--positions others.csv", "--positions places.csv")]
         ),
         *_trials("predict mlp --positions places.csv -o out.npz", [("-o out2.npz", "-o out.npz")]),
+        *_trials("predict mlp --positions places.csv -o out.npz", ["--dtype uint8"]),
         *_trials("predict mlp --positions places.csv -o out.npz", ["--force"], there="out.npz"),
     ],
     "locate": [

@@ -528,7 +528,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"dataset": data, "folder": "paths"},
             {"dataset": (*PATH, "nowhere"), "folder": (*PATH, "Paths"), "force": FLAG},
         ),
-        "Run.predict": Call(run.predict, {}, {"positions": POINTS}),
+        "Run.predict": Call(
+            run.predict, {"positions": [[1.0, 2, 3]]}, {"positions": POINTS, "dtype": (*WORD, "float64", np.int8)}
+        ),
         "Run.deviation": Call(run.deviation, {}, {"positions": POINTS}),
         "Run.split": Call(run.split, {}, {"dataset": OBJECT}),
         "Run.is_trained_on": Call(run.is_trained_on, {}, {"dataset": OBJECT}),

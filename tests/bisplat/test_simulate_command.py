@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bisplat.__main__ import main
-from scenes.scene.description import facing
+from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions

@@ -8,6 +8,7 @@ import pytest
 import bisplat
 from bisplat.__main__ import main
 from tests.csi_folders import paths, write_index, write_links
+from tests.rssi_folders import write_hall
 
 GATEWAYS = {"door": (0.0, 0, 2), "window": (9.0, 0, 2)}
 
@@ -15,14 +16,10 @@ GATEWAYS = {"door": (0.0, 0, 2), "window": (9.0, 0, 2)}
 @pytest.fixture(scope="session")
 def hall(tmp_path_factory) -> bisplat.RssiDataset:
     """60 positions and two gateways; what lies below −61 dBm is not received."""
-    generator = np.random.default_rng(0)
-    places = generator.uniform((0, 0, 0), (9, 6, 2), (60, 3))
-    distances = np.linalg.norm(places[:, None] - list(GATEWAYS.values()), axis=-1)
-    powers = -40 - 25 * np.log10(distances) + generator.normal(0, 2, distances.shape)
-    powers[powers < -61] = np.nan
-    assert 0.1 < np.isnan(powers).mean() < 0.6
     folder = tmp_path_factory.mktemp("powers") / "hall"
-    return bisplat.write_rssi(folder, places, powers, GATEWAYS, "2.4 GHz", floor_dbm=-61)
+    made = write_hall(folder, [(0, 0, 0), (9, 6, 2)], 60, GATEWAYS, floor_dbm=-61)
+    assert 0.1 < np.isnan(made.rssi_dbm).mean() < 0.6
+    return made
 
 
 @pytest.fixture(scope="session")

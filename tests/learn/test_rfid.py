@@ -10,7 +10,7 @@ from learn.data.metrics import ssim
 from learn.data.splits import split
 from learn.evaluation.leakage import leakage
 from learn.models.helmholtz import HelmholtzField
-from learn.training.run_folder import predict
+from learn.training.prediction import predict
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import spectrum_of
 

@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.rays.core.propagation import Propagation
 

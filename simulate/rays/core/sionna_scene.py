@@ -16,8 +16,9 @@ import trimesh
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
-from scenes.scene.description import GATEWAY_FROM_TRANSMITTER, Scene
+from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import GATEWAY_FROM_TRANSMITTER
 from simulate.rays.core.ray_tracer import dr, mi, rt
 from simulate.spectra.element_array import array_of
 

@@ -20,6 +20,7 @@ def quick():
         patch.setattr("learn.models.vecchia.FITTED_ON", 30)
         patch.setattr("learn.models.vecchia.ITERATIONS", 15)
         patch.setattr("learn.models.helmholtz.FOLDED", 1)
+        patch.setattr("learn.models.band_errors.FOLDED", 1)
         yield
 
 

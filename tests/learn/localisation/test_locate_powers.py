@@ -1,19 +1,18 @@
 """Transmitters are found from received powers, by Bayes' rule over what a survey predicts."""
 
 import csv
-import sys
 
 import numpy as np
 import pytest
 from scipy.stats import norm
 
 import bisplat
-from bisplat.__main__ import main
 from learn.localisation.judged_places import by_powers, error_rows
 from learn.localisation.likely_places import likely_places
 from learn.localisation.locate_powers import PowerLikelihood, locate_powers
 from learn.powers.known_powers import PredictedPowers
 from scenes.files.errors import InputError
+from tests.rssi_folders import write_hall
 
 GATEWAYS = {"a": (0.0, 0, 2), "b": (9.0, 0, 2), "c": (0.0, 6, 2), "d": (9.0, 6, 1)}
 KNOWN, TEST = np.arange(60), np.arange(60, 100)
@@ -22,31 +21,10 @@ KNOWN, TEST = np.arange(60), np.arange(60, 100)
 @pytest.fixture(scope="module")
 def hall(tmp_path_factory) -> bisplat.RssiDataset:
     """A hundred positions and four gateways with 2 dB of noise; what lies below −66 dBm is not received."""
-    generator = np.random.default_rng(0)
-    places = generator.uniform((0, 0, 0.5), (9, 6, 1.5), (100, 3))
-    distances = np.linalg.norm(places[:, None] - list(GATEWAYS.values()), axis=-1)
-    powers = -40 - 25 * np.log10(distances) + generator.normal(0, 2, distances.shape)
-    powers[powers < -66] = np.nan
-    assert 0.01 < np.isnan(powers).mean() < 0.2
     folder = tmp_path_factory.mktemp("powers") / "hall"
-    return bisplat.write_rssi(folder, places, powers, GATEWAYS, "2.4 GHz", floor_dbm=-66)
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Function: arguments of ``bisplat`` -> status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
-        status = 0
-        try:
-            main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        return status, *capsys.readouterr()
-
-    return run
+    made = write_hall(folder, [(0, 0, 0.5), (9, 6, 1.5)], 100, GATEWAYS, floor_dbm=-66)
+    assert 0.01 < np.isnan(made.rssi_dbm).mean() < 0.2
+    return made
 
 
 def test_likelihood_by_hand():
@@ -101,8 +79,8 @@ def test_two_clusters_far_apart_are_two_places():
     assert one.probability == 1
 
 
-def test_command_locates_the_test_part_or_what_was_heard(hall, command):
-    status, out, _ = command("locate", hall.folder, "-o", "where.csv")
+def test_command_locates_the_test_part_or_what_was_heard(hall, bisplat_command):
+    status, out, _ = bisplat_command("locate", hall.folder, "-o", "where.csv")
     assert status == 0 and "20 transmitters" in out and "log-distance" in out
     with open("where.csv") as file:
         rows = list(csv.DictReader(file))
@@ -110,7 +88,7 @@ def test_command_locates_the_test_part_or_what_was_heard(hall, command):
     turned = "d,c,b,a\n" + ",".join(f"{each:g}" for each in np.nan_to_num(hall.rssi_dbm[61][::-1], nan=-100)) + "\n"
     with open("heard.csv", "w") as file:
         file.write(turned)
-    status, out, _ = command("locate", hall.folder, "--heard", "heard.csv", "--level", "0", "-o", "there.csv")
+    status, out, _ = bisplat_command("locate", hall.folder, "--heard", "heard.csv", "--level", "0", "-o", "there.csv")
     assert status == 0 and "1 transmitters" in out and "log-distance" not in out
     [place] = locate_powers(hall, hall.rssi_dbm[[61]], level=0)[0]
     with open("there.csv") as file:
@@ -127,26 +105,26 @@ def test_command_locates_the_test_part_or_what_was_heard(hall, command):
     ],
     ids=["too few gateways", "too many", "milliwatts"],
 )
-def test_heard_powers_of_other_gateways_are_refused(hall, command, content, message):
+def test_heard_powers_of_other_gateways_are_refused(hall, bisplat_command, content, message):
     with open("heard.csv", "w") as file:
         file.write(content)
-    status, _, err = command("locate", hall.folder, "--heard", "heard.csv", "-o", "where.csv")
+    status, _, err = bisplat_command("locate", hall.folder, "--heard", "heard.csv", "-o", "where.csv")
     assert status == 1 and message in err.replace(str(hall.folder), "hall")
 
 
-def test_gateways_elsewhere_are_refused(hall, command, tmp_path):
+def test_gateways_elsewhere_are_refused(hall, bisplat_command, tmp_path):
     moved = {name: (x, y, z + (name == "b")) for name, (x, y, z) in GATEWAYS.items()}
     bisplat.write_rssi("moved", hall.positions, hall.rssi_dbm, moved, "2.4 GHz")
-    status, _, err = command("locate", hall.folder, "--heard", "moved", "-o", "where.csv")
+    status, _, err = bisplat_command("locate", hall.folder, "--heard", "moved", "-o", "where.csv")
     assert status == 1 and "expected the gateways where they are in" in err and "found one 1 m away" in err
 
 
-def test_plan_lowers_the_variance_of_powers(hall, command):
+def test_plan_lowers_the_variance_of_powers(hall, bisplat_command):
     planned = bisplat.plan(hall, 8)
     assert planned.positions.shape == (8, 3) and (np.diff(planned.open_variance) < 0).all()
     low, high = hall.positions.min(axis=0), hall.positions.max(axis=0)
     assert ((planned.positions > low - 1e-6) & (planned.positions < high + 1e-6)).all()
-    status, out, _ = command("plan", hall.folder, "-n", "8", "--tour", "-o", "next.csv")
+    status, out, _ = bisplat_command("plan", hall.folder, "-n", "8", "--tour", "-o", "next.csv")
     assert status == 0 and "open variance of the field" in out and "tour: " in out
     with pytest.raises(bisplat.InputError, match="target: expected none for received powers"):
         bisplat.plan(hall, target=0.9)

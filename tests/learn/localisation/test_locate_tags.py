@@ -11,6 +11,7 @@ from learn.localisation.direct_path import DirectPath
 from learn.localisation.locate_tags import locate_tags
 from learn.localisation.places_file import read_places
 from scenes.files.errors import InputError, ParameterError
+from simulate.dataset.dataset_writer import write_responses
 
 FREQUENCY = 920.625e6
 WAVELENGTH = 299_792_458 / FREQUENCY
@@ -169,3 +170,22 @@ def test_a_dataset_of_pictures_alone_is_refused(tmp_path, folder):
     (tmp_path / "pictures" / "channels.npz").unlink()
     with pytest.raises(InputError, match="expected recorded responses, found pictures alone"):
         locate_command((tmp_path / "pictures",), tmp_path / "where.csv")
+
+
+def test_too_few_stops_of_an_antenna_are_refused(tmp_path):
+    responses = [free_space(place)[:2] for place in PLACES]
+    bisplat.write_dataset(tmp_path / "pair", PLACES, responses, bisplat.PlanarArray(1, 2), FREQUENCY)
+    with pytest.raises(InputError, match="pair: expected at least 4 antenna positions, found 2"):
+        locate_command((tmp_path / "pair",), tmp_path / "where.csv")
+
+
+def test_a_tag_that_was_not_read_has_no_place(tmp_path, capsys):
+    array = bisplat.ElementArray(TRACK - [0.5, 0, 0])
+    responses = np.array([free_space(place) for place in PLACES[:2]])
+    bisplat.write_dataset(tmp_path / "tags", PLACES[:2], responses, array, FREQUENCY, gateway_position=(0.5, 0, 0))
+    responses[1] = 0
+    write_responses(tmp_path / "tags" / "channels.npz", responses)
+    locate_command((tmp_path / "tags",), tmp_path / "where.csv")
+    printed = capsys.readouterr().out
+    assert "2 tags, 0 of them with several possible places, and 1 read at too few antenna positions" in printed
+    assert list(read_places(tmp_path / "where.csv")) == ["00001"]

@@ -1,5 +1,7 @@
 """BiSplat-aperture against the array's equations, the renderer and two plane waves."""
 
+import copy
+
 import numpy as np
 import pytest
 import torch
@@ -104,3 +106,27 @@ def test_aperture_learns_the_responses_to_two_plane_waves(plane_waves, small_ape
     with torch.no_grad():
         spectrum = model(POSITIONS[:1]).double().numpy()
     assert ssim(spectrum, normalise(Beamformer().spectrum(responses))[None])[0] > 0.99
+
+
+@pytest.mark.parametrize("one_field", [False, True])
+def test_what_is_kept_for_predictions_follows_the_weights(small_aperture, region, one_field):
+    model = make_aperture(small_aperture, region)
+    if one_field:
+        model.sample_one_field(torch.eye(3))
+
+    def predicted(model):
+        with torch.inference_mode():
+            kept = [model.responses(POSITIONS) for _ in range(2)][1]
+        with torch.no_grad():
+            torch.testing.assert_close(kept, model.responses(POSITIONS), atol=1e-5, rtol=1e-5)
+        return kept
+
+    before = predicted(model)
+    with torch.no_grad():
+        model.primitives.rotation.add_(0.5)
+    turned = predicted(model)
+    assert (turned - before).abs().max() > 1e-4
+    model.load_state_dict(make_aperture(small_aperture, region).state_dict(), strict=False)
+    torch.testing.assert_close(predicted(model), before, atol=1e-5, rtol=1e-5)
+    torch.testing.assert_close(predicted(copy.deepcopy(model)), before, atol=1e-5, rtol=1e-5)
+    assert len(model._kept) == (2 if one_field else 1)

@@ -1,5 +1,7 @@
 """Kriging of responses over a band: exact waves, the algebra, the stated deviation, and its state."""
 
+import copy
+
 import numpy as np
 import pytest
 import torch
@@ -19,6 +21,7 @@ def quick():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("learn.models.vecchia.FITTED_ON", 40)
         patch.setattr("learn.models.vecchia.ITERATIONS", 25)
+        patch.setattr("learn.models.band_errors.FOLDED", 72)
         yield
 
 
@@ -38,6 +41,23 @@ def fitted(positions: np.ndarray, responses: np.ndarray) -> BandField:
     field = BandField(np.stack([positions.min(0), positions.max(0)]), Beamformer(PlanarArray(1, 2)), WAVELENGTH)
     field.found = field.fit_to(positions, responses, SPACING, np.arange(len(positions), dtype=float))
     return field
+
+
+def many_waves(positions: np.ndarray) -> np.ndarray:
+    """Responses [K, 2, subcarriers] of 40 plane waves from all sides, with delays up to 100 ns."""
+    generator = np.random.default_rng(0)
+    directions = generator.standard_normal((40, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    gains, delays = generator.standard_normal((2, 40, 2)) @ [1, 1j], generator.uniform(0, 1e-7, 40)
+    late = delays - positions @ directions.T / 299_792_458
+    return np.einsum("aw,kws->kas", gains, np.exp(-2j * np.pi * FREQUENCIES * late[..., None]))
+
+
+def held(field: BandField, positions: np.ndarray) -> float:
+    """Share of the responses of many waves within the stated 90 % intervals."""
+    predicted, deviation = field.at(positions)
+    error = predicted - many_waves(positions)
+    return float(np.mean(np.abs([error.real, error.imag]) <= 1.645 * deviation[:, None, None]))
 
 
 def snr(predicted: np.ndarray, truth: np.ndarray) -> float:
@@ -102,22 +122,39 @@ def test_powers_of_delays_are_those_of_the_paths():
     assert found[2] / found[9] == pytest.approx(4, rel=0.2)
 
 
+def learned(known: np.ndarray) -> BandField:
+    field = fitted(known, many_waves(known))
+    field.learn_deviations(many_waves(known))
+    return field
+
+
 def test_stated_deviations_hold():
     """Of a field with many waves, whose positions are too far apart for an exact prediction."""
-    generator = np.random.default_rng(0)
-    directions = generator.standard_normal((40, 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    gains, delays = generator.standard_normal((2, 40, 2)) @ [1, 1j], generator.uniform(0, 1e-7, 40)
+    assert 0.8 < held(learned(places(100, seed=1, size=0.6)), places(150, seed=2, size=0.6)) < 0.97
 
-    def waves(positions: np.ndarray) -> np.ndarray:
-        late = delays - positions @ directions.T / 299_792_458
-        return np.einsum("aw,kws->kas", gains, np.exp(-2j * np.pi * FREQUENCIES * late[..., None]))
 
-    known, new = places(100, seed=1, size=0.6), places(150, seed=2, size=0.6)
-    predicted, deviation = fitted(known, waves(known)).at(new)
-    error = predicted - waves(new)
-    within = np.mean(np.abs([error.real, error.imag]) <= 1.645 * deviation[:, None, None])
-    assert 0.8 < within < 0.97
+def test_stated_deviations_hold_between_clusters_of_known_positions():
+    """Positions that are left out one by one have near neighbours, other than the new ones."""
+    centres = np.repeat(places(12, seed=1, size=1.0), 10, axis=0)
+    field = learned(centres + places(120, seed=2, size=0.1))
+    assert 0.83 < held(field, places(100, seed=3, size=1.0)) < 0.97
+    _, deviation = field.at(np.array([centres[0] + 0.05, [99, 99, 99]]))
+    assert deviation[1] > 2 * deviation[0]
+
+
+def test_few_known_positions_tell_that_their_covariance_is_too_sure():
+    assert 0.83 < held(learned(places(24, seed=1, size=0.9)), places(100, seed=2, size=0.9)) < 0.97
+
+
+def test_what_is_nearer_than_a_radius_is_left_out(field):
+    known = field.places.numpy()
+    beyond = np.linalg.norm(known - known[3], axis=1) >= 0.2
+    others = copy.deepcopy(field)
+    others.times, others.values, others.places = (each[beyond] for each in (field.times, field.values, field.places))
+    found, deviation = field.at(known[3:4], np.array([3]), 0.2)
+    expected, stated = others.at(known[3:4])
+    np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
+    np.testing.assert_allclose(deviation, stated, rtol=1e-2)
 
 
 def test_a_stored_field_predicts_the_same(field):
@@ -130,3 +167,5 @@ def test_a_stored_field_predicts_the_same(field):
         other.load_state_dict({**field.state_dict(), "components": torch.zeros(0)})
     with pytest.raises(RuntimeError, match="not above 0"):
         other.load_state_dict({**field.state_dict(), "noises": -field.noises})
+    with pytest.raises(RuntimeError, match="no curve of deviations"):
+        other.load_state_dict({**field.state_dict(), "variances": torch.tensor([1.0, 0.0])})

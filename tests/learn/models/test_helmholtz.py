@@ -14,7 +14,8 @@ from learn.models import vecchia
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import DIRECTIONS, KrigedField
 from learn.models.stacking import best_weights
-from learn.training.run_folder import load_run, predict
+from learn.training.prediction import predict
+from learn.training.run_folder import load_run
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset, read_dataset

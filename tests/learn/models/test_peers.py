@@ -8,12 +8,14 @@ import pytest
 import torch
 
 from learn.models.encoding import positional_encoding
+from learn.models.gsrf import GSRF
 from learn.models.loss import composite_loss
 from learn.models.mlp import ResponseMLP, SpectrumMLP
 from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.quadrature import picture_pixels, quadrature
 from learn.models.steps import Steps
 from learn.models.swiftwrf import SwiftWRF
+from learn.models.wrf_gs_plus import WRFGSPlus
 from learn.training.lightning_module import Training
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
@@ -37,6 +39,7 @@ def loss_of(model, truth):
 
 
 SMALL = ((SpectrumMLP, {}), (ResponseMLP, {}), (SwiftWRF, {"primitives": 20}), (NeRF2, {"samples": 3, "width": 8}))
+SMALL += ((WRFGSPlus, {"primitives": 40, "width": 16}), (GSRF, {"primitives": 40}))
 
 
 @pytest.mark.parametrize(("model", "settings"), SMALL)

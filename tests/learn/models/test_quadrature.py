@@ -18,6 +18,8 @@ SMALL = {
     "bisplat": {"primitives": 12, "clusters": 4, "ffn_width": 8, "transformer_layers": 1, "transformer_ffn_width": 8},
     "bisplat-aperture": {"primitives": 12, "width": 8},
     "swiftwrf": {"primitives": 12},
+    "wrf-gs-plus": {"primitives": 12, "width": 8},
+    "gsrf": {"primitives": 12},
 }
 
 
@@ -75,7 +77,7 @@ def test_models_with_a_loss_of_their_own_look_at_all_pixels():
     for name, entry in MODELS.items():
         if entry.by_steps and name != "bisplat-plus":
             model = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {}))
-            assert isinstance(model, HasOwnLoss) == (name == "nerf2")
+            assert isinstance(model, HasOwnLoss) == (name in ("nerf2", "wrf-gs-plus", "gsrf"))
 
 
 def test_columns_that_are_no_full_turn_are_all_looked_at():

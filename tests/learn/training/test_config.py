@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from learn.comparison.experiment import Experiment, Settings, begun
+from learn.comparison.experiment import Experiment, begun
+from learn.comparison.protocol import Settings
 from learn.training.config import read_config
 from scenes.files.errors import InputError
 from tests import hostile_files as hostile

@@ -58,6 +58,8 @@ CAN_DO = {
     "mlp-responses": {PredictsResponses, SamplesOneField},
     "nerf2": {HasOwnLoss},
     "swiftwrf": set(),
+    "wrf-gs-plus": {HasOwnLoss},
+    "gsrf": {HasOwnLoss},
 }
 """Capabilities of the models of the table."""
 

@@ -10,8 +10,9 @@ import torch
 from learn.data.splits import split
 from learn.training.config import Config
 from learn.training.model_export import export
+from learn.training.prediction import predict
 from learn.training.registry import MODELS
-from learn.training.run_folder import load_run, predict
+from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from learn.twin import twin_model
 from learn.twin.twin_model import Twin

@@ -17,8 +17,9 @@ import bisplat
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.places.lab import lab
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_material
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from scenes.scene.description import facing
+from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import load_scene, write_scene
 
 pytestmark = pytest.mark.browser

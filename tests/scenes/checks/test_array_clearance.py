@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 from scenes.checks.array_clearance import element_positions, obstruction
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
-from scenes.scene.description import Gateway, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.spectra.array import PlanarArray
 

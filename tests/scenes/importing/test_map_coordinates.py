@@ -8,7 +8,8 @@ import pytest
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.importing.mesh_import import import_scene
-from scenes.scene.description import Gateway, Transmitter, facing
+from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box
 
 UTM = np.array([691234.25, 5334567.125, 515.5])

@@ -10,8 +10,9 @@ from trimesh import Trimesh
 from scenes.importing.plates import plates
 from scenes.importing.thick_walls import walls_as_sheets
 from scenes.places.office import office
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, rotate, sheet, union
 
 T, X, Y, Z = 0.2, 6.0, 4.0, 2.8

@@ -81,7 +81,7 @@ def test_check_describes_it(folder):
     assert described["holds"] == "channels (CSI): 6 rows × 4 antennas × 52 subcarriers"
     assert described["task"] == "the downlink (the last 26 subcarriers) from the uplink (the first 26)"
     assert (described["positions (m)"], described["frequency"]) == ("not stated", "not stated")
-    assert "bisplat compare, which predicts the downlink" in described["can be used"]
+    assert "bisplat compare, sweep and evaluate, which predict the downlink" in described["can be used"]
     assert found.figures()["subcarriers_of_each_link"] == 26
     (folder / "metadata.json").write_text('{"frequency_hz": "2.4 GHz"}')
     np.savetxt(folder / "tx_pos.csv", np.ones((COUNT, 3)), "%.1f", ",", header="x,y,z", comments="")
@@ -243,7 +243,8 @@ def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, cap
     assert stop.value.code == 1
     assert re.fullmatch(  # train makes the path absolute
         r"bisplat: \S*mimo: expected a dataset of spectra, found channels over subcarriers \(CSI\), which bisplat "
-        r"check describes and bisplat dataset turns into spectra if their positions are known\n",
+        r"check describes and bisplat compare, sweep and evaluate take; if their positions are known, bisplat "
+        r"locate and view take them, and bisplat dataset turns them into spectra\n",
         capsys.readouterr().err,
     )
     assert not Path("out").exists()

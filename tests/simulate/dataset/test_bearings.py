@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scenes.scene.description import facing
+from scenes.scene.orientation import facing
 from simulate.dataset.bearings import Turn, bearing_of, turns_of
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.array import PlanarArray

@@ -9,8 +9,9 @@ from scipy.integrate import quad_vec
 from scipy.special import j0
 
 from scenes.checks.array_clearance import element_positions
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.permittivity import relative_permittivity
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field

@@ -7,8 +7,9 @@ import pytest
 
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction

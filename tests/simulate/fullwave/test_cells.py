@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from scenes.importing.thick_walls import walls_as_sheets
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, rotate, sheet
 from scenes.scene.shifted import shifted
 from scenes.storage.scene_yaml import load_scene

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.run_plan import plan

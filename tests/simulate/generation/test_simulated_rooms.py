@@ -80,5 +80,5 @@ def test_a_wrong_description_is_refused(tmp_path, change, sentence):
 
 def test_other_commands_say_what_a_folder_of_rooms_is(tmp_path):
     (tmp_path / "rooms.json").write_text("{}")
-    with pytest.raises(bisplat.InputError, match="found several rooms, each of which is one"):
+    with pytest.raises(bisplat.InputError, match="found several rooms, each of which is a dataset"):
         bisplat.read_dataset(tmp_path)

@@ -285,7 +285,8 @@ def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, cap
     printed = capsys.readouterr()
     assert re.fullmatch(  # train makes the path absolute
         r"bisplat: \S*hall: expected a dataset of spectra, found received powers \(RSSI\), which bisplat check "
-        r"describes\n",
+        r"describes and bisplat compare, sweep, evaluate, locate, plan, coverage, calibrate, view and export --hdf5 "
+        r"take\n",
         printed.err,
     )
     assert not Path("out").exists()

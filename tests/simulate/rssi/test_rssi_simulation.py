@@ -11,6 +11,8 @@ import bisplat
 from bisplat.__main__ import main
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.engines.rays_engine import Rays
+from simulate.rssi import rssi_simulation
 from simulate.rssi.gateways_file import read_gateways
 from tests.small_scene import small_scene
 
@@ -115,20 +117,10 @@ def test_the_seed_is_that_of_the_shadowing(tmp_path):
     assert (one.rssi_dbm != two.rssi_dbm).any()
 
 
-def test_an_interrupted_simulation_leaves_nothing(tmp_path, monkeypatch):
-    def interrupted(*arguments):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("simulate.rssi.rssi_simulation.write_rssi_files", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / "x").mkdir()
     (tmp_path / "x" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="expected a new folder, found other files"):
+    with pytest.raises(InputError, match="expected a new folder or one that this command began, found other files"):
         bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT)
     assert [path.name for path in (tmp_path / "x").iterdir()] == ["notes.txt"]
 
@@ -198,3 +190,40 @@ def test_gateway_of_given_elements_has_one_of_them(tmp_path):
         for name, gateway in (("four", of_four), ("one", of_one))
     ]
     assert (found[0] == found[1]).all()
+
+
+def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
+    """Stopped in the second gateway: the first one is not traced again, and the files are those of a whole run."""
+    monkeypatch.setattr(rssi_simulation, "AT_ONCE", 3)
+    call = {"positions": PLACES, "propagation": SIGHT, "shadowing_db": 2.0, "seed": 1}
+    bisplat.simulate_rssi(small_scene(), tmp_path / "whole", GATEWAYS, **call)
+    traced, tracer_of = [], Rays.tracer
+
+    class Stopped:
+        def __init__(self, tracer, most):
+            self._tracer, self._most = tracer, most
+
+        def responses(self, positions):
+            if len(traced) == self._most:
+                raise KeyboardInterrupt
+            traced.append(len(positions))
+            return self._tracer.responses(positions)
+
+    most = 3
+    monkeypatch.setattr(Rays, "tracer", lambda *given: Stopped(tracer_of(*given), most))
+    folder = tmp_path / "stopped"
+    with pytest.raises(KeyboardInterrupt):
+        bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)
+    assert traced == [3, 1, 3]
+    with pytest.raises(InputError, match="found an unfinished one: run the same command again to finish it"):
+        bisplat.read_rssi(folder)
+    with pytest.raises(InputError, match=r"found a dataset whose seed is 1, not 2"):
+        bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call | {"seed": 2})
+    (folder / "parts" / "000-0000003.npy").write_bytes(b"damaged")
+    most = 5
+    bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)
+    assert traced == [3, 1, 3, 1, 1]
+    bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)  # finished: nothing is traced
+    files = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+    assert files == {path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*") if path.is_file()}
+    assert all((folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes() for name in files)

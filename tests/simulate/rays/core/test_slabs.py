@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.checks import outer_walls as module
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene

@@ -9,8 +9,9 @@ import pytest
 import trimesh
 from scipy.special import hankel2, jv
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.diffraction import edges

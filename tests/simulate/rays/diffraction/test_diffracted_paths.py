@@ -8,8 +8,9 @@ import pytest
 
 from learn.evaluation.crossvalidate import correlation
 from scenes.places.closet import closet
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.rays.core.propagation import Propagation

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.half_plane import half_plane_response
 from simulate.rays.core.propagation import Propagation

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_material
+from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_paths import fields

@@ -1,0 +1,51 @@
+"""Tell whether the same simulation began a folder, so that it can continue there, by what metadata.json records."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from scenes.files.errors import InputError
+from scenes.files.output_folder import has_other_files
+from simulate.dataset.metadata import read_metadata_file
+
+
+def begun(folder: Path, metadata: dict[str, Any]) -> bool:
+    """Whether a simulation with the same metadata began a folder; False if it is new or empty.
+
+    Args:
+        folder: the folder.
+        metadata: what the simulation writes into metadata.json before anything else.
+
+    Raises:
+        InputError: the folder holds something else, or a dataset of other settings.
+    """
+    if not folder.exists() or (folder.is_dir() and not has_other_files(folder)):
+        return False
+    path = folder / "metadata.json"
+    if not path.is_file():
+        raise InputError(f"{folder}: expected a new folder or one that this command began, found other files in it")
+    found = read_metadata_file(path, "the settings of a dataset")
+    found.setdefault("engine", "rays")  # the only engine of version 0.1, which did not record it
+    # Through JSON, so that numbers compare as they were written.
+    wanted = json.loads(json.dumps(metadata))
+    for key in ("seed", *wanted):  # the seed first, since propagation and measurement contain seeds, too
+        if found.get(key) != wanted[key]:
+            raise InputError(
+                f"{folder}: expected a new folder or one that this command began, found a dataset whose "
+                f"{_difference(key, found.get(key), wanted[key])}"
+            )
+    return True
+
+
+def _difference(key: str, found: Any, wanted: Any) -> str:
+    """A setting that differs; of a group of settings, the first one that does.
+
+    >>> _difference("propagation", {"los": True, "max_depth": 2}, {"los": True, "max_depth": 3})
+    'propagation.max_depth is 2, not 3'
+    """
+    if isinstance(found, dict) and isinstance(wanted, dict) and found.keys() == wanted.keys():
+        inner = next(each for each in wanted if found[each] != wanted[each])
+        return _difference(f"{key}.{inner}", found[inner], wanted[inner])
+    return f"{key} is {found}, not {wanted}"

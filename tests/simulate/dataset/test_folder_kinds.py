@@ -1,0 +1,59 @@
+"""A folder of another kind than a command takes is named, with the commands that take it."""
+
+import re
+from types import SimpleNamespace
+
+import pytest
+
+from bisplat.commands.command_groups import COMMANDS
+from learn.evaluation.check import check
+from learn.training.config import read_config
+from scenes.files.errors import InputError
+from simulate.csi.csi_dataset import read_csi
+from simulate.dataset import folder_kinds
+from simulate.rssi.rssi_dataset import read_rssi
+
+MARKS = SimpleNamespace(powers=folder_kinds.POWERS, channels=folder_kinds.CHANNELS, rooms=folder_kinds.ROOMS)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Function: name of a file, or a folder -> a folder with it alone."""
+
+    def make(mark: str):
+        (tmp_path / mark).mkdir() if mark == "spectrum" else (tmp_path / mark).write_text("{}")
+        return tmp_path
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("mark", "found"),
+    [
+        (MARKS.powers, r"received powers \(RSSI\), which .* compare, .* and export --hdf5 take"),
+        (MARKS.channels, r"channels over subcarriers \(CSI\), which .* compare, sweep and evaluate take"),
+        (MARKS.rooms, "several rooms, .* bisplat compare takes them together"),
+        ("spectrum", "spectra"),
+    ],
+)
+def test_what_is_found_is_named_wherever_another_kind_is_expected(folder, mark, found):
+    place = folder(mark)
+    with pytest.raises(InputError, match=f"expected a run folder made by bisplat train, found {found}"):
+        read_config(place)
+    if mark != MARKS.powers:
+        with pytest.raises(InputError, match=rf"expected received powers \(gateway_rssi\.csv\), found {found}"):
+            read_rssi(place)
+    if mark != MARKS.channels:
+        with pytest.raises(InputError, match=rf"expected channels \(csidata\.npy\), found {found}"):
+            read_csi(place)
+
+
+def test_every_command_that_takes_a_folder_exists():
+    named = (folder_kinds.TAKE_POWERS, folder_kinds.TAKE_CHANNELS, folder_kinds.TAKE_PLACED_CHANNELS)
+    for words in named:
+        assert set(re.findall("[a-z]{3,}", words.replace(" and ", ", ").replace("--hdf5", ""))) <= set(COMMANDS)
+
+
+def test_rooms_are_a_problem_that_check_names(folder):
+    (problem,) = check(folder(MARKS.rooms)).problems
+    assert "expected a dataset of spectra, found several rooms, each of which is a dataset of spectra" in problem
