@@ -88,20 +88,31 @@ class ImageField(PredictsResponses):
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary), in the units of the known ones."""
-        waves = image_waves(positions, self.middles, self.signs, self.offsets, float(self.wavelength))
-        explained = waves @ torch.view_as_complex(self.amplitudes)
-        return torch.view_as_real(explained) + self.power.sqrt() * self.rest.responses(positions)
+        real, imaginary = image_waves(positions, self.middles, self.signs, self.offsets, self.wavelength)
+        x, y = self.amplitudes.unbind(dim=1)  # real numbers, since ONNX has no complex ones
+        explained = torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1)
+        return explained + self.power.sqrt() * self.rest.responses(positions)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Variance of e relative to the power of the responses. The amplitudes count as known."""
         share = self.power / self.whole_power.clamp_min(1e-30)
         return (share * self.rest.uncertainty(positions)).clamp(0, 1)
 
+    @classmethod
+    def unsuited(cls, dataset: Dataset) -> str | None:
+        """Why the images cannot be found in a dataset: it has no responses, or another end moves."""
+        if dataset.responses is None:
+            return "expected element responses, in which mirror images are found, found pictures alone"
+        if dataset.moving != "transmitter":
+            found = "a receiver that moves" if dataset.moving == "receiver" else "both ends moving"
+            return f"expected a transmitter that moves before a gateway that stands still, found {found}"
+        return None
+
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Find the images in the known responses, and fit the covariance of the rest.
 
         Args:
-            dataset: a dataset with responses, whose transmitter moves.
+            dataset: a dataset with responses, whose transmitter moves. Of a band, the carrier's responses are used.
             known: indices of the spectra to fit to.
 
         Returns:
@@ -118,12 +129,10 @@ class ImageField(PredictsResponses):
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """As ``fit``, which makes no choices beyond it."""
-        if dataset.responses is None:
-            raise InputError(
-                f"{dataset.folder}: expected element responses, which images explain, found pictures alone"
-            )
-        if dataset.moving != "transmitter":
-            raise InputError(f"{dataset.folder}: expected a transmitter that moves, found {dataset.moving}")
+        unsuited = self.unsuited(dataset)
+        if unsuited is not None:
+            raise InputError(f"{dataset.folder}: {unsuited}")
+        assert dataset.responses is not None
         known = np.unique(known)
         turn = Rotation.from_quat(dataset.gateway_orientation)
         offsets = turn.apply(float(self.wavelength) * self._array.positions)
@@ -146,7 +155,8 @@ class ImageField(PredictsResponses):
         self, images: Images, positions: Float[np.ndarray, "n 3"], offsets: Float[np.ndarray, "elements 3"]
     ) -> Complex[np.ndarray, "n elements J"]:
         at, middles, signs, elements = map(torch.from_numpy, (positions, images.middles, images.signs, offsets))
-        return image_waves(at, middles, signs, elements, float(self.wavelength)).numpy()
+        real, imaginary = image_waves(at, middles, signs, elements, self.wavelength.double())
+        return torch.complex(real, imaginary).numpy()
 
     def _found(
         self, dataset: Dataset, known: Int[np.ndarray, " n"], offsets: Float[np.ndarray, "elements 3"]
@@ -169,6 +179,8 @@ class ImageField(PredictsResponses):
         of_first = waves(first)
         even = IMAGES * power / float((np.abs(of_first) ** 2).mean()) / len(first)
         found = most_likely(of_first, data, np.full(len(first), even), REST * power, ITERATIONS)
+        if not found.variances.any():
+            return first.of(found.variances > 0), np.zeros(0, complex)
         self.report("mirror images", 1, 2)
         perpendicular, parallel = second_images(first, found.variances, region, wavelength)
         strong = found.variances > WEAK * found.variances.max()

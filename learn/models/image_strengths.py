@@ -11,6 +11,9 @@ from scipy.linalg import cho_factor, cho_solve
 WEAKEST = 1e-6
 """Variance, relative to the largest one, below which a wave is left out."""
 
+LEAST_POWER = 1e-9
+"""Mean power of a wave, relative to the data's, below which it is left out, even if it is the strongest."""
+
 LEAST_NOISE = 1e-6
 """Smallest variance of the noise, relative to the data's."""
 
@@ -60,7 +63,10 @@ def most_likely(
         return Strengths(np.zeros(len(start)), 0.0, np.zeros(len(start), complex))
     left, variances = np.arange(len(start)), start
     for iteration in range(iterations + 1):
-        strong = variances > WEAKEST * variances.max()
+        powers = variances * (np.abs(waves) ** 2).mean(axis=0)
+        strong = (variances > WEAKEST * variances.max()) & (powers > LEAST_POWER * power)
+        if not strong.any():  # data that are no such waves
+            return Strengths(np.zeros(len(start)), power, np.zeros(len(start), complex))
         left, variances, waves = left[strong], variances[strong], waves[:, strong]
         amplitudes, ratios = _expected(waves, data, variances, noise)
         if iteration == iterations:

@@ -7,7 +7,7 @@ from itertools import combinations, product
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Complex, Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 
 STEP, GROWTH, FAR = 0.375, 10.0, 9.0
@@ -47,9 +47,9 @@ def image_waves(
     middles: Float[Tensor, "J 3"],
     signs: Float[Tensor, "J 3"],
     offsets: Float[Tensor, "elements 3"],
-    wavelength: float,
-) -> Complex[Tensor, "n elements J"]:
-    """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths.
+    wavelength: Float[Tensor, ""],
+) -> tuple[Float[Tensor, "n elements J"], Float[Tensor, "n elements J"]]:
+    """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths: real and imaginary parts.
 
     Args:
         positions: metres, world frame.
@@ -59,12 +59,13 @@ def image_waves(
         wavelength: metres.
 
     >>> above, middle = torch.tensor([[0.0, 0, 2]]), torch.zeros(1, 3)
-    >>> image_waves(above, middle, torch.ones(1, 3), torch.zeros(1, 3), wavelength=1).abs().tolist()
+    >>> image_waves(above, middle, torch.ones(1, 3), torch.zeros(1, 3), wavelength=torch.tensor(1.0))[0].tolist()
     [[[0.5]]]
     """
     elements = middles + signs * offsets[:, None]
     away = torch.linalg.vector_norm(positions[:, None, None] - elements, dim=-1) / wavelength
-    return torch.polar(1 / away.clamp_min(STEP), -2 * torch.pi * away)
+    magnitudes, phases = 1 / away.clamp_min(STEP), -2 * torch.pi * away
+    return magnitudes * torch.cos(phases), magnitudes * torch.sin(phases)
 
 
 def together(*images: Images) -> Images:

@@ -96,7 +96,7 @@ class HelmholtzOfPictures(_Modelled):
 
 
 class ImagesInRoom(_Modelled):
-    """``ImageField``, fitted to the known responses of the room alone, with the gateway's place and orientation."""
+    """``mirror-images``, fitted to the known responses of the room alone, with the gateway's place and orientation."""
 
     def fit(self, room: KnownInRoom) -> None:
         dataset = room.dataset
@@ -138,11 +138,11 @@ ROOM_METHODS: dict[str, Callable[[], RoomMethod]] = {
     "inverse-distance": InverseDistanceInRoom,
     "helmholtz": HelmholtzInRoom,
     "helmholtz-pictures": HelmholtzOfPictures,
-    "images": ImagesInRoom,
+    "mirror-images": ImagesInRoom,
     "attention": AttentionOverNeighbours,
     "twin": TwinInRoom,
 }
 """The methods by name."""
 
-USUAL: Sequence[str] = "mean", "nearest", "inverse-distance", "helmholtz", "images", "attention"
+USUAL: Sequence[str] = "mean", "nearest", "inverse-distance", "helmholtz", "mirror-images", "attention"
 """The methods that are compared if none are named. The others take a minute for each room and number."""

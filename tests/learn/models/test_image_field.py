@@ -72,7 +72,8 @@ def test_six_spectra_tell_the_field_wavelengths_away(room, fitted):
 def test_waves_come_from_the_mirrored_elements():
     places, (_, middle, signs) = np.random.default_rng(1).uniform(0, 1, (3, 3)), WALLS[3]
     tensors = (torch.from_numpy(np.array(each, float)) for each in (places, [middle], [signs], OFFSETS))
-    assert np.allclose(image_waves(*tensors, WAVELENGTH).numpy()[..., 0], waves(places, middle, signs))
+    found = torch.complex(*image_waves(*tensors, torch.tensor(WAVELENGTH).double()))
+    assert np.allclose(found.numpy()[..., 0], waves(places, middle, signs))
 
 
 def test_images_in_one_plane_and_in_two_lie_beyond_the_room():
@@ -124,8 +125,9 @@ def test_weights_of_another_number_of_images_are_loaded(room, fitted):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"responses": None}, "expected element responses, which images explain, found pictures alone"),
-        ({"metadata": {"moving": "receiver"}}, "expected a transmitter that moves, found receiver"),
+        ({"responses": None}, "expected element responses, in which mirror images are found, found pictures alone"),
+        ({"metadata": {"moving": "receiver"}}, "expected a transmitter that moves .*, found a receiver that moves"),
+        ({"metadata": {"moving": "both"}}, "expected a transmitter that moves .*, found both ends moving"),
     ],
 )
 def test_what_has_no_images_is_refused(room, change, sentence):
