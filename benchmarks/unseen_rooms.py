@@ -7,7 +7,8 @@ The settings are those of GRaF: test rooms that differ from the training rooms i
 rooms of 1 to 12 pieces of furniture, every second of the layouts L-shaped, at depth 2. The last rooms are test rooms.
 Of each test room a fifth of the spectra is tested, and the same L others, drawn at random, are known to all methods
 (``learn.rooms.compare_rooms``). ``attention`` is trained in the training rooms and sees pictures, the other methods
-know the test room alone. ``helmholtz`` sees responses, too. The twin is left out, since a fit takes minutes.
+know the test room alone. ``helmholtz`` and ``mirror-images`` see responses, too. The twin is left out, since a fit
+takes minutes.
 
 A row is a method and a setting, its columns are numbers L of known spectra. The figures are the mean and the median
 SSIM over the test spectra of all test rooms together, of one draw.

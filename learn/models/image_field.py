@@ -102,7 +102,9 @@ class ImageField(PredictsResponses):
     def unsuited(cls, dataset: Dataset) -> str | None:
         """Why the images cannot be found in a dataset: it has no responses, or another end moves."""
         if dataset.responses is None:
-            return "expected element responses, in which mirror images are found, found pictures alone"
+            apart = dataset.metadata.get("phases") == "per-position"
+            found = "phases that cannot be compared between positions" if apart else "pictures alone"
+            return f"expected element responses with their phases, which tell mirror images, found {found}"
         if dataset.moving != "transmitter":
             found = "a receiver that moves" if dataset.moving == "receiver" else "both ends moving"
             return f"expected a transmitter that moves before a gateway that stands still, found {found}"

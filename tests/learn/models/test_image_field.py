@@ -3,15 +3,20 @@
 import dataclasses
 
 import numpy as np
+import onnxruntime
 import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
+from learn.comparison.compare import compare
 from learn.models.image_field import ImageField
 from learn.models.image_strengths import most_likely
 from learn.models.kriged_field import KrigedField
 from learn.models.mirror_images import gateway_and_first_images, image_waves, second_images
+from learn.training.model_export import INPUT, OUTPUT, export
+from learn.training.train import train
 from scenes.files.errors import InputError
+from simulate.exchange.given_responses import write_dataset
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
 
 GATEWAY = np.array([2.6, 1.1, 1.5])
@@ -125,7 +130,8 @@ def test_weights_of_another_number_of_images_are_loaded(room, fitted):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"responses": None}, "expected element responses, in which mirror images are found, found pictures alone"),
+        ({"responses": None}, "expected element responses with their phases, .*, found pictures alone"),
+        ({"responses": None, "metadata": {"phases": "per-position"}}, "found phases that cannot be compared"),
         ({"metadata": {"moving": "receiver"}}, "expected a transmitter that moves .*, found a receiver that moves"),
         ({"metadata": {"moving": "both"}}, "expected a transmitter that moves .*, found both ends moving"),
     ],
@@ -134,3 +140,42 @@ def test_what_has_no_images_is_refused(room, change, sentence):
     model = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     with pytest.raises(InputError, match=sentence):
         model.fit(dataclasses.replace(room, **change), KNOWN)
+
+
+@pytest.fixture(scope="module")
+def folder(room, tmp_path_factory):
+    """The room's dataset in a folder."""
+    path = tmp_path_factory.mktemp("mirror-images") / "data"
+    given = {"gateway_position": GATEWAY, "gateway_orientation": TURN.as_quat()}
+    return write_dataset(path, room.positions, room.responses, BEAMFORMER.array, room.metadata["frequency_hz"], **given)
+
+
+@pytest.fixture(scope="module")
+def run(folder, tmp_path_factory):
+    return train(folder, tmp_path_factory.mktemp("mirror-images") / "run", model="mirror-images", split="random")
+
+
+def test_a_run_by_name(folder, run):
+    found = run.predict(folder.positions)
+    assert found.responses is not None and np.abs(found.spectra - folder.spectra).mean() < 0.01
+
+
+@pytest.mark.slow
+def test_onnx_gives_the_same_spectra(folder, run, tmp_path):
+    found = run.predict(folder.positions[:2])
+    export(run, tmp_path / "model.onnx")
+    session = onnxruntime.InferenceSession(tmp_path / "model.onnx")
+    (exported,) = session.run([OUTPUT], {INPUT: folder.positions[:2].astype(np.float32)})
+    np.testing.assert_allclose(exported, found.spectra, atol=1e-3)
+
+
+def test_a_dataset_without_responses_is_refused_or_the_row_left_out(folder, tmp_path, capsys):
+    pictures = dataclasses.replace(folder, responses=None)
+    with pytest.raises(InputError, match="the model mirror-images: expected element responses"):
+        train(pictures, tmp_path / "run", model="mirror-images", split="random")
+    assert not (tmp_path / "run").exists()
+    rows = compare(pictures, ["mirror-images", "nearest"], "random", output=tmp_path / "table", test_spectra=2)
+    assert next(row["label"] for row in rows) == "nearest"
+    assert "left out mirror-images: expected element responses" in capsys.readouterr().err
+    with pytest.raises(InputError, match="mirror-images: expected element responses"):
+        compare(pictures, ["mirror-images"], "random", test_spectra=2)
