@@ -80,6 +80,25 @@ def most_likely(
     return Strengths(found, noise, expected)
 
 
+def log_likelihood(
+    waves: Complex[np.ndarray, "N J"], data: Complex[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
+) -> float:
+    """Log-likelihood of data that are waves with these variances and noise, without its constant, over N.
+
+    Args:
+        waves: W, as for ``most_likely``.
+        data: y.
+        variances: γ.
+        noise: σ².
+
+    >>> log_likelihood(np.zeros((2, 1), complex), np.ones(2, complex), np.zeros(1), noise=1.0)
+    -1.0
+    """
+    factor, lower = cho_factor((waves * variances) @ waves.conj().T + noise * np.eye(len(data)))
+    explained = (data.conj() @ cho_solve((factor, lower), data)).real
+    return float(-2 * np.log(np.diag(factor).real).mean() - explained / len(data))
+
+
 def _expected(
     waves: Complex[np.ndarray, "N J"], data: Complex[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
 ) -> tuple[Complex[np.ndarray, " J"], Float[np.ndarray, " J"]]:

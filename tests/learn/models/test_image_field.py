@@ -13,6 +13,7 @@ from learn.models.image_field import ImageField
 from learn.models.image_strengths import most_likely
 from learn.models.kriged_field import KrigedField
 from learn.models.mirror_images import gateway_and_first_images, image_waves, second_images
+from learn.models.wall_angle import frame_of_walls, in_frame
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.train import train
 from scenes.files.errors import InputError
@@ -72,6 +73,19 @@ def test_six_spectra_tell_the_field_wavelengths_away(room, fitted):
     kriged.fit(room, KNOWN)
     unit = float((np.abs(room.responses[KNOWN]) ** 2).mean() ** 0.5)
     assert error(fitted, room) < 0.01 < 0.5 < error(kriged, room, unit)
+
+
+def test_walls_that_are_turned_are_found(room, fitted):
+    """Also those of a room in the turned frame: the prediction is as good as with walls along the axes."""
+    known = np.arange(12)
+    turned = in_frame(room, frame_of_walls(-30))
+    model, straight = (ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH) for _ in range(2))
+    assert "mirror images of it in walls turned by 30°" in model.fit(turned, known)
+    assert "turned" not in straight.fit(room, known)
+    assert error(model, turned) < 1.2 * error(straight, room) < 0.01
+    loaded = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+    loaded.load_state_dict(model.state_dict())
+    assert error(loaded, turned) == pytest.approx(error(model, turned), rel=1e-3)
 
 
 def test_waves_come_from_the_mirrored_elements():
