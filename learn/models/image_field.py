@@ -24,9 +24,9 @@ from simulate.spectra.spectrum import evenly
 FITTED_ON = 128
 """Largest number of known spectra, evenly spread, in which the images are found."""
 
-TURNED_ON, LEAST_TURNED = 24, 8
-"""Largest number of known spectra, evenly spread, that tell the angle of the walls, and the least number. With fewer
-ones, the walls are taken to run along the axes."""
+LEAST_TURNED, TURNED_ON, PLACES = 200, 400, 8
+"""Least and largest number of responses, of evenly spread spectra, that tell the angle of the walls, but at least those
+of so many spectra. With fewer responses, the walls are taken to run along the axes."""
 
 
 class ImageField(PredictsResponses):
@@ -118,7 +118,7 @@ class ImageField(PredictsResponses):
             InputError: the dataset has no responses, or something else moves.
         """
         self._require_suited(dataset)
-        degrees = self._angle(dataset, evenly(np.unique(known), TURNED_ON))
+        degrees = self._angle(dataset, np.unique(known))
         self.frame = torch.from_numpy(frame_of_walls(degrees)).float()
         self.refit(dataset, known)
         explained = 1 - float(self.power / self.whole_power.clamp_min(1e-30))
@@ -154,8 +154,10 @@ class ImageField(PredictsResponses):
 
     def _angle(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> int:
         """The angle of the walls, degrees."""
-        if len(known) < LEAST_TURNED:
+        elements = dataset.array.elements
+        if len(known) < PLACES or len(known) * elements < LEAST_TURNED:
             return 0
+        known = evenly(known, max(PLACES, TURNED_ON // elements))
         self.report("angle of the walls", 0, 1)
 
         def likelihood(degrees: int) -> float:

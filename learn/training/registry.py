@@ -64,7 +64,7 @@ MODELS: dict[str, ModelEntry] = {
     ),
     "mirror-images": ModelEntry(
         builds="learn.models.image_field:ImageField",
-        summary="waves of the gateway's mirror images in walls along the axes, and kriging of responses for the rest",
+        summary="waves of the gateway's mirror images in the walls, and kriging of responses for the rest",
         by_steps=None,
     ),
     "bisplat": ModelEntry(

@@ -77,7 +77,7 @@ def test_six_spectra_tell_the_field_wavelengths_away(room, fitted):
 
 def test_walls_that_are_turned_are_found(room, fitted):
     """Also those of a room in the turned frame: the prediction is as good as with walls along the axes."""
-    known = np.arange(12)
+    known = np.arange(14)
     turned = in_frame(room, frame_of_walls(-30))
     model, straight = (ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH) for _ in range(2))
     assert "mirror images of it in walls turned by 30°" in model.fit(turned, known)
