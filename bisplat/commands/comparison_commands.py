@@ -18,6 +18,7 @@ from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
+from scenes.files.input_file import what_is_at
 from scenes.files.text_tables import print_rows
 from simulate.dataset.folder_kinds import is_csi, is_rooms, is_rssi
 
@@ -94,6 +95,8 @@ def compare(
         compare_quantity(Fitted(dataset, models, split, guard, budget, seeds), output, force, json)
         return
     refuse_given(["--force", "--no-force"], CONTINUED)
+    if not dataset.is_dir():
+        raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
     if output is None:
         raise InputError("-o: expected a folder for the results beside spectra, found none")
     if models:

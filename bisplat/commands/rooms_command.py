@@ -48,7 +48,7 @@ def rooms(
     from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
 
     made = simulate_rooms(output, number, setting, seed=seed, spectra=spectra, pieces=pieces, shape=shape, large=large)
-    print(printable(f"{len(made)} rooms: {output}"))
+    print(printable(f"{'1 room' if len(made) == 1 else f'{len(made)} rooms'}: {output}"))
     print(printable(f"floor plans: {output / GALLERY}"))
 
 
@@ -111,7 +111,8 @@ def compare_in_rooms(
     else:
         headings, *lines = comparison.cells()
         rows = [dict(zip(headings, line, strict=True)) for line in lines]
-        print_rows(f"comparison in {len(comparison.test)} test rooms, setting {comparison.setting}", rows)
+        tested = "1 test room" if len(comparison.test) == 1 else f"{len(comparison.test)} test rooms"
+        print_rows(f"comparison in {tested}, setting {comparison.setting}", rows)
         remark = comparison.remark()
         if remark is not None:
             print(printable(f"bisplat: {remark}"))

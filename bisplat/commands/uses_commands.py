@@ -162,11 +162,11 @@ def locate(
     from learn.training.fit_progress import FitProgress
     from learn.training.run_folder import load_run
 
+    _require_csv(output, force)
     for folder in runs:
         read_config(folder)  # a folder that is no run needs no pictures
     if len(runs) != len(pictures) or not runs:
         raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
-    _require_csv(output, force)
     loaded = [load_run(run) for run in runs]
     seen = [heard_pictures(folder, run) for folder, run in zip(pictures, loaded, strict=True)]
     names = seen[0][0]

@@ -15,6 +15,7 @@ from jaxtyping import Int
 from learn.comparison.makers import check_effort, makers
 from learn.comparison.own_method import built, checked_spectra, named
 from learn.data.metrics import ssim
+from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.room_comparison import RoomComparison
 from learn.rooms.room_methods import ROOM_METHODS, USUAL, RoomMethod
@@ -75,7 +76,7 @@ def compare_rooms(
             walls, fitted to the known responses alone), "attention" (over the nearest known spectra, trained in the
             training rooms: the principle of GRaF), "twin" (with a description of the room that is 3 cm and 20 % wrong),
             or classes of your own ("module:Class"). Or a dictionary from the label of a row to one of these. None: all
-            but "helmholtz-pictures" and the twin, which take a minute for each fit.
+            but "helmholtz-pictures" and the twin, which take minutes for each fit.
         given: numbers L of known spectra. None: those of 5, 10, 25, 50 and 100 that the rooms have.
         test_rooms: number of test rooms. None: a quarter of the rooms.
         test_spectra: largest number of test spectra in a room, evenly spread over them. None: all of them.
@@ -87,8 +88,8 @@ def compare_rooms(
         The scores.
 
     Raises:
-        InputError: the folder cannot be read, or a room has too few spectra; or something went wrong in a method of
-            your own.
+        InputError: the folder cannot be read, rooms have different arrays or frequencies, or a room has too few
+            spectra; or something went wrong in a method of your own.
         ParameterError: a method is unknown, or learns in other rooms where there are none, or another argument is out
             of its range.
 
@@ -116,8 +117,10 @@ def compare_rooms(
         if methods is not None:
             found = f"found {len(rooms)}, of which {len(test)} are test rooms"
             raise ParameterError("methods", f"expected a training room for {learning[0]}, {found}")
+        say(f"without {', '.join(learning)}: there is no training room to learn in")
         chosen = {label: make for label, make in chosen.items() if label not in learning}
     datasets = dict(zip(rooms.names, rooms, strict=True))
+    _require_one_array(list(datasets.values()))
     # A room keeps its test spectra, however many rooms are test rooms.
     tested = [_parts(datasets[name], test_spectra, [seed, rooms.names.index(name)]) for name in test]
     sizes = _sizes(given, [(datasets[name], len(others)) for name, (_, others) in zip(test, tested, strict=True)])
@@ -144,6 +147,18 @@ def _named(name: str) -> Callable[[], Any]:
         return own_class(name, "methods")
     require_word([*ROOM_METHODS, "module:Class"], methods=name)
     return ROOM_METHODS[name]
+
+
+def _require_one_array(rooms: Sequence[Dataset]) -> None:
+    """Refuse rooms of different arrays or frequencies, in which nothing can be learned for each other."""
+    first = rooms[0]
+    for room in rooms[1:]:
+        if other_array(first.array, room.array):
+            expected = f"the array of {first.folder.name}, {first.array.in_words}"
+            raise InputError(f"{room.folder}: expected {expected}, found {room.array.in_words}")
+        if other_frequency(first.wavelength, room.wavelength):
+            expected = f"the frequency of {first.folder.name}, {first.frequency.hertz / 1e6:g} MHz"
+            raise InputError(f"{room.folder}: expected {expected}, found {room.frequency.hertz / 1e6:g} MHz")
 
 
 def _parts(dataset: Dataset, test_spectra: int | None, seed: Sequence[int]) -> Parts:

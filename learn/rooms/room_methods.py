@@ -24,6 +24,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import Dataset
+from simulate.engines.rays_engine import Rays
 
 WRONG_BY = Tolerances(position=0.03, rotation=2.0, objects=0.03, materials=0.2)
 """Standard deviations of the errors in the description of a room that the twin gets."""
@@ -106,7 +107,10 @@ class ImagesInRoom(_Modelled):
 
 
 class TwinInRoom(_Modelled):
-    """``twin``, with a description of the room that has errors of ``WRONG_BY``."""
+    """``twin``, with a description of the room that has errors of ``WRONG_BY``.
+
+    Its rays follow what those of the dataset followed, so that nothing but the description is wrong.
+    """
 
     def fit(self, room: KnownInRoom) -> None:
         dataset = room.dataset
@@ -116,6 +120,7 @@ class TwinInRoom(_Modelled):
         with tempfile.TemporaryDirectory() as folder:
             described = write_scene(vary(scene, which, errors), Path(folder))
             model = Twin(_box(room), dataset.beamformer, dataset.wavelength, scene=str(described))
+        model.propagation = replace(Rays.of(dataset.metadata).propagation, sionna=False, diffuse=False)
         model.fit(dataset, np.sort(room.known))
         self._model = model
 
@@ -145,4 +150,4 @@ ROOM_METHODS: dict[str, Callable[[], RoomMethod]] = {
 """The methods by name."""
 
 USUAL: Sequence[str] = "mean", "nearest", "inverse-distance", "helmholtz", "mirror-images", "attention"
-"""The methods that are compared if none are named. The others take a minute for each room and number."""
+"""The methods that are compared if none are named. The others take minutes for each room and number."""

@@ -29,6 +29,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
+from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -74,6 +75,7 @@ class Twin(PredictsResponses):
         materials: tolerance of the properties of materials, relative.
 
     Attributes:
+        propagation: the mechanisms that rays follow. A run does not keep it, and traces with the defaults.
         values: θ, in the order of ``scenes.scene.unknowns.unknowns``.
         gains: g (real, imaginary); none before ``fit``.
         checked: f (real, imaginary) at the first known position. With it, a loaded run recognises a changed scene.
@@ -88,6 +90,8 @@ class Twin(PredictsResponses):
         ParameterError: there is no scene.
         InputError: the scene cannot be read.
     """
+
+    propagation: Propagation = Propagation()
 
     values: Tensor
     gains: Tensor
@@ -178,7 +182,7 @@ class Twin(PredictsResponses):
             self.report(f"calibration: {sentence}", 0, 1)
 
         used = evenly(np.unique(known), CALIBRATED_BY)
-        found = calibrate_by(self._described, dataset, used, self._tolerances, report=report)
+        found = calibrate_by(self._described, dataset, used, self._tolerances, self.propagation, report)
         self.calibration = found
         self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
         self.__dict__.pop("_tracer", None)
@@ -279,11 +283,10 @@ class Twin(PredictsResponses):
         Raises:
             InputError: the scene is not the one with which this run was trained.
         """
-        from simulate.rays.core.propagation import Propagation
         from simulate.rays.tracer import Tracer
 
         everywhere = bounding_box(np.concatenate([self.region.cpu().numpy(), self._described.transmitter.region]))
-        tracer = Tracer(self.corrected, Propagation(), everywhere)
+        tracer = Tracer(self.corrected, self.propagation, everywhere)
         if len(self.gains):
             place, expected = self.rest.places[:1].double().cpu().numpy(), self.checked.cpu()
             same = tracer.chains == len(self.gains)

@@ -33,12 +33,13 @@ def section_height(scene: Scene) -> float:
     return float(scene.transmitter.region[:, 2].mean())
 
 
-def draw_plan(axes: Axes, scene: Scene) -> tuple[list[str], str]:
+def draw_plan(axes: Axes, scene: Scene, numbered: bool = True) -> tuple[list[str], str]:
     """Draw a scene from above.
 
     Args:
         axes: the axes to draw on, in metres.
         scene: the scene.
+        numbered: whether objects get numbers.
 
     Returns:
         The names of the numbered objects, in the order of their numbers 1, 2, …; and what the plan shows.
@@ -77,7 +78,7 @@ def draw_plan(axes: Axes, scene: Scene) -> tuple[list[str], str]:
     for item in scene.objects:
         room = (item.mesh.extents[:2] > 0.9 * (high - low)[:2]).all()
         shell = bool(enclosing(scene, item, item.mesh.triangles).all())
-        if many or room or shell or item.mesh.bounds[0, 2] > ceiling:
+        if not numbered or many or room or shell or item.mesh.bounds[0, 2] > ceiling:
             continue
         names.append(item.name)
         taken.append(_label_place(item, taken, apart=0.022 * size))

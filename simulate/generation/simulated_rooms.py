@@ -123,12 +123,24 @@ def begin(folder: Path, facts: dict[str, Any]) -> None:
     """Write rooms.json, or check that the folder was begun with the same facts."""
     path = folder / ROOMS
     if path.exists():
-        if read_json(path, "a description of rooms") != facts:
-            raise InputError(f"{folder}: expected rooms of the same settings, found others in {ROOMS}")
+        found = read_json(path, "a description of rooms")
+        if found != facts:
+            raise InputError(f"{folder}: expected rooms of the same call, found {_other(found, facts)} in {ROOMS}")
         return
     if has_other_files(folder):
         raise InputError(f"{folder}: expected a new folder, found other files")
     write_atomically(path, (json.dumps(facts, indent=2) + "\n").encode())
+
+
+def _other(found: Any, facts: dict[str, Any]) -> str:
+    """The first fact that differs, in words."""
+    if not isinstance(found, dict) or not isinstance(found.get("rooms"), list):
+        return "something else"
+    there, wanted = ({**each, "rooms": len(each["rooms"])} for each in (found, facts))
+    for name, value in wanted.items():
+        if there.get(name) != value:
+            return f"{name} {shown(there.get(name))} instead of {shown(value)}"
+    return "something else"
 
 
 def _room(number: int, facts: dict[str, Any]) -> Scene:

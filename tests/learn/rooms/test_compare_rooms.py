@@ -1,7 +1,9 @@
 """Methods in unseen rooms: all know the same spectra, no test spectrum is among them, and training rooms are others."""
 
 import json
+import shutil
 import sys
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +17,7 @@ from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.neighbour_attention import AttentionOverNeighbours, NeighbourAttention, RoomTensors
 from learn.rooms.room_methods import TwinInRoom
 from learn.twin.twin_model import Twin
+from scenes.storage.scene_yaml import load_scene
 
 SIGHT = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
 
@@ -89,6 +92,7 @@ def test_the_description_of_the_twin_is_wrong(rooms, monkeypatch):
     method.fit(KnownInRoom(dataset, np.arange(3), seed=0))
     off = np.linalg.norm(np.array(method._model.corrected.gateway.position) - dataset.gateway_position)
     assert 0.005 < off < 0.15
+    assert method._model.propagation.max_depth == 0  # of the dataset, not the default
 
 
 @pytest.mark.parametrize(
@@ -106,10 +110,28 @@ def test_refusals(rooms, options, sentence):
     assert sentence in str(refused.value)
 
 
-def test_without_training_rooms_the_others_are_compared(rooms, monkeypatch):
+def test_rooms_of_another_array_or_frequency_are_refused(rooms, tmp_path):
+    for number, changed in enumerate(({"rows": 2, "columns": 8}, 868e6)):
+        folder = tmp_path / str(number)
+        shutil.copytree(rooms.folder, folder)
+        path = folder / "room-002" / "scene" / "scene.yaml"
+        scene = load_scene(path)
+        if number:
+            scene = replace(scene, frequency=changed)
+        else:
+            scene = replace(scene, gateway=replace(scene.gateway, **changed))
+        shutil.rmtree(folder / "room-002")
+        bisplat.simulate(scene, folder / "room-002", 15, propagation=SIGHT)
+        sentence = ("expected the array of room-000, 4 × 4", "expected the frequency of room-000, 915 MHz, found 868")
+        with pytest.raises(bisplat.InputError, match=sentence[number]):
+            bisplat.compare_rooms(folder, ["mean"], given=[3])
+
+
+def test_without_training_rooms_the_others_are_compared(rooms, monkeypatch, capsys):
     monkeypatch.setattr(compare_module, "USUAL", ("mean", "attention"))
     comparison = bisplat.compare_rooms(rooms.folder, test_rooms=4, given=[2], test_spectra=1)
     assert "attention" not in {row["label"] for row in comparison}
+    assert "without attention: there is no training room to learn in" in capsys.readouterr().err
 
 
 def test_untrained_attention_weighs_by_inverse_distance():

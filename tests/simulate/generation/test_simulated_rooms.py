@@ -53,8 +53,11 @@ def test_the_same_call_finishes_a_folder_and_another_is_refused(tmp_path):
     picture.unlink()
     made(tmp_path, "layout")
     assert picture.read_bytes() == content
-    with pytest.raises(bisplat.InputError, match="expected rooms of the same settings"):
-        made(tmp_path, "layout", seed=1)
+    for change, sentence in (({"seed": 1}, "seed 0 instead of 1"), ({"large": True}, "large False instead of True")):
+        with pytest.raises(bisplat.InputError, match=f"rooms of the same call, found {sentence} in rooms.json"):
+            made(tmp_path, "layout", **change)
+    with pytest.raises(bisplat.InputError, match="found rooms 2 instead of 3"):
+        bisplat.simulate_rooms(rooms.folder, 3, "layout", spectra=4, propagation=SIGHT)
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "file").write_text("precious")
     with pytest.raises(bisplat.InputError, match="expected a new folder"):
@@ -82,3 +85,4 @@ def test_other_commands_say_what_a_folder_of_rooms_is(tmp_path):
     (tmp_path / "rooms.json").write_text("{}")
     with pytest.raises(bisplat.InputError, match="found several rooms, each of which is a dataset"):
         bisplat.read_dataset(tmp_path)
+    assert "found several rooms, each of which is one" in bisplat.check(tmp_path).problems[0]
