@@ -52,7 +52,7 @@ def per_second(predict: Predict, positions: Float[np.ndarray, "K 3"], cores: int
 
     clock = time.process_time if cores == 1 else time.perf_counter
     torch.set_num_threads(cores)
-    numba.set_num_threads(cores)
+    numba.set_num_threads(min(cores, numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]
     best = float("inf")
     with threadpool_limits(cores):
         predict(positions)

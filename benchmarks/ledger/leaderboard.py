@@ -23,6 +23,7 @@ COLUMNS: dict[Kind, dict[str, tuple[str, str]]] = {
         "snr_p10_db": ("10th percentile (dB)", ".1f"),
         "correlation_median": ("correlation", ".4f"),
         "delay_spread_error_median_ns": ("delay spread off (ns)", ".1f"),
+        "coverage_90": ("in 90 % interval", ".3f"),
         "seconds": ("seconds", ".1f"),
     },
     "spectra": {

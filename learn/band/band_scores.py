@@ -5,24 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex
 
 from learn.band.known_band import PredictedBand
-from learn.channels.channel_scores import correlation, snr_db
+from learn.channels.channel_scores import SCORES, correlation, coverage, snr_db
 from simulate.spectra.delay_spread import delay_spread
-
-WITHIN = 1.645
-"""Half the width of a 90 % interval of a normal distribution, in standard deviations."""
-
-SCORES = (
-    "snr_median_db",
-    "snr_mean_db",
-    "snr_p10_db",
-    "correlation_median",
-    "delay_spread_error_median_ns",
-    "coverage_90",
-)
-"""Keys of the scores."""
 
 
 def score_band(
@@ -57,10 +44,5 @@ def score_band(
         "snr_p10_db": float(np.quantile(snr, 0.1)),
         "correlation_median": float(np.median(correlation(found, truth))),
         "delay_spread_error_median_ns": 1e9 * float(np.median(off)),
-        "coverage_90": None if predicted.deviation is None else _covered(found - truth, predicted.deviation[heard]),
+        "coverage_90": None if predicted.deviation is None else coverage(found - truth, predicted.deviation[heard]),
     }
-
-
-def _covered(error: Complex[np.ndarray, "K elements subcarriers"], deviation: Float[np.ndarray, " K"]) -> float:
-    bound = WITHIN * deviation[:, None, None]
-    return float(np.mean([np.abs(error.real) <= bound, np.abs(error.imag) <= bound]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.channels.known_channels import KnownChannels
+from learn.channels.known_channels import KnownChannels, PredictedChannels
 from learn.channels.timing import strongest_ramp
 
 
@@ -17,8 +17,8 @@ class Copy:
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
-        return uplink
+    ) -> PredictedChannels:
+        return PredictedChannels(uplink)
 
 
 class Ramp(Copy):
@@ -26,11 +26,11 @@ class Ramp(Copy):
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
+    ) -> PredictedChannels:
         count = uplink.shape[2]
         step = strongest_ramp(uplink[:, :, None])[..., None]
         gain = (uplink * np.exp(-1j * step * np.arange(count))).mean(axis=-1, keepdims=True)
-        return gain * np.exp(1j * step * np.arange(count, 2 * count))
+        return PredictedChannels(gain * np.exp(1j * step * np.arange(count, 2 * count)))
 
 
 class Nearest:
@@ -44,12 +44,12 @@ class Nearest:
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
+    ) -> PredictedChannels:
         if not len(self._up):
-            return uplink
+            return PredictedChannels(uplink)
         known = self._up.reshape(len(self._up), -1)
         level = np.linalg.norm(known, axis=1)
         along = uplink.reshape(len(uplink), -1) @ (known / level[:, None]).conj().T
         best = np.abs(along).argmax(axis=1)
         factor = along[np.arange(len(uplink)), best] / level[best]
-        return factor[:, None, None] * self._down[best]
+        return PredictedChannels(factor[:, None, None] * self._down[best])

@@ -29,7 +29,9 @@ class ChannelComparison(ScoreTable):
       downlink, 10 log₁₀ ‖h‖² / ‖h − ĥ‖² for each row, dB, at most 200;
     - "correlation_median", of ``|ĥ^H h|`` / (‖ĥ‖ ‖h‖), which a wrong level or common phase leaves as it is;
     - "delay_spread_error_median_ns", of the absolute error of the downlink's root mean square delay spread, ns; None if
-      the folder states no bandwidth.
+      the folder states no bandwidth;
+    - "coverage_90", the share of the real and imaginary parts of the channels within the stated 90 % intervals; None if
+      the method states none.
 
     They are None if no test row has a downlink.
 
@@ -72,6 +74,7 @@ class ChannelComparison(ScoreTable):
         "snr_p10_db": "10th % (dB)",
         "correlation_median": "median correlation",
         "delay_spread_error_median_ns": "delay spread off (ns)",
+        "coverage_90": "in 90 % interval",
         "steps": "steps",
         "seconds": "seconds",
     }

@@ -13,7 +13,17 @@ MOST_SNR_DB = 200.0
 """Largest SNR that is stated. A prediction without any error gets it."""
 
 
-SCORES = ("snr_median_db", "snr_mean_db", "snr_p10_db", "correlation_median", "delay_spread_error_median_ns")
+WITHIN = 1.645
+"""Half the width of a 90 % interval of a normal distribution, in standard deviations."""
+
+SCORES = (
+    "snr_median_db",
+    "snr_mean_db",
+    "snr_p10_db",
+    "correlation_median",
+    "delay_spread_error_median_ns",
+    "coverage_90",
+)
 """Keys of the scores of a row."""
 
 
@@ -57,7 +67,10 @@ def correlation(
 
 
 def score_channels(
-    predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "K A S"], bandwidth: float | None
+    predicted: Complex[np.ndarray, "K A S"],
+    truth: Complex[np.ndarray, "K A S"],
+    bandwidth: float | None,
+    deviation: Float[np.ndarray, " K"] | None = None,
 ) -> dict[str, Any]:
     """Score predicted channels.
 
@@ -65,13 +78,15 @@ def score_channels(
         predicted: predicted channels of the downlink.
         truth: measured ones.
         bandwidth: that of the downlink, Hz: the number of its subcarriers times their distance. None: it is not known.
+        deviation: stated standard deviation of the real and imaginary parts of each row. None: none is stated.
 
     Returns:
         - "rows": number of rows that the scores refer to, those whose downlink is not zero;
         - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the SNR in dB over the rows;
         - "correlation_median": of the correlation;
         - "delay_spread_error_median_ns": of the absolute error of the root mean square delay spread, ns; None if the
-          bandwidth is not known.
+          bandwidth is not known;
+        - "coverage_90": share of the real and imaginary parts within the stated 90 % intervals; None if none are.
 
         All scores are None if there is no such row.
     """
@@ -90,7 +105,22 @@ def score_channels(
         "snr_p10_db": float(np.quantile(snr, 0.1)),
         "correlation_median": float(np.median(correlation(predicted, truth))),
         "delay_spread_error_median_ns": late,
+        "coverage_90": None if deviation is None else coverage(predicted - truth, deviation[heard]),
     }
+
+
+def coverage(error: Complex[np.ndarray, "K A S"], deviation: Float[np.ndarray, " K"]) -> float:
+    """Share of the real and imaginary parts of errors within the 90 % interval of a normal distribution.
+
+    Args:
+        error: predictions less the truth.
+        deviation: stated standard deviation of these parts in each row.
+
+    >>> coverage(np.array([[[1 + 2j]], [[1 + 2j]]]), np.array([1.0, 2.0]))
+    0.75
+    """
+    bound = WITHIN * deviation[:, None, None]
+    return float(np.mean([np.abs(error.real) <= bound, np.abs(error.imag) <= bound]))
 
 
 def _energy(channels: Complex[np.ndarray, "K A S"]) -> Float[np.ndarray, " K"]:

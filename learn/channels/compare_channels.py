@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
@@ -12,7 +13,7 @@ from jaxtyping import Complex
 from learn.channels.channel_comparison import ChannelComparison
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
-from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels
+from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels, PredictedChannels
 from learn.comparison.fits import Parts, checked_array, fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
@@ -55,7 +56,8 @@ def compare_channels(
     A method is an object with two methods. ``fit(known)`` learns from ``known.uplink`` and ``known.downlink``
     [n, A, S], in units of their largest number, and may use ``known.positions`` ([n, 3] in metres, or None),
     ``known.seed`` and ``known.minutes``. ``predict(uplink, positions)`` takes uplinks [K, A, S], in the same units, and
-    positions [K, 3] or None, and returns downlinks [K, A, S].
+    positions [K, 3] or None, and returns downlinks [K, A, S]. It may state deviations, too, as ``downlink`` and
+    ``deviation`` [K] of an object: about 90 % of the real and imaginary parts are within 1.645 of them.
 
     Args:
         dataset: channels, or their folder.
@@ -126,21 +128,25 @@ def compare_channels(
             wavelength=USUAL_WAVELENGTH if dataset.frequency is None else SPEED_OF_LIGHT / dataset.frequency.hertz,
         )
 
-    def predict(label: str, method: ChannelMethod) -> Complex[np.ndarray, "K A S"]:
+    def predict(label: str, method: ChannelMethod) -> PredictedChannels:
         blocks = []
         for at in range(0, len(uplink), BLOCK):
             block = slice(at, at + BLOCK)
             found = method.predict(uplink[block], None if heard is None else heard[block])
-            blocks.append(checked_array(label, "channels of the downlink", found, truth[block].shape, "cf"))
-        return np.concatenate(blocks)
+            blocks.append(checked_channels(label, found, truth[block].shape))
+        deviations = [each.deviation for each in blocks if each.deviation is not None]
+        deviation = np.concatenate(deviations) if len(deviations) == len(blocks) else None
+        return PredictedChannels(np.concatenate([each.downlink for each in blocks]), deviation)
 
     shown = evenly(np.arange(len(test)), EXAMPLES)
     rows, ratios, examples = [], {}, {}
     for fit in fits(makers, seeds, parts, known, predict):
-        rows.append({**fit.row, **score_channels(fit.predicted, truth, bandwidth), **fit.cost})
+        downlink = fit.predicted.downlink
+        scores = score_channels(downlink, truth, bandwidth, fit.predicted.deviation)
+        rows.append({**fit.row, **scores, **fit.cost})
         if fit.is_first:
-            ratios[fit.name] = snr_db(fit.predicted, truth)
-            examples[fit.name] = level * fit.predicted[shown]
+            ratios[fit.name] = snr_db(downlink, truth)
+            examples[fit.name] = level * downlink[shown]
     return ChannelComparison(
         folder=dataset.folder,
         split=split,
@@ -155,6 +161,24 @@ def compare_channels(
         shown=shown,
         examples=examples,
     )
+
+
+def checked_channels(label: str, given: Any, shape: tuple[int, ...]) -> PredictedChannels:
+    """What a method predicts, if it is channels: an array, or an object with ``downlink`` and ``deviation``.
+
+    Args:
+        label: name of the method.
+        given: what its ``predict`` returned.
+        shape: numbers of rows, antennas and subcarriers.
+
+    Raises:
+        InputError: it is something else.
+    """
+    found = checked_array(label, "channels of the downlink", getattr(given, "downlink", given), shape, "cf")
+    deviation = getattr(given, "deviation", None)
+    if deviation is not None:
+        deviation = checked_array(label, "a deviation of each row", deviation, shape[:1], "f")
+    return PredictedChannels(found, deviation)
 
 
 def _largest(*links: Complex[np.ndarray, "K A S"]) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.channels.channel_scores import snr_db
-from learn.channels.known_channels import KnownChannels
+from learn.channels.known_channels import KnownChannels, PredictedChannels
 from learn.channels.timing import strongest_ramp, without_ramp
 from learn.models.delay_powers import delay_paths, fit_delay_powers, profile_covariance
 
@@ -34,8 +34,8 @@ class Delays:
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
-        return predict_aligned(lambda rows: _of_each(self.covariance, rows), uplink, self.aligned)
+    ) -> PredictedChannels:
+        return PredictedChannels(predict_aligned(lambda rows: _of_each(self.covariance, rows), uplink, self.aligned))
 
 
 def predict_aligned(

@@ -7,7 +7,8 @@ from jaxtyping import Complex, Float
 
 from learn.channels.channel_scores import snr_db
 from learn.channels.delay_profile import Delays, fit_profile, predict_aligned, regression
-from learn.channels.known_channels import KnownChannels
+from learn.channels.known_channels import KnownChannels, PredictedChannels
+from learn.models.deviation_curve import size_of
 
 SHARES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97)
 """Shares of the known rows' own covariance to choose from; the rest is that of the model."""
@@ -30,50 +31,68 @@ class JointChannels:
 
     Its covariance is a mean of two: that of the known rows, which is right about every pair of antennas and subcarriers
     but noisy, and the Kronecker product of an antenna covariance and a delay profile, which has few parameters but
-    takes delays and directions for independent. Left-out known rows choose the share and the noise.
+    takes delays and directions for independent. Left-out known rows choose the share and the noise, and their errors
+    tell the stated deviation: it is in proportion to the root mean square of the row's uplink.
 
     Attributes:
         aligned: whether each row's strongest delay is taken off, as in ``Delays``. Set by ``fit``, as the next.
         share: chosen share of the known rows' own covariance.
         noise: chosen power of the noise, as a share of the mean power of the rows.
+        deviation: stated deviation of a row whose uplink has the root mean square 1. None: too few rows are known.
     """
 
     aligned: bool
     share: float
     noise: float
+    deviation: float | None
 
     def fit(self, known: KnownChannels) -> None:
         delays = Delays()
         delays.fit(known)
         self.aligned = delays.aligned
         rows = known.rows(self.aligned)
-        self.share, self.noise = _chosen(rows)
+        self.share, self.noise, self.deviation = _chosen(rows)
         self._covariance = _mixed(_model(rows), _sample(rows), self.share, self.noise)
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
+    ) -> PredictedChannels:
         def of_all(rows: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
             return regression(self._covariance, rows.reshape(len(rows), -1)).reshape(rows.shape)
 
-        return predict_aligned(of_all, uplink, self.aligned)
+        deviation = None if self.deviation is None else self.deviation * _level(uplink.reshape(len(uplink), -1))
+        return PredictedChannels(predict_aligned(of_all, uplink, self.aligned), deviation)
 
 
-def _chosen(rows: Complex[np.ndarray, "n A 2S"]) -> tuple[float, float]:
-    """The share and the noise with the largest mean SNR of left-out rows."""
+def _chosen(rows: Complex[np.ndarray, "n A 2S"]) -> tuple[float, float, float | None]:
+    """The share and the noise with the largest mean SNR of left-out rows, and the size of their errors.
+
+    The errors are relative to the uplink's root mean square.
+    """
     if len(rows) < LEAST_ROWS:
-        return 0.0, FEW_ROWS_NOISE
-    scores = np.zeros((len(SHARES), len(NOISES)))
+        return 0.0, FEW_ROWS_NOISE, None
+    folds = []
     for fold in range(FOLDS):
         out = np.arange(len(rows)) % FOLDS == fold
-        model, sample = _model(rows[~out]), _sample(rows[~out])
-        up, down = np.split(_in_links(rows[out]), 2, axis=1)
-        for i, share in enumerate(SHARES):
-            for j, noise in enumerate(NOISES):
+        folds.append((_model(rows[~out]), _sample(rows[~out]), *np.split(_in_links(rows[out]), 2, axis=1)))
+    scores = np.zeros((len(SHARES), len(NOISES)))
+    for i, share in enumerate(SHARES):
+        for j, noise in enumerate(NOISES):
+            for model, sample, up, down in folds:
                 found = regression(_mixed(model, sample, share, noise), up)
                 scores[i, j] += snr_db(found[:, None], down[:, None]).sum()
     best = np.unravel_index(scores.argmax(), scores.shape)
-    return SHARES[best[0]], NOISES[best[1]]
+    share, noise = SHARES[best[0]], NOISES[best[1]]
+    errors = [
+        (regression(_mixed(model, sample, share, noise), up) - down) / _level(up)[:, None]
+        for model, sample, up, down in folds
+    ]
+    return share, noise, size_of(np.concatenate(errors).view(float))
+
+
+def _level(channels: Complex[np.ndarray, "K N"]) -> Float[np.ndarray, " K"]:
+    """Root mean square of each row."""
+    return np.sqrt(np.square(np.abs(channels)).mean(axis=1))
 
 
 def _in_links(rows: Complex[np.ndarray, "n A 2S"]) -> Complex[np.ndarray, "n 2AS"]:

@@ -59,6 +59,21 @@ class KnownChannels:
         return self.uplink.shape[2]
 
 
+@dataclass(frozen=True)
+class PredictedChannels:
+    """The downlink that a method predicts for K rows, in the units of the known ones.
+
+    Attributes:
+        downlink: the predicted channels.
+        deviation: stated standard deviation of the real and of the imaginary part of each channel, the same for all
+            antennas and subcarriers of a row. About 90 % of these parts are within 1.645 deviations. None: the method
+            states none.
+    """
+
+    downlink: Complex[np.ndarray, "K A S"]
+    deviation: Float[np.ndarray, " K"] | None = None
+
+
 class ChannelMethod(Protocol):
     """A method that learns from known rows and predicts the downlink of others."""
 
@@ -67,5 +82,5 @@ class ChannelMethod(Protocol):
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
+    ) -> PredictedChannels:
         """Predict the downlink of rows from their uplink, and from their positions (metres) where these are known."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.channels.known_channels import KnownChannels
+from learn.channels.known_channels import KnownChannels, PredictedChannels
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -80,12 +80,12 @@ class NerfChannels:
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
+    ) -> PredictedChannels:
         import torch
 
         with torch.no_grad():
             parts = [self._signals(each) for each in self._pairs(uplink).flatten(-2).split(AT_ONCE)]
-        return self._level * torch.view_as_complex(torch.cat(parts).double().cpu()).numpy()
+        return PredictedChannels(self._level * torch.view_as_complex(torch.cat(parts).double().cpu()).numpy())
 
     def _pairs(self, links: Complex[np.ndarray, "K A S"]) -> Float[Tensor, "K A S 2"]:
         """Links in units of the largest known channel, as real and imaginary parts."""

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.channels.joint_channels import JointChannels
-from learn.channels.known_channels import KnownChannels
+from learn.channels.known_channels import KnownChannels, PredictedChannels
 from learn.models.band_field import BandField
 from scenes.files.plain_text import say
 from simulate.spectra.array import PlanarArray
@@ -29,7 +29,8 @@ class PlacedChannels:
     ``BandField`` predicts both links of a row from the known rows nearby. Of a row's own uplink, it leaves y_u − ŷ_u.
     ``JointChannels``, fitted to what is left of known rows that are predicted from the others, estimates y_d − ŷ_d from
     it. Two such steps are the linear minimum-mean-square-error estimate from the row's own uplink and its neighbours
-    together. If the places tell nothing, as where each row has a phase of its own, this is ``JointChannels`` alone.
+    together. If the places tell nothing, as where each row has a phase of its own, this is ``JointChannels`` alone. The
+    stated deviation is in proportion to what is left of the row's uplink, which shows how well the places predict it.
 
     Attributes:
         field: the fitted field of both links. None: the places are not used. Set by ``fit``, as the next.
@@ -68,8 +69,9 @@ class PlacedChannels:
 
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> Complex[np.ndarray, "K A S"]:
+    ) -> PredictedChannels:
         if self.field is None or positions is None:
             return self._rest.predict(uplink)
         up, down = np.split(self.field.at(positions)[0], 2, axis=2)
-        return down + self._rest.predict(uplink - up)
+        rest = self._rest.predict(uplink - up)
+        return PredictedChannels(down + rest.downlink, rest.deviation)

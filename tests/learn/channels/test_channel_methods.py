@@ -33,7 +33,7 @@ def median_snr(method, channels: np.ndarray, truth: np.ndarray | None = None, kn
     """Of the rows that are not known."""
     truth = channels if truth is None else truth
     method.fit(KnownChannels(channels[:known, :, :S], channels[:known, :, S:]))
-    return float(np.median(snr_db(method.predict(channels[known:, :, :S]), truth[known:, :, S:])))
+    return float(np.median(snr_db(method.predict(channels[known:, :, :S]).downlink, truth[known:, :, S:])))
 
 
 def test_the_ramp_of_one_path_is_exact():
@@ -48,12 +48,12 @@ def test_the_ramp_of_one_path_is_exact():
 def test_the_ramp_of_an_antenna_is_its_own():
     channels = paths(np.array([[0.1], [0.2]]), np.ones((2, 1)), antennas=1)
     both = channels.transpose(1, 0, 2)  # one row, two antennas
-    assert snr_db(Ramp().predict(both[..., :S]), both[..., S:])[0] > 150
+    assert snr_db(Ramp().predict(both[..., :S]).downlink, both[..., S:])[0] > 150
 
 
 def test_the_copy_of_equal_links_is_exact():
     link = random(4, 3, S)
-    assert snr_db(Copy().predict(link), link).tolist() == [200] * 4
+    assert snr_db(Copy().predict(link).downlink, link).tolist() == [200] * 4
 
 
 def test_nearest_takes_the_row_that_is_alike_with_its_factor():
@@ -62,7 +62,7 @@ def test_nearest_takes_the_row_that_is_alike_with_its_factor():
     method.fit(KnownChannels(channels[..., :S], channels[..., S:]))
     factor = np.array([2j, -0.1])[:, None, None]
     given = factor * channels[[4, 1]]
-    np.testing.assert_allclose(method.predict(given[..., :S]), given[..., S:])
+    np.testing.assert_allclose(method.predict(given[..., :S]).downlink, given[..., S:])
 
 
 @pytest.mark.parametrize("method", [Delays, JointChannels])
@@ -120,10 +120,10 @@ def test_few_known_rows_and_links_of_zeros_do(method, rows):
     made = method()
     made.fit(KnownChannels(channels[..., :4], channels[..., 4:]))
     given = np.concatenate([random(3, 2, 4), np.zeros((1, 2, 4))])
-    assert np.isfinite(made.predict(given)).all()
+    assert np.isfinite(made.predict(given).downlink).all()
     one = method()
     one.fit(KnownChannels(channels[..., :1], channels[..., 1:2]))
-    assert one.predict(given[..., :1]).shape == (4, 2, 1)
+    assert one.predict(given[..., :1]).downlink.shape == (4, 2, 1)
 
 
 @pytest.mark.parametrize("method", [Ramp, Nearest, Delays, JointChannels])
@@ -131,4 +131,4 @@ def test_a_row_s_level_and_phase_change_its_prediction_alone(method):
     channels, made = rooms(20)[..., 20:32], method()
     up, down = np.split(channels, 2, axis=2)
     made.fit(KnownChannels(up, down))
-    np.testing.assert_allclose(made.predict(3j * up), 3j * made.predict(up), rtol=1e-6)
+    np.testing.assert_allclose(made.predict(3j * up).downlink, 3j * made.predict(up).downlink, rtol=1e-6)

@@ -24,8 +24,12 @@ def test_scores_by_hand():
     assert found["correlation_median"] == pytest.approx(np.sqrt(0.5))
     assert score_channels(predicted, 0 * truth, None) == {
         "rows": 0, "snr_median_db": None, "snr_mean_db": None, "snr_p10_db": None, "correlation_median": None,
-        "delay_spread_error_median_ns": None,
+        "delay_spread_error_median_ns": None, "coverage_90": None,
     }  # fmt: skip
+    assert found["coverage_90"] is None
+    # Of four parts each, three, all and one are within 1.645 deviations.
+    stated = score_channels(predicted, truth, None, deviation=np.array([0.2, 1.0, 9.0, 1.0]))
+    assert stated["coverage_90"] == pytest.approx((3 + 4 + 1) / 12)
 
 
 def test_every_method_is_scored_on_the_same_rows(links):

@@ -29,17 +29,17 @@ def fitted(channels: np.ndarray, steps: int, seed: int = 0) -> NerfChannels:
 
 def test_it_learns_the_downlink_that_follows_from_the_uplink_in_any_unit():
     known, new = links(24), links(10, seed=1)
-    first, found = (fitted(known, steps).predict(new[..., :6]) for steps in (1, 60))
+    first, found = (fitted(known, steps).predict(new[..., :6]).downlink for steps in (1, 60))
     before, after = (np.median(snr_db(each, new[..., 6:])) for each in (first, found))
     assert after > max(before, 0) + 3
-    other = fitted(1e-8 * known, 1).predict(1e-8 * new[..., :6])
+    other = fitted(1e-8 * known, 1).predict(1e-8 * new[..., :6]).downlink
     np.testing.assert_allclose(1e8 * other, first, rtol=0.01, atol=1e-3)
 
 
 def test_the_result_depends_on_the_seed_alone():
     channels = links(6)
     before = torch.random.get_rng_state()
-    first, again, other = (fitted(channels, 2, seed).predict(channels[..., :6]) for seed in (0, 0, 1))
+    first, again, other = (fitted(channels, 2, seed).predict(channels[..., :6]).downlink for seed in (0, 0, 1))
     assert torch.equal(before, torch.random.get_rng_state())
     np.testing.assert_array_equal(first, again)
     assert first.shape == (6, 4, 6) and np.abs(first - other).max() > 1e-3
@@ -48,7 +48,7 @@ def test_the_result_depends_on_the_seed_alone():
 def test_links_of_zeros_and_no_known_antennas():
     made = NerfChannels(2, SMALL)
     made.fit(KnownChannels(np.zeros((3, 4, 6), complex), np.zeros((3, 4, 6), complex)))
-    assert np.isfinite(made.predict(np.zeros((2, 4, 6), complex))).all()
+    assert np.isfinite(made.predict(np.zeros((2, 4, 6), complex)).downlink).all()
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="the published size is trained")

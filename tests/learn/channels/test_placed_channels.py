@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.channels.channel_scores import snr_db
+from learn.channels.channel_scores import coverage, snr_db
 from learn.channels.joint_channels import JointChannels
 from learn.channels.known_channels import KnownChannels
 from learn.channels.placed_channels import PlacedChannels
@@ -37,7 +37,7 @@ def score(method, positions: np.ndarray | None, rows: np.ndarray, truth: np.ndar
     """Median SNR of the rows that are not known."""
     near = None if positions is None else positions[:KNOWN]
     method.fit(KnownChannels(rows[:KNOWN, :, :S], rows[:KNOWN, :, S:], near, wavelength=WAVELENGTH))
-    found = method.predict(rows[KNOWN:, :, :S], None if positions is None else positions[KNOWN:])
+    found = method.predict(rows[KNOWN:, :, :S], None if positions is None else positions[KNOWN:]).downlink
     return float(np.median(snr_db(found, truth[KNOWN:, :, S:])))
 
 
@@ -67,4 +67,16 @@ def test_few_rows_do_not_use_places(count):
     placed = PlacedChannels()
     placed.fit(KnownChannels(rows[:count, :, :S], rows[:count, :, S:], positions[:count], wavelength=WAVELENGTH))
     assert placed.field is None
-    assert np.isfinite(placed.predict(rows[:3, :, :S], positions[:3])).all()
+    assert np.isfinite(placed.predict(rows[:3, :, :S], positions[:3]).downlink).all()
+
+
+def test_stated_intervals_hold_near_known_places_and_far_from_them():
+    """Half of the tested rows are at known places; those far away are predicted from their own uplink alone."""
+    positions, rows = waves(0.3)
+    known, tested = positions[:, 0] < 0.35, np.arange(len(rows)) % 3 == 0
+    placed = PlacedChannels()
+    taught = known & ~tested
+    placed.fit(KnownChannels(rows[taught][..., :S], rows[taught][..., S:], positions[taught], wavelength=WAVELENGTH))
+    for some in (known & tested, ~known):
+        found = placed.predict(rows[some][..., :S], positions[some])
+        assert 0.82 < coverage(found.downlink - rows[some][..., S:], found.deviation) < 0.97
