@@ -7,7 +7,7 @@ The settings are those of GRaF: test rooms that differ from the training rooms i
 rooms of 1 to 12 pieces of furniture, every second of the layouts L-shaped, at depth 2. The last rooms are test rooms.
 Of each test room a fifth of the spectra is tested, and the same L others, drawn at random, are known to all methods
 (``learn.rooms.compare_rooms``). ``attention`` is trained in the training rooms and sees pictures, the other methods
-know the test room alone. ``helmholtz`` sees responses, too.
+know the test room alone. ``helmholtz`` and ``mirror-images`` see responses, too.
 
 With ``--twin``, the twin is compared instead. It gets a description of the room that is 3 cm and 20 % wrong, and traces
 to the depth of the data. Its fits take many minutes. So it is compared in the last room alone, with ten known spectra,

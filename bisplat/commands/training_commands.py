@@ -124,7 +124,7 @@ def train(
         scene: twin only: the scene, a built-in name or a scene YAML.
         option: NAME=VALUE: options of the model that differ from its defaults, such as primitives=250.
         budget: training time, minutes, instead of a number of steps.
-        steps: training settings (default: the model's own). helmholtz and twin take none.
+        steps: training settings (default: the model's own). helmholtz, twin and mirror-images take none.
         processes: where the training runs.
     """
     if preset is not None:

@@ -8,9 +8,11 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
+from learn.baselines.array_ceiling import has_ceiling
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.task import Method, Task
+from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.phase_retrieval import retrieve_responses
 
 
@@ -47,7 +49,10 @@ class Kriging(MeanPicture):
         self._predict = krige_spectra(task.positions, task.spectra, task.seed)
 
 
-NO_RESPONSES = "this method needs recorded responses, or a uniform planar array behind whose pictures they are found"
+NO_RESPONSES = (
+    "this method needs recorded responses, or a uniform planar array behind whose pictures they are found, which the "
+    "dataset has not"
+)
 """Why ``KrigingResponses`` cannot be used on a dataset, for the user."""
 
 
@@ -57,6 +62,10 @@ class KrigingResponses(MeanPicture):
     If the dataset has no responses, the method uses those that reproduce its spectra best. Their common phase is
     unknown. It is chosen such that the element with the largest mean magnitude has phase zero.
     """
+
+    def unsuited(self, dataset: Dataset) -> str | None:
+        """As for ``TrainedModel``."""
+        return None if has_ceiling(dataset) else NO_RESPONSES
 
     def fit(self, task: Task) -> None:
         responses = task.responses

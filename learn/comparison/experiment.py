@@ -19,12 +19,13 @@ from jaxtyping import Float, Int
 from msgspec import Meta, Struct
 
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
-from learn.comparison.baseline_methods import NO_RESPONSES, KrigingResponses
+from learn.comparison.baseline_methods import KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
 from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, read_protocol, without_fingerprint
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
+from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import Scores, score, ssim
 from learn.data.scorable import scorable
 from learn.data.split_distances import SplitDistances, say_distances
@@ -116,17 +117,22 @@ class Experiment:
         Raises:
             InputError: a size is larger than the training part, or none of the methods can be used on the dataset.
         """
-        possible = {label: make for label, make in methods.items() if make is not KrigingResponses or self._has_ceiling}
-        for label in methods.keys() - possible.keys():
-            why = f"{label}: {NO_RESPONSES}, which the dataset has not"
-            if not possible:
-                raise InputError(why)
-            say(f"left out {why}")
-        methods = possible
+        unsuited = {label: self._unsuited(label, make) for label, make in methods.items()}
+        methods = {label: make for label, make in methods.items() if unsuited[label] is None}
+        for label, why in unsuited.items():
+            if why is not None and not methods:
+                raise InputError(f"{label}: {why}")
+            if why is not None:
+                say(f"left out {label}: {why}")
         for seed in range(seeds):
             for size in sizes:
                 for label, make in methods.items():
                     self._measure_row(label, make, seed, size)
+
+    def _unsuited(self, label: str, make: Callable[[], Method]) -> str | None:
+        """Why one of our methods cannot be used on the dataset. None: it can be."""
+        method = built(label, make)
+        return method.unsuited(self.dataset) if isinstance(method, TrainedModel | KrigingResponses) else None
 
     def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
@@ -175,7 +181,7 @@ class Experiment:
         key = {"label": CEILING, "seed": 0, "train_size": None}
         if self._row(key) is not None:
             return
-        if not self._has_ceiling:
+        if not has_ceiling(self.dataset):
             say(f"the array's ceiling is left out: {NO_CEILING}")
             return
         test = evenly(self.test, SAMPLES)
@@ -183,10 +189,6 @@ class Experiment:
         recorded = None if self.dataset.responses is None else self.dataset.responses[test]
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
         self._keep(key, test, score(bound, truth, self.dataset.grid, self.dataset.array), {})
-
-    @property
-    def _has_ceiling(self) -> bool:
-        return has_ceiling(self.dataset)
 
     def _row(self, key: dict[str, Any]) -> dict[str, Any] | None:
         """The row with this label, seed and size. None: it has not been measured."""

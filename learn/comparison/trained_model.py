@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.comparison.task import Task
+from learn.models.capabilities import NeedsSomeDatasets
 from learn.training.budget import timed
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
@@ -16,6 +17,7 @@ from learn.training.registry import model_class, model_entry
 from learn.training.run_folder import Run, load_run
 from learn.training.train import train_run, untrained_model
 from learn.training.training_file import TrainingFile, read_training
+from simulate.dataset.dataset_folder import Dataset
 
 
 @dataclass
@@ -62,6 +64,11 @@ class TrainedModel:
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         return self._run.predict(positions).spectra
+
+    def unsuited(self, dataset: Dataset) -> str | None:
+        """Why the model cannot be fitted to a dataset, for the user. None: it can be."""
+        built = self.model_class
+        return built.unsuited(dataset) if issubclass(built, NeedsSomeDatasets) else None
 
     @property
     def model_class(self) -> type:

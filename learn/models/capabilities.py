@@ -53,6 +53,15 @@ class FitsInClosedForm(Protocol):
 
 
 @runtime_checkable
+class NeedsSomeDatasets(Protocol):
+    """Can be fitted to some datasets only, and says why not to another one."""
+
+    @classmethod
+    def unsuited(cls, dataset: Dataset) -> str | None:
+        """What was expected and what was found, for the user. None: the model can be fitted to the dataset."""
+
+
+@runtime_checkable
 class HasPrimitives(Protocol):
     """Consists of Gaussian primitives, ``splats``, which blend into the complex ``field`` [B, H, W, 2] of B positions.
 

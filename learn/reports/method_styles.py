@@ -21,6 +21,7 @@ KNOWN: dict[str, tuple[str, Any, str]] = {
     "bisplat-plus": ("#ff7f0e", DASHED, "D"),
     "bisplat-aperture": ("#a6195f", DASH_DOT, "^"),
     "twin": ("#17807e", LONG, "v"),
+    "mirror-images": ("#ef6fa8", DASH_DOT_DOT, "H"),
     "mlp": ("#7b4fa3", DASHED, "P"),
     "mlp-responses": ("#b58ad8", SOLID, "X"),
     "nerf2": ("#2ca02c", DASH_DOT, "<"),

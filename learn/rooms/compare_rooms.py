@@ -72,7 +72,8 @@ def compare_rooms(
         rooms: rooms that ``simulate_rooms`` made, or their folder.
         methods: some of "mean" (of the known spectra: k nearest neighbours with k = L), "nearest", "inverse-distance"
             (of the four nearest), "helmholtz" (fitted to the known spectra and responses of the room alone),
-            "helmholtz-pictures" (without the responses), "attention" (over the nearest known spectra, trained in the
+            "helmholtz-pictures" (without the responses), "mirror-images" (waves of the gateway's mirror images in the
+            walls, fitted to the known responses alone), "attention" (over the nearest known spectra, trained in the
             training rooms: the principle of GRaF), "twin" (with a description of the room that is 3 cm and 20 % wrong),
             or classes of your own ("module:Class"). Or a dictionary from the label of a row to one of these. None: all
             but "helmholtz-pictures" and the twin, which take minutes for each fit.

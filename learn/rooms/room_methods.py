@@ -14,6 +14,7 @@ from jaxtyping import Float
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
+from learn.models.image_field import ImageField
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.neighbour_attention import AttentionOverNeighbours
 from learn.training.prediction import predict
@@ -95,6 +96,16 @@ class HelmholtzOfPictures(_Modelled):
         self._model = model
 
 
+class ImagesInRoom(_Modelled):
+    """``mirror-images``, fitted to the known responses of the room alone, with the gateway's place and orientation."""
+
+    def fit(self, room: KnownInRoom) -> None:
+        dataset = room.dataset
+        model = ImageField(_box(room), dataset.beamformer, dataset.wavelength)
+        model.fit(dataset, room.known)
+        self._model = model
+
+
 class TwinInRoom(_Modelled):
     """``twin``, with a description of the room that has errors of ``WRONG_BY``.
 
@@ -132,10 +143,11 @@ ROOM_METHODS: dict[str, Callable[[], RoomMethod]] = {
     "inverse-distance": InverseDistanceInRoom,
     "helmholtz": HelmholtzInRoom,
     "helmholtz-pictures": HelmholtzOfPictures,
+    "mirror-images": ImagesInRoom,
     "attention": AttentionOverNeighbours,
     "twin": TwinInRoom,
 }
 """The methods by name."""
 
-USUAL: Sequence[str] = "mean", "nearest", "inverse-distance", "helmholtz", "attention"
+USUAL: Sequence[str] = "mean", "nearest", "inverse-distance", "helmholtz", "mirror-images", "attention"
 """The methods that are compared if none are named. The others take minutes for each room and number."""

@@ -39,8 +39,8 @@ UNRELATED = 1.0
 def errors_over_gaps(model: SpectrumModel, dataset: Dataset, train: Int[np.ndarray, " n"]) -> Gaps | None:
     """Predict known spectra from those that are farther away than a radius, and measure the errors.
 
-    A model that interpolates (``helmholtz``, ``twin``) does so itself. Any other model would have to be trained again
-    for each radius, so kriging stands for it.
+    A model that interpolates (``helmholtz``, ``twin``, ``mirror-images``) does so itself. Any other model would have to
+    be trained again for each radius, so kriging stands for it.
 
     Args:
         model: the model, fitted to ``train``.

@@ -62,6 +62,11 @@ MODELS: dict[str, ModelEntry] = {
         needs=("scene",),
         extra="rays",
     ),
+    "mirror-images": ModelEntry(
+        builds="learn.models.image_field:ImageField",
+        summary="waves of the gateway's mirror images in the walls, and kriging of responses for the rest",
+        by_steps=None,
+    ),
     "bisplat": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
         summary="BiSplat-WRF of the paper: 500 planar Gaussians and a bilinear spatial transformer",

@@ -23,7 +23,7 @@ from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import FitsInClosedForm, SamplesOneField
+from learn.models.capabilities import FitsInClosedForm, NeedsSomeDatasets, SamplesOneField
 from learn.models.quadrature import quadrature
 from learn.models.retrieved_field import not_retrieved
 from learn.models.steps import MINUTES_MOST, Processes, Steps
@@ -35,12 +35,13 @@ from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
 from learn.training.own_dataset import require_same_receiver, require_same_spectra
 from learn.training.presets import PRESETS, PresetName, in_words
-from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
+from learn.training.registry import DEFAULT_MODEL, check_options, model_class, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import told, validate
 from scenes.files.atomic import require_writable
 from scenes.files.errors import (
+    InputError,
     ParameterError,
     require_instance,
     require_path,
@@ -86,9 +87,9 @@ def train(
     Args:
         dataset: the dataset, or its folder.
         output: the run folder.
-        model: name of a model: "helmholtz", "twin", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp",
-            "mlp-responses", "nerf2", "swiftwrf", "wrf-gs-plus" or "gsrf" (documentation, The models); or your own
-            subclass of ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
+        model: name of a model: "helmholtz", "twin", "mirror-images", "bisplat", "bisplat-plus", "bisplat-aperture",
+            "mlp", "mlp-responses", "nerf2", "swiftwrf", "wrf-gs-plus" or "gsrf" (documentation, The models); or your
+            own subclass of ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
         guard: known positions nearer than this to a test position are left out, wavelengths.
@@ -107,8 +108,9 @@ def train(
         ParameterError: the model is unknown or cannot be imported, or lacks one of the options; no split or preset has
             this name; settings of training by steps are given for a model that is fitted in closed form; steps are
             given beside a budget; or a number is out of its range.
-        InputError: the dataset is not valid or has too few spectra for the split; or the output folder holds other
-            files or a run with other settings, or another process writes to it.
+        InputError: the dataset is not valid, has too few spectra for the split, or lacks what the model needs, such as
+            responses; or the output folder holds other files or a run with other settings, or another process writes
+            to it.
 
     Example:
         >>> import bisplat
@@ -220,6 +222,10 @@ def train_run(
     if not finished:
         require_writable(folder / "config.json")
     dataset = dataset or read_dataset(config.dataset)
+    built = model_class(config.model)
+    unsuited = built.unsuited(dataset) if issubclass(built, NeedsSomeDatasets) else None
+    if unsuited is not None:
+        raise InputError(f"{dataset.folder}: the model {config.model}: {unsuited}")
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     if (folder / "config.json").exists():
         require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)

@@ -167,6 +167,11 @@ def test_models(name, odd, scene):
             with pytest.raises(InputError, match="expected spectra of several grey levels, found none"):
                 learn(data, parts.train)
         return
+    if name == "mirror-images" and data.responses is None:
+        for learn in (model.fit, model.refit):
+            with pytest.raises(InputError, match="expected element responses"):
+                learn(data, parts.train)
+        return
     if entry.by_steps is None:
         model.fit(data, parts.train)
         model.refit(data, parts.train)

@@ -12,6 +12,7 @@ from learn.models.capabilities import (
     FitsInClosedForm,
     HasOwnLoss,
     HasPrimitives,
+    NeedsSomeDatasets,
     PredictsResponses,
     SamplesOneField,
     StatesVariance,
@@ -42,6 +43,7 @@ CAPABILITIES = (
     FitsInClosedForm,
     HasOwnLoss,
     HasPrimitives,
+    NeedsSomeDatasets,
     PredictsResponses,
     SamplesOneField,
     StatesVariance,
@@ -51,6 +53,7 @@ CAPABILITIES = (
 CAN_DO = {
     "helmholtz": {FitsInClosedForm, StatesVariance},
     "twin": {FitsInClosedForm, StatesVariance, PredictsResponses, TracesRays},
+    "mirror-images": {FitsInClosedForm, StatesVariance, PredictsResponses, NeedsSomeDatasets},
     "bisplat": {HasPrimitives},
     "bisplat-plus": {HasPrimitives},
     "bisplat-aperture": {HasPrimitives, PredictsResponses, SamplesOneField},

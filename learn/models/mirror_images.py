@@ -1,0 +1,149 @@
+"""Mirror images of the gateway in planes along the axes of the world frame, and the waves of these images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor
+
+STEP, GROWTH, FAR = 0.375, 10.0, 9.0
+"""Distances of neighbouring planes, wavelengths: ``STEP`` at the gateway, twice as much ``GROWTH`` wavelengths beyond,
+where a change of the distance changes the waves less. The last plane is ``FAR`` metres from the nearest possible one.
+"""
+
+STRONGEST, APART = 5, 1.0
+"""Number of planes along each axis whose images are mirrored again, and the least distance of these images from each
+other, wavelengths: an image between two planes of the grid is strong in both."""
+
+
+@dataclass(frozen=True)
+class Images:
+    """Images of the gateway's array.
+
+    A plane mirrors one coordinate of an image, two perpendicular ones mirror two, and two parallel ones shift it.
+
+    Attributes:
+        middles: the middle of each image, metres, world frame.
+        signs: −1 where a coordinate of the array is mirrored, otherwise 1.
+    """
+
+    middles: Float[np.ndarray, "J 3"]
+    signs: Float[np.ndarray, "J 3"]
+
+    def __len__(self) -> int:
+        return len(self.middles)
+
+    def of(self, which: Bool[np.ndarray, " J"]) -> Images:
+        """Some of the images."""
+        return Images(self.middles[which], self.signs[which])
+
+
+def image_waves(
+    positions: Float[Tensor, "n 3"],
+    middles: Float[Tensor, "J 3"],
+    signs: Float[Tensor, "J 3"],
+    offsets: Float[Tensor, "elements 3"],
+    wavelength: Float[Tensor, ""],
+) -> tuple[Float[Tensor, "n elements J"], Float[Tensor, "n elements J"]]:
+    """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths: real and imaginary parts.
+
+    Args:
+        positions: metres, world frame.
+        middles: as for ``Images``.
+        signs: as for ``Images``.
+        offsets: of the gateway's elements from its middle, metres, world frame.
+        wavelength: metres.
+
+    >>> above, middle = torch.tensor([[0.0, 0, 2]]), torch.zeros(1, 3)
+    >>> image_waves(above, middle, torch.ones(1, 3), torch.zeros(1, 3), wavelength=torch.tensor(1.0))[0].tolist()
+    [[[0.5]]]
+    """
+    elements = middles + signs * offsets[:, None]
+    away = torch.linalg.vector_norm(positions[:, None, None] - elements, dim=-1) / wavelength
+    magnitudes, phases = 1 / away.clamp_min(STEP), -2 * torch.pi * away
+    return magnitudes * torch.cos(phases), magnitudes * torch.sin(phases)
+
+
+def together(*images: Images) -> Images:
+    """All of several images."""
+    return Images(np.concatenate([each.middles for each in images]), np.concatenate([each.signs for each in images]))
+
+
+def gateway_and_first_images(
+    gateway: Float[np.ndarray, " 3"], region: Float[np.ndarray, "2 3"], wavelength: float
+) -> Images:
+    """The gateway itself, and its images in planes beyond itself and the transmitters, on all six sides.
+
+    Args:
+        gateway: position, metres, world frame.
+        region: box around the transmitters, metres, world frame.
+        wavelength: metres.
+
+    >>> images = gateway_and_first_images(np.zeros(3), np.array([[1.0, 0, 0], [2, 1, 1]]), wavelength=0.3)
+    >>> images.middles[:2].round(3).tolist(), images.signs[1].tolist()
+    ([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]], [-1.0, 1.0, 1.0])
+    """
+    found = [Images(gateway[None], np.ones((1, 3)))]
+    for axis, up in product(range(3), (1, -1)):
+        ends = up * np.array([gateway[axis], *region[:, axis]])
+        planes = up * (ends.max() + _grid(wavelength))
+        middles = np.tile(gateway, (len(planes), 1))
+        middles[:, axis] = 2 * planes - gateway[axis]
+        signs = np.ones_like(middles)
+        signs[:, axis] = -1
+        found.append(Images(middles, signs))
+    return together(*found)
+
+
+def second_images(
+    first: Images, strengths: Float[np.ndarray, " J"], region: Float[np.ndarray, "2 3"], wavelength: float
+) -> tuple[Images, Images]:
+    """Images in two planes, of the strongest ones along each axis if they are perpendicular.
+
+    Args:
+        first: the gateway, and after it its images in one plane.
+        strengths: of these.
+        region: box around the transmitters, metres, world frame.
+        wavelength: metres.
+
+    Returns:
+        The images in two perpendicular planes, and those in two parallel ones on both sides of the region and the
+        gateway, which are shifted along an axis.
+    """
+    gateway = first.middles[0]
+    strongest = [_strongest(first, strengths, axis, APART * wavelength) for axis in range(3)]
+    perpendicular, parallel = [], []
+    for one, other in combinations(range(3), 2):
+        for a, b in product(strongest[one], strongest[other]):
+            middle, sign = gateway.copy(), np.ones(3)
+            middle[[one, other]], sign[[one, other]] = (a, b), -1
+            perpendicular.append(Images(middle[None], sign[None]))
+    for axis, up in product(range(3), (1, -1)):
+        extent = np.ptp([gateway[axis], *region[:, axis]])
+        middles = np.tile(gateway, (len(_grid(wavelength)), 1))
+        middles[:, axis] += up * 2 * (extent + _grid(wavelength))
+        parallel.append(Images(middles, np.ones_like(middles)))
+    none = Images(np.zeros((0, 3)), np.zeros((0, 3)))
+    return together(none, *perpendicular), together(*parallel)
+
+
+def _grid(wavelength: float) -> Float[np.ndarray, " P"]:
+    """Distances of planes from the nearest possible one, metres: denser in front."""
+    growth = GROWTH * wavelength
+    count = int(growth / (STEP * wavelength) * np.log1p(FAR / growth))
+    return growth * np.expm1(np.arange(count) * STEP * wavelength / growth)
+
+
+def _strongest(images: Images, strengths: Float[np.ndarray, " J"], axis: int, apart: float) -> list[float]:
+    """The coordinates of the strongest images along an axis, which are some distance apart, metres."""
+    along = np.flatnonzero(images.signs[:, axis] < 0)
+    chosen: list[float] = []
+    for index in along[np.argsort(-strengths[along], kind="stable")]:
+        place = float(images.middles[index, axis])
+        if strengths[index] > 0 and all(abs(place - other) > apart for other in chosen):
+            chosen.append(place)
+    return chosen[:STRONGEST]
