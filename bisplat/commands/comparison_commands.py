@@ -95,7 +95,7 @@ def compare(
         compare_quantity(Fitted(dataset, models, split, guard, budget, seeds), output, force, json)
         return
     refuse_given(["--force", "--no-force"], CONTINUED)
-    if not dataset.is_dir():
+    if output is None and not dataset.is_dir():
         raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
     if output is None:
         raise InputError("-o: expected a folder for the results beside spectra, found none")
