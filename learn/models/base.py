@@ -140,6 +140,28 @@ class SpectrumModel(nn.Module):
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
 
 
+class SplatModel(SpectrumModel):
+    """Base class of the models that draw Gaussians on the dataset's grid.
+
+    Args:
+        region: as for ``SpectrumModel``.
+        beamformer: the dataset's array, which is not used, and grid.
+        wavelength: metres.
+
+    Attributes:
+        azimuths: those of the grid's columns, degrees.
+        elevations: those of its rows, degrees.
+    """
+
+    azimuths: Tensor
+    elevations: Tensor
+
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+        super().__init__(region, wavelength)
+        self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
+        self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
+
+
 class BeamformingLayer(nn.Module):
     """Computes the spectrum that the array measures from element responses.
 

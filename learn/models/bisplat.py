@@ -14,7 +14,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SpectrumModel, power
+from learn.models.base import SplatModel, power
 from learn.models.bst import BilinearSpatialTransformer
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import ResidualFFN
@@ -31,7 +31,7 @@ W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: smaller for coarse primitives, to keep the background stable."""
 
 
-class BiSplatWRF(SpectrumModel):
+class BiSplatWRF(SplatModel):
     """The paper's model. The defaults are those of BiSplat-WRF; the registry has those of BiSplat-WRF+.
 
     Args:
@@ -53,9 +53,6 @@ class BiSplatWRF(SpectrumModel):
         ParameterError: ``bypass`` names an unknown branch.
     """
 
-    azimuths: Tensor
-    elevations: Tensor
-
     def __init__(
         self,
         region: Float[np.ndarray, "2 3"],
@@ -72,13 +69,11 @@ class BiSplatWRF(SpectrumModel):
         encoding: EncodingKind = "octaves",
         bypass: Sequence[Bypass] = (),
     ):
-        super().__init__(region, wavelength)
+        super().__init__(region, beamformer, wavelength)
         unknown = sorted(set(bypass) - set(get_args(Bypass)))
         if unknown:
             raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {shown(unknown[0])}")
         self.bypass = frozenset(bypass)
-        self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
-        self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
         self.encoding = TransmitterEncoding(encoding)
         gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), self.encoding.size
         self.primitives = Primitives(primitives)

@@ -13,7 +13,7 @@ import torch
 from jaxtyping import Complex, Float
 from torch import Tensor, nn
 
-from learn.models.base import SpectrumModel, power
+from learn.models.base import SplatModel, power
 from learn.models.loss import composite_loss
 from learn.models.spatial_gaussians import directions, neighbour_distance, rotation_matrix
 from learn.models.splat import Conic, splat_by_conic
@@ -52,7 +52,7 @@ LEAST_POWER = 1e-8
 """Added to |F|² before the root, whose derivative is infinite at 0."""
 
 
-class GSRF(SpectrumModel):
+class GSRF(SplatModel):
     """GSRF [yang2025]: ``F = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` on a sphere around the transmitter, nearest first.
 
     Gaussian i has a place p_i, a covariance Σ_i, an attenuation a_i and complex coefficients w_i. From the transmitter
@@ -71,8 +71,6 @@ class GSRF(SpectrumModel):
         primitives: number of Gaussians.
     """
 
-    azimuths: Tensor
-    elevations: Tensor
     paces: Tensor
 
     def __init__(
@@ -83,9 +81,7 @@ class GSRF(SpectrumModel):
         *,
         primitives: int = PUBLISHED,
     ):
-        super().__init__(region, wavelength)
-        self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
-        self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
+        super().__init__(region, beamformer, wavelength)
         half = EXTENT * torch.as_tensor((region[1] - region[0]) / 2).float().clamp_min(LEAST_HALF)
         place = half * (2 * torch.rand(primitives, 3) - 1)
         size = torch.from_numpy(neighbour_distance(place.numpy())).float()

@@ -13,7 +13,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SpectrumModel, power
+from learn.models.base import SplatModel, power
 from learn.models.encoding import octaves
 from learn.models.networks import SkipNetwork
 from learn.models.quadrature import Quadrature
@@ -42,7 +42,7 @@ LEAST_POWER = 1e-12
 """Keeps the derivative of |F| finite where F is zero."""
 
 
-class SwiftWRF(SpectrumModel):
+class SwiftWRF(SplatModel):
     """SwiftWRF [liu2025]: the magnitude of a sum of deformed Gaussians, ``S(φ, θ) = |Σ_i o_i c_i G_i(φ, θ)|``.
 
     Each Gaussian has a centre, the Cholesky factor of its covariance, an opacity o_i and a coefficient c_i of a real
@@ -57,9 +57,6 @@ class SwiftWRF(SpectrumModel):
         width: width of the deformation network.
     """
 
-    azimuths: Tensor
-    elevations: Tensor
-
     def __init__(
         self,
         region: Float[np.ndarray, "2 3"],
@@ -69,9 +66,7 @@ class SwiftWRF(SpectrumModel):
         primitives: int = PUBLISHED,
         width: int = WIDTH,
     ):
-        super().__init__(region, wavelength)
-        self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
-        self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
+        super().__init__(region, beamformer, wavelength)
         self.size = math.sqrt(PUBLISHED / primitives)
         self.place = nn.Parameter(torch.atanh(2 * torch.rand(primitives, 2) - 1))
         self.cholesky = nn.Parameter(torch.rand(primitives, 3))

@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SpectrumModel
+from learn.models.base import SplatModel
 from learn.models.encoding import octaves
 from learn.models.loss import composite_loss
 from learn.models.networks import SkipNetwork
@@ -52,7 +52,7 @@ SSIM_WEIGHT = 0.2
 """Weight of 1 − SSIM in the loss."""
 
 
-class WRFGSPlus(SpectrumModel):
+class WRFGSPlus(SplatModel):
     """WRF-GS+ [wen2024]: ``F(φ, θ) = Σ_i c_i α_i Π_{j<i} (1 − α_j)``, nearer Gaussians first; the spectrum is |F|.
 
     Gaussian i has a place p_i in the gateway's frame, axes s_i, a quaternion q_i, an opacity o_i and a static signal
@@ -74,9 +74,6 @@ class WRFGSPlus(SpectrumModel):
         width: width of the deformation network.
     """
 
-    azimuths: Tensor
-    elevations: Tensor
-
     def __init__(
         self,
         region: Float[np.ndarray, "2 3"],
@@ -86,9 +83,7 @@ class WRFGSPlus(SpectrumModel):
         primitives: int = PUBLISHED,
         width: int = WIDTH,
     ):
-        super().__init__(region, wavelength)
-        self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
-        self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
+        super().__init__(region, beamformer, wavelength)
         place = SPREAD * torch.randn(primitives, 3)
         size = torch.from_numpy(neighbour_distance(place.numpy())).float()
         self.place = nn.Parameter(place)
