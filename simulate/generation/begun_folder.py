@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from scenes.files.errors import InputError
+from scenes.files.folder_lock import locked
 from scenes.files.output_folder import has_other_files
+from scenes.files.temporary import remove_left
+from simulate.dataset.dataset_writer import write_metadata
 from simulate.dataset.metadata import read_metadata_file
 
 
@@ -37,6 +42,24 @@ def begun(folder: Path, metadata: dict[str, Any]) -> bool:
                 f"{_difference(key, found.get(key), wanted[key])}"
             )
     return True
+
+
+@contextmanager
+def continued(folder: Path, metadata: dict[str, Any]) -> Iterator[None]:
+    """Lock a folder within a block, and begin it unless the same simulation did.
+
+    Args:
+        folder: the folder.
+        metadata: as for ``begun``.
+
+    Raises:
+        InputError: as for ``begun``; or another process writes to the folder.
+    """
+    with locked(folder):
+        if not begun(folder, metadata):  # again, since another process may have begun in the meantime
+            write_metadata(folder / "metadata.json", metadata)
+        remove_left(folder, deep=True)
+        yield
 
 
 def _difference(key: str, found: Any, wanted: Any) -> str:

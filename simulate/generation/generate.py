@@ -15,23 +15,21 @@ import numpy as np
 from jaxtyping import Complex
 
 from scenes.files.atomic import require_writable, sync_folder
-from scenes.files.folder_lock import locked
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
-from scenes.files.temporary import remove_left, temporary_folder
+from scenes.files.temporary import temporary_folder
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_frequency import FREQUENCIES
 from simulate.dataset.dataset_writer import (
     write_frequencies,
     write_gateway,
     write_index,
-    write_metadata,
     write_positions,
     write_responses,
 )
 from simulate.dataset.folder_kinds import PARTS
 from simulate.engines.engine import Machines
-from simulate.generation.begun_folder import begun
+from simulate.generation.begun_folder import begun, continued
 from simulate.generation.dataset_part import make_part
 from simulate.generation.request import Request
 from simulate.generation.workers import parts_of_workers
@@ -58,11 +56,7 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
     """
     if not has_work(request, folder, machines):
         return
-    metadata = request.metadata()
-    with locked(folder):
-        if not begun(folder, metadata):  # again, since another process may have begun in the meantime
-            write_metadata(folder / "metadata.json", metadata)
-        remove_left(folder, deep=True)
+    with continued(folder, request.metadata()):
         if not _is_finished(request, folder):
             _generate(request, folder, machines)
 

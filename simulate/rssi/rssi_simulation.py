@@ -18,21 +18,19 @@ from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import named, require_instance, require_path
-from scenes.files.folder_lock import locked
 from scenes.files.options import taken, takes
 from scenes.files.output_folder import move_content
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
-from scenes.files.temporary import remove_left, temporary_folder
+from scenes.files.temporary import temporary_folder
 from scenes.scene.description import Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import load_scene, write_scene
-from simulate.dataset.dataset_writer import write_metadata
 from simulate.dataset.folder_kinds import PARTS, POWERS
 from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
-from simulate.generation.begun_folder import begun
+from simulate.generation.begun_folder import begun, continued
 from simulate.positions.given_positions import reach_warning
 from simulate.positions.placement import chosen_positions
 from simulate.positions.places import Places
@@ -133,19 +131,17 @@ def make_rssi(
     }
     if begun(folder, metadata) and _is_finished(folder):
         return read_rssi(folder)
-    with locked(folder):
-        if not begun(folder, metadata):  # again, since another process may have begun in the meantime
-            write_metadata(folder / "metadata.json", metadata)
-        remove_left(folder, deep=True)
-        (folder / PARTS).mkdir(exist_ok=True)
-        reported = receiver.reported(path_gains(settings, engine, points, folder / PARTS), content.seed)
-        with temporary_folder(folder) as whole:
-            write_scene(scene, whole / "scene")
-            at = {name: gateway.position for name, gateway in heard.items()}
-            write_rssi_files(whole, points, at, reported, metadata, content.seed)
-            require_valid_powers(whole, folder)
-            move_content(whole, folder)
-        shutil.rmtree(folder / PARTS)
+    with continued(folder, metadata):
+        if not _is_finished(folder):  # another process may have finished it in the meantime
+            (folder / PARTS).mkdir(exist_ok=True)
+            reported = receiver.reported(path_gains(settings, engine, points, folder / PARTS), content.seed)
+            with temporary_folder(folder) as whole:
+                write_scene(scene, whole / "scene")
+                at = {name: gateway.position for name, gateway in heard.items()}
+                write_rssi_files(whole, points, at, reported, metadata, content.seed)
+                require_valid_powers(whole, folder)
+                move_content(whole, folder)
+            shutil.rmtree(folder / PARTS)
     return read_rssi(folder)
 
 
