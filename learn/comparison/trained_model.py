@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.comparison.task import Task
-from learn.models.capabilities import NeedsSomeDatasets
+from learn.models.capabilities import unsuited
 from learn.training.budget import timed
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
@@ -67,8 +67,7 @@ class TrainedModel:
 
     def unsuited(self, dataset: Dataset) -> str | None:
         """Why the model cannot be fitted to a dataset, for the user. None: it can be."""
-        built = self.model_class
-        return built.unsuited(dataset) if issubclass(built, NeedsSomeDatasets) else None
+        return unsuited(self.model_class, dataset)
 
     @property
     def model_class(self) -> type:

@@ -61,6 +61,16 @@ class NeedsSomeDatasets(Protocol):
         """What was expected and what was found, for the user. None: the model can be fitted to the dataset."""
 
 
+def unsuited(model: type, dataset: Dataset) -> str | None:
+    """Why a model cannot be fitted to a dataset, for the user. None: it can be.
+
+    Args:
+        model: class of the model.
+        dataset: the dataset.
+    """
+    return model.unsuited(dataset) if issubclass(model, NeedsSomeDatasets) else None
+
+
 @runtime_checkable
 class HasPrimitives(Protocol):
     """Consists of Gaussian primitives, ``splats``, which blend into the complex ``field`` [B, H, W, 2] of B positions.

@@ -23,7 +23,7 @@ from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import FitsInClosedForm, NeedsSomeDatasets, SamplesOneField
+from learn.models.capabilities import FitsInClosedForm, SamplesOneField, unsuited
 from learn.models.quadrature import quadrature
 from learn.models.retrieved_field import not_retrieved
 from learn.models.steps import MINUTES_MOST, Processes, Steps
@@ -222,10 +222,9 @@ def train_run(
     if not finished:
         require_writable(folder / "config.json")
     dataset = dataset or read_dataset(config.dataset)
-    built = model_class(config.model)
-    unsuited = built.unsuited(dataset) if issubclass(built, NeedsSomeDatasets) else None
-    if unsuited is not None:
-        raise InputError(f"{dataset.folder}: the model {config.model}: {unsuited}")
+    why = unsuited(model_class(config.model), dataset)
+    if why is not None:
+        raise InputError(f"{dataset.folder}: the model {config.model}: {why}")
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     if (folder / "config.json").exists():
         require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)
