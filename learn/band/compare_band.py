@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 from learn.band.band_comparison import BandComparison
 from learn.band.band_methods import BAND_METHODS
 from learn.band.band_scores import score_band
 from learn.band.known_band import BandMethod, KnownBand, PredictedBand, require_band
 from learn.channels.channel_scores import snr_db
-from learn.comparison.fits import Parts, checked_array, fits
+from learn.comparison.fits import Parts, checked_with_deviation, fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
@@ -89,7 +88,9 @@ def compare_band(
         return KnownBand(dataset, part.known, method_seed, budget)
 
     def predict(label: str, method: BandMethod) -> tuple[PredictedBand, str | None]:
-        return checked_band(label, method.predict(places), truth.shape), getattr(method, "found", None)
+        given = method.predict(places)
+        checked = checked_with_deviation(label, "responses over the band", given, "responses", truth.shape, "position")
+        return PredictedBand(*checked), getattr(method, "found", None)
 
     rows, ratios = [], {}
     for fit in fits(makers, seeds, parts, known, predict):
@@ -111,21 +112,3 @@ def compare_band(
         dataset=dataset,
         snr_db=ratios,
     )
-
-
-def checked_band(label: str, given: Any, shape: tuple[int, ...]) -> PredictedBand:
-    """What a method predicts, if it is responses: an array, or an object with ``responses`` and ``deviation``.
-
-    Args:
-        label: name of the method.
-        given: what its ``predict`` returned.
-        shape: numbers of positions, elements and subcarriers.
-
-    Raises:
-        InputError: it is something else.
-    """
-    found = checked_array(label, "responses over the band", getattr(given, "responses", given), shape, "cf")
-    deviation = getattr(given, "deviation", None)
-    if deviation is not None:
-        deviation = checked_array(label, "a deviation of each position", deviation, shape[:1], "f")
-    return PredictedBand(found, deviation)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
@@ -14,7 +13,7 @@ from learn.channels.channel_comparison import ChannelComparison
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
 from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels, PredictedChannels
-from learn.comparison.fits import Parts, checked_array, fits
+from learn.comparison.fits import Parts, checked_with_deviation, fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
@@ -133,7 +132,9 @@ def compare_channels(
         for at in range(0, len(uplink), BLOCK):
             block = slice(at, at + BLOCK)
             found = method.predict(uplink[block], None if heard is None else heard[block])
-            blocks.append(checked_channels(label, found, truth[block].shape))
+            shape = truth[block].shape
+            checked = checked_with_deviation(label, "channels of the downlink", found, "downlink", shape, "row")
+            blocks.append(PredictedChannels(*checked))
         deviations = [each.deviation for each in blocks if each.deviation is not None]
         deviation = np.concatenate(deviations) if len(deviations) == len(blocks) else None
         return PredictedChannels(np.concatenate([each.downlink for each in blocks]), deviation)
@@ -161,24 +162,6 @@ def compare_channels(
         shown=shown,
         examples=examples,
     )
-
-
-def checked_channels(label: str, given: Any, shape: tuple[int, ...]) -> PredictedChannels:
-    """What a method predicts, if it is channels: an array, or an object with ``downlink`` and ``deviation``.
-
-    Args:
-        label: name of the method.
-        given: what its ``predict`` returned.
-        shape: numbers of rows, antennas and subcarriers.
-
-    Raises:
-        InputError: it is something else.
-    """
-    found = checked_array(label, "channels of the downlink", getattr(given, "downlink", given), shape, "cf")
-    deviation = getattr(given, "deviation", None)
-    if deviation is not None:
-        deviation = checked_array(label, "a deviation of each row", deviation, shape[:1], "f")
-    return PredictedChannels(found, deviation)
 
 
 def _largest(*links: Complex[np.ndarray, "K A S"]) -> float:

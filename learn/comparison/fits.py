@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 
 from learn.comparison.doubts import average_name
 from learn.comparison.makers import checked_sizes, trained_by_steps
@@ -168,3 +168,29 @@ def checked_array(label: str, what: str, given: Any, shape: tuple[int, ...], kin
     else:
         return found
     raise InputError(f"{label}: expected predict to return {what} {list(shape)}, found {seen}")
+
+
+def checked_with_deviation(
+    label: str, what: str, given: Any, name: str, shape: tuple[int, ...], each: str
+) -> tuple[Complex[np.ndarray, "..."], Float[np.ndarray, " K"] | None]:
+    """What a method predicts, if it is an array, or an object with an array and perhaps a ``deviation``.
+
+    Args:
+        label: as for ``checked_array``.
+        what: as for ``checked_array``.
+        given: what its ``predict`` returned.
+        name: name of the array in the object.
+        shape: expected shape, K first.
+        each: what the K are, in words.
+
+    Returns:
+        The array, and the deviation of each of the K. None: none is stated.
+
+    Raises:
+        InputError: it is something else.
+    """
+    found = checked_array(label, what, getattr(given, name, given), shape, "cf")
+    deviation = getattr(given, "deviation", None)
+    if deviation is not None:
+        deviation = checked_array(label, f"a deviation of each {each}", deviation, shape[:1], "f")
+    return found, deviation
