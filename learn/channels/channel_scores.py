@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float
 
+from learn.models.deviation_curve import NORMAL
 from simulate.spectra.delay_spread import delay_spread
 
 MOST_SNR_DB = 200.0
 """Largest SNR that is stated. A prediction without any error gets it."""
 
-
-WITHIN = 1.645
-"""Half the width of a 90 % interval of a normal distribution, in standard deviations."""
 
 SCORES = (
     "snr_median_db",
@@ -119,7 +117,7 @@ def coverage(error: Complex[np.ndarray, "K A S"], deviation: Float[np.ndarray, "
     >>> coverage(np.array([[[1 + 2j]], [[1 + 2j]]]), np.array([1.0, 2.0]))
     0.75
     """
-    bound = WITHIN * deviation[:, None, None]
+    bound = NORMAL * deviation[:, None, None]
     return float(np.mean([np.abs(error.real) <= bound, np.abs(error.imag) <= bound]))
 
 

@@ -87,7 +87,7 @@ def _chosen(rows: Complex[np.ndarray, "n A 2S"]) -> tuple[float, float, float | 
         (regression(_mixed(model, sample, share, noise), up) - down) / _level(up)[:, None]
         for model, sample, up, down in folds
     ]
-    return share, noise, size_of(np.concatenate(errors).view(float))
+    return share, noise, float(size_of(np.concatenate(errors).view(float).ravel()))
 
 
 def _level(channels: Complex[np.ndarray, "K N"]) -> Float[np.ndarray, " K"]:

@@ -73,7 +73,7 @@ def left_out_curve(
         setattr(field, name, each)
     told = told or [_left_out(field, members, responses)]
     variance, errors = (np.concatenate(each) for each in zip(*told, strict=True))
-    return rising_curve(variance, errors, np.sqrt(field.noise / 2), size_of(responses.view(float)))
+    return rising_curve(variance, errors, np.sqrt(field.noise / 2), float(size_of(responses.view(float).ravel())))
 
 
 def _left_out(

@@ -10,20 +10,20 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import isotonic_regression
 
-SHARE, NORMAL = 0.9, 1.645
+SHARE, NORMAL = 0.9, 1.6449
 """Share of the errors that lie within ``NORMAL`` deviations, as in a normal distribution."""
 
 KNOTS, LEAST_IN_KNOT = 8, 10
 """Largest number of groups of predictions of like variance, and the least number of predictions in one of several."""
 
 
-def size_of(errors: Float[np.ndarray, "..."]) -> float:
+def size_of(errors: Float[np.ndarray, "*n P"]) -> Float[np.ndarray, "*n"]:
     """The standard deviation of a normal distribution that has as many errors within its 90 % interval.
 
     >>> bool(abs(size_of(0.2 * np.random.default_rng(0).normal(size=100_000)) - 0.2) < 0.002)
     True
     """
-    return float(np.quantile(np.abs(errors), SHARE)) / NORMAL
+    return np.quantile(np.abs(errors), SHARE, axis=-1) / NORMAL
 
 
 def normal_curve(noise: float) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
@@ -60,7 +60,7 @@ def rising_curve(
     order = np.argsort(variance, kind="stable")
     count = max(1, min(KNOTS, len(np.unique(variance)), len(order) // LEAST_IN_KNOT))
     groups = np.array_split(order, count)
-    sizes = [size_of(errors[group]) for group in groups]
+    sizes = [float(size_of(errors[group].ravel())) for group in groups]
     rising = isotonic_regression(sizes, weights=[len(group) for group in groups]).x
     means = np.array([variance[group].mean() for group in groups])
     ends = min(least, rising[0]), max(nothing, rising[-1])

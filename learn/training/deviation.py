@@ -16,11 +16,10 @@ from msgspec.structs import replace
 from scipy.optimize import brentq, isotonic_regression
 from scipy.spatial import cKDTree
 
+from learn.models.deviation_curve import NORMAL, SHARE, size_of
+
 LEAST_VALIDATED = 10
 """Least number of validation spectra; fewer say too little about the errors."""
-
-SHARE, NORMAL = 0.9, 1.6449
-"""Share of the errors that lie within ``NORMAL`` standard deviations, as in a normal distribution."""
 
 LEAST = 0.5 / 255
 """Half a grey level: pictures are rounded to whole ones."""
@@ -130,15 +129,6 @@ def pixel_errors(
     (2, 1296)
     """
     return (truth[:, ::EVERY, ::EVERY] - prediction[:, ::EVERY, ::EVERY]).reshape(len(truth), -1).astype(float)
-
-
-def size_of(error: Float[np.ndarray, "*n P"]) -> Float[np.ndarray, "*n"]:
-    """The standard deviation of a normal distribution that has as many errors within its 90 % interval.
-
-    >>> bool(abs(size_of(0.2 * np.random.default_rng(0).normal(size=100_000)) - 0.2) < 0.002)
-    True
-    """
-    return np.quantile(np.abs(error), SHARE, axis=-1) / NORMAL
 
 
 def nearest_known(
