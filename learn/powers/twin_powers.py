@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 CALIBRATED_BY = 160
 """Largest number of known positions that correct the scene. All known positions are kriged."""
 
-FOLLOWED = Propagation(max_depth=2, diffraction=False, rays=100_000)
-"""Mechanisms that rays follow. Kriging makes up for more reflections and for diffraction, which take far longer."""
+FOLLOWED = Propagation(max_depth=2, rays=100_000)
+"""Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it."""
 
 NO_PATHS = -250.0
 """dBm; a traced power below it is that of no path."""
