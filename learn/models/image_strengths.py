@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Num
 from scipy.linalg import cho_factor, cho_solve
 
 WEAKEST = 1e-6
@@ -68,7 +68,7 @@ def most_likely(
         if not strong.any():  # data that are no such waves
             return Strengths(np.zeros(len(start)), power, np.zeros(len(start), complex))
         left, variances, waves = left[strong], variances[strong], waves[:, strong]
-        amplitudes, ratios = _expected(waves, data, variances, noise)
+        amplitudes, ratios = expected(waves, data, variances, noise)
         if iteration == iterations:
             break
         unexplained = float((np.abs(data - waves @ amplitudes) ** 2).sum())
@@ -99,10 +99,21 @@ def log_likelihood(
     return float(-2 * np.log(np.diag(factor).real).mean() - explained / len(data))
 
 
-def _expected(
-    waves: Complex[np.ndarray, "N J"], data: Complex[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
-) -> tuple[Complex[np.ndarray, " J"], Float[np.ndarray, " J"]]:
-    """The expected amplitudes γ Wᴴ C⁻¹ y, and w_jᴴ C⁻¹ w_j, by the smaller of two systems of equations."""
+def expected(
+    waves: Num[np.ndarray, "N J"], data: Num[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
+) -> tuple[Num[np.ndarray, " J"], Float[np.ndarray, " J"]]:
+    """The expected amplitudes γ Wᴴ C⁻¹ y, and w_jᴴ C⁻¹ w_j, by the smaller of two systems of equations.
+
+    Args:
+        waves: W, as for ``most_likely``, or real ones of real data.
+        data: y.
+        variances: γ, above 0.
+        noise: σ².
+
+    >>> amplitudes, ratios = expected(np.eye(2), np.array([2.0, 0.0]), np.ones(2), noise=1.0)
+    >>> amplitudes.round(3).tolist(), ratios.round(3).tolist()
+    ([1.0, 0.0], [0.5, 0.5])
+    """
     if len(data) <= len(variances):
         factor = cho_factor((waves * variances) @ waves.conj().T + noise * np.eye(len(data)))
         ratios = (waves.conj() * cho_solve(factor, waves)).real.sum(axis=0)

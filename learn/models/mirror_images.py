@@ -90,7 +90,7 @@ def gateway_and_first_images(
     found = [Images(gateway[None], np.ones((1, 3)))]
     for axis, up in product(range(3), (1, -1)):
         ends = up * np.array([gateway[axis], *region[:, axis]])
-        planes = up * (ends.max() + _grid(wavelength))
+        planes = up * (ends.max() + plane_distances(wavelength))
         middles = np.tile(gateway, (len(planes), 1))
         middles[:, axis] = 2 * planes - gateway[axis]
         signs = np.ones_like(middles)
@@ -124,15 +124,19 @@ def second_images(
             perpendicular.append(Images(middle[None], sign[None]))
     for axis, up in product(range(3), (1, -1)):
         extent = np.ptp([gateway[axis], *region[:, axis]])
-        middles = np.tile(gateway, (len(_grid(wavelength)), 1))
-        middles[:, axis] += up * 2 * (extent + _grid(wavelength))
+        middles = np.tile(gateway, (len(plane_distances(wavelength)), 1))
+        middles[:, axis] += up * 2 * (extent + plane_distances(wavelength))
         parallel.append(Images(middles, np.ones_like(middles)))
     none = Images(np.zeros((0, 3)), np.zeros((0, 3)))
     return together(none, *perpendicular), together(*parallel)
 
 
-def _grid(wavelength: float) -> Float[np.ndarray, " P"]:
-    """Distances of planes from the nearest possible one, metres: denser in front."""
+def plane_distances(wavelength: float) -> Float[np.ndarray, " P"]:
+    """Distances of planes from the nearest possible one, metres: denser in front.
+
+    >>> plane_distances(wavelength=0.3)[:3].round(3).tolist()
+    [0.0, 0.115, 0.234]
+    """
     growth = GROWTH * wavelength
     count = int(growth / (STEP * wavelength) * np.log1p(FAR / growth))
     return growth * np.expm1(np.arange(count) * STEP * wavelength / growth)

@@ -53,8 +53,9 @@ class PowerField:
         chosen = _at_most(len(known.positions), known.seed)
         if len(chosen) < len(known.positions):
             say(f"{self.NAME} learns from {len(chosen)} of the {len(known.positions)} known positions")
-        self._known, self._positions, self._powers = known, known.positions[chosen], known.filled[chosen]
-        trends = self._trends(self._positions)
+        self._known, self._chosen = known, chosen
+        self._positions, self._powers = known.positions[chosen], known.filled[chosen]
+        trends = self._known_trends()
         left = self._left(trends)
         self.covariance = fit_covariance(self._positions, left, known.wavelength, known.seed)
         whole = self.covariance(self._positions, self._positions)
@@ -68,6 +69,10 @@ class PowerField:
         """What the mean power of each gateway is linear in: here the law's level and its exponent."""
         decade = decades(self._known.distances(positions))
         return [np.stack([np.ones_like(column), column], axis=1) for column in decade.T]
+
+    def _known_trends(self) -> list[Float[np.ndarray, "n T"]]:
+        """The same at the known positions."""
+        return self._trends(self._positions)
 
     def _left(self, trends: list[Float[np.ndarray, "n T"]]) -> Float[np.ndarray, "n G"]:
         """What the trends leave of the known powers, dB: here by the law that also fits what was not received."""

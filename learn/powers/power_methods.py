@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from learn.powers.known_powers import PowerMethod
+from learn.powers.mirror_powers import MirrorPowers
 from learn.powers.nerf_powers import NerfPowers
 from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, Mean, Mri, Nearest
 from learn.powers.power_field import PowerField
@@ -27,6 +28,7 @@ POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
     "mri": Mri,
     "kriging": Kriging,
     "helmholtz": PowerField,
+    "mirror-images": MirrorPowers,
     "nerf2": NerfPowers,
 }
 """Functions that make new, unfitted methods. ``with_twin`` adds the one that also needs a described scene."""

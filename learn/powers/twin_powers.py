@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from learn.powers.explained_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
-from learn.powers.power_field import QUANTILES, PowerField
+from learn.powers.power_field import QUANTILES
 from learn.twin.described_gateways import scenes_with_gateways
 from scenes.files.extras import require_extra
 from scenes.files.plain_text import say
@@ -37,12 +38,10 @@ NO_PATHS = -250.0
 """dBm; a traced power below it is that of no path."""
 
 
-class TwinPowers(PowerField):
+class TwinPowers(ExplainedPowers):
     """Universal kriging in dB, whose trend is what rays predict in the corrected scene.
 
-    The mean power of a gateway is P = a + n D + b T, with D = −10 log₁₀ of the distance and the power T of the traced
-    field in dB, softened in its fades (``PowerFit.predicted``). The weights a, n and b of each gateway are estimated
-    with the remainder, so that a description that explains nothing gets no weight, and ``helmholtz`` is left.
+    T is the power of the traced field in dB, softened in its fades (``PowerFit.predicted``).
 
     Errors at known positions are smaller than elsewhere, since these corrected the scene. With γ corrections that the
     powers determine [mackay1992] and N independent powers, the intervals are wider by √((N + γ)/(N − γ)), as the
@@ -106,21 +105,13 @@ class TwinPowers(PowerField):
         return np.array([middle + self._wider * (low - middle), middle, middle + self._wider * (high - middle)])
 
     def _gains(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
-        """T of each gateway, dB."""
+        """Power of the traced field, dB, softened in its fades."""
         from learn.twin.calibrate_powers import powers_by
 
         return self.calibration.fit.predicted(*powers_by(self._tracers, positions))
 
-    def _trends(self, positions: Float[np.ndarray, "K 3"]) -> list[Float[np.ndarray, "K 3"]]:
-        law = super()._trends(positions)
-        traced = np.maximum(self._gains(positions), self._least)  # where no path leads, as little as is known to come
-        return [np.column_stack(each) for each in zip(law, traced.T, strict=True)]
-
-    def _left(self, trends: list[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "n G"]:
-        explained = [
-            trend @ np.linalg.lstsq(trend, power)[0] for trend, power in zip(trends, self._powers.T, strict=True)
-        ]
-        return self._powers - np.stack(explained, axis=1)
+    def _explained(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
+        return np.maximum(self._gains(positions), self._least)  # where no path leads, as little as is known to come
 
 
 def _widening(found: PowerCalibration, powers: float) -> float:
