@@ -293,15 +293,17 @@ class KrigedField(SpectrumModel):
         quick = self._quickly(positions)
         if quick is None:
             return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
-        return torch.view_as_real(torch.from_numpy(quick.responses(positions.numpy())))
+        return torch.view_as_real(torch.from_numpy(quick.responses(positions.numpy(), self.neighbours)))
 
     def _quickly(self, positions: Float[Tensor, "B 3"]) -> QuickKriging | None:
         """What interpolates responses quickly. None: nothing does, or their gradient is needed."""
         if not runs_compiled(positions) or not self.of_responses or self._of_field:
             return None
-        from learn.models.quick_kriging import QuickKriging, made_of  # compiles, which training does not need
+        from learn.models.quick_kriging import QuickKriging  # compiles, which training does not need
 
-        return self._quick.of(made_of(self), lambda: QuickKriging(self))
+        known = self.places, self.times, self.values, self.mean, self.directions, self.wavelength
+        made_of = *known, self.shares, self.length, self.drift, self.nugget
+        return self._quick.of(made_of, lambda: QuickKriging(*made_of))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]

@@ -11,7 +11,6 @@ The equations are those of ``KrigedField`` and ``leg_times``, in double precisio
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -21,9 +20,6 @@ from learn.models.leg_times import LEGS, leg_shapes
 from learn.models.quick_nearest import keep_smallest
 from simulate.parallel.compiled import SUMS, compiled
 from simulate.parallel.thread_tasks import in_threads
-
-if TYPE_CHECKING:
-    from learn.models.kriged_field import KrigedField
 
 TASK = 8
 """Number of positions that a thread takes at a time."""
@@ -144,38 +140,58 @@ def _krige(positions, places, times, cosines, sines, legs, values, wavenumbers, 
 
 
 class QuickKriging:
-    """Interpolates the responses of a field.
+    """Interpolates responses between known ones.
 
     Args:
-        field: interpolates each element's responses, and keeps at least one known position.
+        places: n known positions, metres.
+        times: index of each of them in the order of measurement.
+        values: known responses (real, imaginary), flattened.
+        mean: what is subtracted from these, and added to interpolated ones.
+        directions: unit vectors u_j of the plane waves.
+        wavelength: metres.
+        shares: s_j.
+        length: ℓ, metres.
+        drift: T, number of spectra.
+        nugget: ν.
     """
 
-    def __init__(self, field: KrigedField):
-        places, times, values, mean, directions, wavelength, shares, *scales = (
-            each.detach().double().numpy() for each in made_of(field)
-        )
-        wavenumbers = 2 * np.pi / wavelength * directions
-        phases = places @ wavenumbers.T
-        numbers = (values - mean).reshape(len(values), -1, 2)
-        self._mean = mean.reshape(-1, 2) @ [1, 1j]
-        self._known = (
-            *(places, times, np.cos(phases), np.sin(phases), leg_shapes(places, times), numbers, wavenumbers, shares),
-            *(np.array(scales), min(field.neighbours, len(places))),
-        )
+    def __init__(
+        self,
+        places: Float[Tensor, "n 3"],
+        times: Float[Tensor, " n"],
+        values: Float[Tensor, "n 2*elements"],
+        mean: Float[Tensor, " 2*elements"],
+        directions: Float[Tensor, "J 3"],
+        wavelength: Float[Tensor, ""],
+        shares: Float[Tensor, " J"],
+        length: Float[Tensor, ""],
+        drift: Float[Tensor, ""],
+        nugget: Float[Tensor, ""],
+    ):
+        # Of single precision, as a file of weights keeps them, so that a loaded model predicts the same.
+        of_law = wavelength, shares, length, drift, nugget
+        per_period, powers, *scales = (each.float().double().numpy() for each in of_law)
+        known, at = places.double().numpy(), times.double().numpy()
+        wavenumbers = 2 * np.pi / per_period * directions.double().numpy()
+        phases = known @ wavenumbers.T
+        numbers = (values.float() - mean).double().unflatten(1, (-1, 2)).numpy()
+        waves, legs = (np.cos(phases), np.sin(phases)), leg_shapes(known, at)
+        self._known = known, at, *waves, legs, numbers, wavenumbers, powers, np.array(scales)
+        self._mean = mean.double().unflatten(0, (-1, 2)).numpy() @ [1, 1j]
 
-    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
-        """Interpolated responses at positions in metres, in the units of the field's."""
+    def responses(self, positions: Float[np.ndarray, "K 3"], neighbours: int) -> Complex[np.ndarray, "K elements"]:
+        """Interpolated responses, in the units of the known ones.
+
+        Args:
+            positions: metres.
+            neighbours: largest number of nearest known positions from which each is interpolated.
+        """
         places = np.ascontiguousarray(positions, np.float64)
         found = np.empty((len(places), len(self._mean)), np.complex128)
+        nearest = min(neighbours, len(self._known[0]))
 
         def write_some(some: slice) -> None:
-            _krige(places[some], *self._known, found[some])  # type: ignore[call-arg]
+            _krige(places[some], *self._known, nearest, found[some])  # type: ignore[call-arg]
 
         in_threads(write_some, len(places), TASK)
         return (found + self._mean).astype(np.complex64)
-
-
-def made_of(field: KrigedField) -> list[Tensor]:
-    """The tensors of a field of which its ``QuickKriging`` is made."""
-    of_covariance = field.shares, field.length, field.drift, field.nugget
-    return [field.places, field.times, field.values, field.mean, field.directions, field.wavelength, *of_covariance]
