@@ -119,11 +119,19 @@ def _write(
     if beamformed.add_others is None:
         return responses, quick.write(as_complex(responses), spectra)
     numbers = spectra if spectra.dtype == np.float32 else np.empty(spectra.shape, np.float32)
-    quick.write(as_complex(responses), numbers, beamformed.weight)
+    finite = quick.write(as_complex(responses), numbers, beamformed.weight)
     beamformed.add_others(positions, numbers)
-    if spectra.dtype == np.uint8:
-        spectra[:] = _grey_levels(torch.from_numpy(numbers)).numpy()
-    return responses, _finite(torch.from_numpy(numbers)).numpy()
+    for first in range(0, len(numbers), PREDICT_AT_ONCE["cpu"]):  # so few that they stay in a cache
+        some = slice(first, first + PREDICT_AT_ONCE["cpu"])
+        mean = numbers[some]
+        finite[some] = np.isfinite(mean.sum(axis=(1, 2)))
+        if spectra.dtype == np.uint8:  # not by PyTorch, whose threads would wait for each other
+            np.clip(mean, 0, 1, out=mean)
+            mean *= LARGEST_GREY
+            mean += 0.5
+            with np.errstate(invalid="ignore"):
+                spectra[some] = mean
+    return responses, finite
 
 
 def _finite(spectra: Float[torch.Tensor, "B 90 360"]) -> Bool[torch.Tensor, " B"]:
