@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import torch
@@ -103,8 +103,18 @@ class SpectrumModel(nn.Module):
         return None
 
     def undecayed(self) -> list[nn.Parameter]:
-        """Parameters without weight decay: the places and shapes of primitives. By default there are none."""
+        """Parameters without weight decay: places and shapes of primitives, and delays. By default there are none."""
         return []
+
+    def groups(self, weight_decay: float) -> list[dict[str, Any]]:
+        """Groups of parameters for an optimiser: those with weight decay, and those without.
+
+        Args:
+            weight_decay: that of the first group.
+        """
+        placed = self.undecayed()
+        others = [each for each in self.parameters() if all(each is not place for place in placed)]
+        return [{"params": others, "weight_decay": weight_decay}, {"params": placed, "weight_decay": 0.0}]
 
     def encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
         """Encode positions with the model's ``encoding``.
