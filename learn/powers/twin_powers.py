@@ -31,7 +31,8 @@ CALIBRATED_BY = 160
 """Largest number of known positions that correct the scene. All known positions are kriged."""
 
 FOLLOWED = Propagation(max_depth=2, rays=100_000)
-"""Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it."""
+"""Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it.
+The scene is corrected without diffraction, which would take several times as long, too."""
 
 NO_PATHS = -250.0
 """dBm; a traced power below it is that of no path."""
@@ -78,15 +79,17 @@ class TwinPowers(PowerField):
         self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
 
     def fit(self, known: KnownPowers) -> None:
-        from learn.twin.calibrate_powers import calibrate_powers_by
+        from learn.twin.calibrate_powers import calibrate_powers_by, powers_by
         from learn.twin.described_gateways import alone
+        from learn.twin.power_likelihood import PowerLikelihood
         from learn.twin.power_search import independence
         from simulate.rays.tracer import Tracer
 
         taught = replace(self._dataset, positions=known.positions, rssi_dbm=known.powers)
+        coarse = replace(self._followed, diffraction=False)
         used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
         say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")
-        found = calibrate_powers_by(self._scene, taught, used, self._tolerances, self._followed)
+        found = calibrate_powers_by(self._scene, taught, used, self._tolerances, coarse)
         after, before = found.error
         say(f"twin: the median error of rays there is {before:.2f} dB as described and {after:.2f} dB as corrected")
         self.calibration: PowerCalibration = found
@@ -94,10 +97,12 @@ class TwinPowers(PowerField):
         self._tracers: list[Tracer] = [
             Tracer(each, self._followed, box) for each in alone(found.scene, found.gateways).values()
         ]
+        counts = independence(known.positions[used], self._scene.wavelength)
+        gains, scales = powers_by(self._tracers, known.positions[used])
+        self._fit = PowerLikelihood(known.powers[used], known.floor, scales, counts).best(gains)
         traced = self._gains(known.positions)
         least = np.where(traced > NO_PATHS, traced, np.inf).min(axis=0)
         self._least = np.where(np.isfinite(least), least, 0.0)
-        counts = independence(known.positions[used], self._scene.wavelength)
         self._wider = _widening(found, float(counts @ (~np.isnan(known.powers[used])).sum(axis=1)))
         super().fit(known)
 
@@ -109,7 +114,7 @@ class TwinPowers(PowerField):
         """T of each gateway, dB."""
         from learn.twin.calibrate_powers import powers_by
 
-        return self.calibration.fit.predicted(*powers_by(self._tracers, positions))
+        return self._fit.predicted(*powers_by(self._tracers, positions))
 
     def _trends(self, positions: Float[np.ndarray, "K 3"]) -> list[Float[np.ndarray, "K 3"]]:
         law = super()._trends(positions)
