@@ -53,7 +53,7 @@ class TwinPowers(PowerField):
         scene: the scene as described. Its own gateways are left out.
         dataset: received powers, of which only the gateways, the frequency and the floor are used.
         tolerances: how wrong the description may be.
-        propagation: the mechanisms that rays follow.
+        propagation: the mechanisms that rays follow; diffraction only after the scene is corrected.
 
     Attributes:
         calibration: the corrections that ``fit`` found.
