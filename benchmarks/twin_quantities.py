@@ -32,7 +32,8 @@ from learn.powers.power_methods import POWER_METHODS
 from learn.twin.calibrate import calibrate_by
 from learn.twin.calibrate_powers import calibrate_powers_by, described_gateways, of_gateways, traced_powers
 from learn.twin.power_likelihood import PowerLikelihood
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import load_scene
