@@ -35,7 +35,8 @@ from learn.twin.calibrate import calibrate_by
 from learn.twin.calibrate_powers import calibrate_powers_by, of_gateways, traced_powers
 from learn.twin.described_gateways import described_gateways
 from learn.twin.power_likelihood import PowerLikelihood
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import load_scene

@@ -32,7 +32,8 @@ CALIBRATED_BY = 160
 """Largest number of known positions that correct the scene. All known positions are kriged."""
 
 FOLLOWED = Propagation(max_depth=2, rays=100_000)
-"""Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it."""
+"""Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it.
+The scene is corrected without diffraction, which would take several times as long, too."""
 
 NO_PATHS = -250.0
 """dBm; a traced power below it is that of no path."""
@@ -51,7 +52,7 @@ class TwinPowers(ExplainedPowers):
         scene: the scene as described. Its own gateways are left out.
         dataset: received powers, of which only the gateways, the frequency and the floor are used.
         tolerances: how wrong the description may be.
-        propagation: the mechanisms that rays follow.
+        propagation: the mechanisms that rays follow; diffraction only after the scene is corrected.
 
     Attributes:
         calibration: the corrections that ``fit`` found.
@@ -77,15 +78,17 @@ class TwinPowers(ExplainedPowers):
         self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
 
     def fit(self, known: KnownPowers) -> None:
-        from learn.twin.calibrate_powers import calibrate_powers_by
+        from learn.twin.calibrate_powers import calibrate_powers_by, powers_by
         from learn.twin.described_gateways import alone
+        from learn.twin.power_likelihood import PowerLikelihood
         from learn.twin.power_search import independence
         from simulate.rays.tracer import Tracer
 
         taught = replace(self._dataset, positions=known.positions, rssi_dbm=known.powers)
+        coarse = replace(self._followed, diffraction=False)
         used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
         say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")
-        found = calibrate_powers_by(self._scene, taught, used, self._tolerances, self._followed)
+        found = calibrate_powers_by(self._scene, taught, used, self._tolerances, coarse)
         after, before = found.error
         say(f"twin: the median error of rays there is {before:.2f} dB as described and {after:.2f} dB as corrected")
         self.calibration: PowerCalibration = found
@@ -93,10 +96,12 @@ class TwinPowers(ExplainedPowers):
         self._tracers: list[Tracer] = [
             Tracer(each, self._followed, box) for each in alone(found.scene, found.gateways).values()
         ]
+        counts = independence(known.positions[used], self._scene.wavelength)
+        gains, scales = powers_by(self._tracers, known.positions[used])
+        self._fit = PowerLikelihood(known.powers[used], known.floor, scales, counts).best(gains)
         traced = self._gains(known.positions)
         least = np.where(traced > NO_PATHS, traced, np.inf).min(axis=0)
         self._least = np.where(np.isfinite(least), least, 0.0)
-        counts = independence(known.positions[used], self._scene.wavelength)
         self._wider = _widening(found, float(counts @ (~np.isnan(known.powers[used])).sum(axis=1)))
         super().fit(known)
 
@@ -108,7 +113,7 @@ class TwinPowers(ExplainedPowers):
         """Power of the traced field, dB, softened in its fades."""
         from learn.twin.calibrate_powers import powers_by
 
-        return self.calibration.fit.predicted(*powers_by(self._tracers, positions))
+        return self._fit.predicted(*powers_by(self._tracers, positions))
 
     def _explained(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         return np.maximum(self._gains(positions), self._least)  # where no path leads, as little as is known to come

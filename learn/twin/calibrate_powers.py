@@ -24,7 +24,8 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance
 from scenes.files.plain_text import say
 from scenes.files.yaml_file import PlainDumper
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary

@@ -8,7 +8,8 @@ from dataclasses import replace
 from learn.data.same_receiver import other_frequency
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from simulate.rssi.gateways_file import gateways_of
 from simulate.rssi.rssi_dataset import RssiDataset
 
