@@ -68,7 +68,7 @@ def most_likely(
         if not strong.any():  # data that are no such waves
             return Strengths(np.zeros(len(start)), power, np.zeros(len(start), complex))
         left, variances, waves = left[strong], variances[strong], waves[:, strong]
-        amplitudes, ratios = expected(waves, data, variances, noise)
+        amplitudes, ratios = expected_amplitudes(waves, data, variances, noise)
         if iteration == iterations:
             break
         unexplained = float((np.abs(data - waves @ amplitudes) ** 2).sum())
@@ -99,7 +99,7 @@ def log_likelihood(
     return float(-2 * np.log(np.diag(factor).real).mean() - explained / len(data))
 
 
-def expected(
+def expected_amplitudes(
     waves: Num[np.ndarray, "N J"], data: Num[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
 ) -> tuple[Num[np.ndarray, " J"], Float[np.ndarray, " J"]]:
     """The expected amplitudes γ Wᴴ C⁻¹ y, and w_jᴴ C⁻¹ w_j, by the smaller of two systems of equations.
@@ -110,7 +110,7 @@ def expected(
         variances: γ, above 0.
         noise: σ².
 
-    >>> amplitudes, ratios = expected(np.eye(2), np.array([2.0, 0.0]), np.ones(2), noise=1.0)
+    >>> amplitudes, ratios = expected_amplitudes(np.eye(2), np.array([2.0, 0.0]), np.ones(2), noise=1.0)
     >>> amplitudes.round(3).tolist(), ratios.round(3).tolist()
     ([1.0, 0.0], [0.5, 0.5])
     """

@@ -49,8 +49,9 @@ def compare_powers(
         dataset: received powers, or their folder.
         methods: some of "mean" (of each gateway), "nearest" (known position), "inverse-distance" (mean of the four
             nearest), "log-distance" (P = P₀ − 10 n log₁₀ d for each gateway), "mri" (the same for all gateways
-            together, NeRF²'s baseline), "kriging" (about the log-distance law), and "helmholtz" (with a covariance of
-            slow change and of fading), or classes of your own ("module:Class"). Or a dictionary from the label of a row
+            together, NeRF²'s baseline), "kriging" (about the log-distance law), "helmholtz" (with a covariance of slow
+            change and of fading), and "mirror-images" (waves of the gateways' mirror images in walls along the axes,
+            and kriging of the rest), or classes of your own ("module:Class"). Or a dictionary from the label of a row
             to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
             or such an object, which is copied for each fit. None: all that are not trained by steps. "nerf2" is,
             for ``budget`` minutes. With ``scene`` there is also "twin": rays in the scene, which the known powers

@@ -38,7 +38,7 @@ class MirrorPowers(ExplainedPowers):
     def fit(self, known: KnownPowers) -> None:
         count = len(known.positions)
         self._images: list[PowerImages] = []
-        self._left_out = np.zeros(known.powers.shape)
+        self._left_out: Float[np.ndarray, "n G"] = np.zeros_like(known.powers)
         if count >= LEAST_KNOWN:
             for fold in range(FOLDS):
                 part = np.arange(count) % FOLDS == fold

@@ -7,7 +7,7 @@ from jaxtyping import Complex, Float
 from scipy.linalg import cholesky, solve, solve_triangular
 from scipy.spatial.distance import cdist
 
-from learn.models.image_strengths import expected
+from learn.models.image_strengths import expected_amplitudes
 from learn.powers.shared_images import SharedImages, images_in_one_plane, images_in_two_planes, together
 
 BY_REFERENCE, IN_ONE, IN_TWO = 10, 20, 20
@@ -46,14 +46,23 @@ class PowerImages:
     positions. Then √P ≈ Re(e^{−jφ} Σ_j x_j w_j) is linear, too, and holds for all waves together. This is repeated with
     the new phases, as in phase retrieval [gerchberg1972].
 
-    All gateways are in one room. So the variance of an image's amplitude, which ``expected`` needs, is the same for all
-    gateways in front of a plane. It becomes zero for most planes, as for ``most_likely``.
+    All gateways are in one room. So the variance of an image's amplitude, which tells how large it may become, is the
+    same for all gateways in front of a plane. It becomes zero for most planes, as for ``most_likely``.
 
     Args:
         gateways: positions, metres, world frame.
         region: box around the transmitters, metres, world frame.
         wavelength: metres.
+
+    Attributes:
+        images: the gateways and the images that were found.
+        amplitudes: x_j of each gateway, for R in wavelengths, relative to its level.
     """
+
+    images: SharedImages
+    amplitudes: Complex[np.ndarray, "G J"]
+    _variances: Float[np.ndarray, "G J"]
+    _noise: Float[np.ndarray, " G"]
 
     def __init__(self, gateways: Float[np.ndarray, "G 3"], region: Float[np.ndarray, "2 3"], wavelength: float):
         self._gateways, self._region, self._wavelength = gateways, region, wavelength
@@ -91,7 +100,9 @@ class PowerImages:
         interference = np.clip(((self._magnitudes / np.abs(direct[:, :, 0])) ** 2 - 1) / 2, DARKEST, BRIGHTEST)
         root = cholesky(self._alike + NUGGET * np.eye(len(self._places)), lower=True)
         data = solve_triangular(root, interference.T, lower=True).T
-        parts = [solve_triangular(root, _parts(each / one), lower=True) for each, one in zip(waves, direct, strict=True)]
+        parts = [
+            solve_triangular(root, _parts(each / one), lower=True) for each, one in zip(waves, direct, strict=True)
+        ]
         power = float((data**2).mean())
         even = 2 * IMAGES * power / max(float(np.mean([(each**2).sum(axis=1).mean() for each in parts])), TINY)
         self._variances = np.full((len(waves), waves.shape[2]), even)
@@ -126,7 +137,7 @@ class PowerImages:
         self.amplitudes = np.zeros(self._variances.shape, complex)
         for gateway, (parts, data) in enumerate(equations):
             variances = self._variances[gateway].repeat(2)
-            values, ratio = expected(parts, data, variances, self._noise[gateway])
+            values, ratio = expected_amplitudes(parts, data, variances, self._noise[gateway])
             self.amplitudes[gateway] = values[::2] + 1j * values[1::2]
             squares[gateway], ratios[gateway] = np.abs(self.amplitudes[gateway]) ** 2, ratio.reshape(-1, 2).sum(axis=1)
             determined = float((variances * ratio).sum())  # number of amplitudes that the data determine
