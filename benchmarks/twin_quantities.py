@@ -8,9 +8,10 @@ properties of materials by 20 % (standard deviations). The scores are median abs
 in the described, the corrected and the true scene, and of methods that know no scene.
 
 Band: the closet by rays, with diffraction and a third reflection that the twin does not follow, and an SNR of 20 dB.
-Only the gateway's pose is wrong: its position by a given distance in a random direction, and its orientation by 2°
-about each axis (standard deviation). The pose is corrected by responses at the carrier or at four subcarriers over 20
-MHz, from the same number of spectra or of complex numbers. A search has converged if it ends within 5 cm.
+Only the gateway's pose is wrong: its position by a given distance in a random direction within the room, and its
+orientation by 2° about each axis (standard deviation). The pose is corrected by responses at the carrier or at four
+subcarriers over 20 MHz, from the same number of spectra or of complex numbers. A search has converged if it ends within
+5 cm.
 """
 
 from __future__ import annotations
@@ -32,9 +33,10 @@ from learn.powers.power_methods import POWER_METHODS
 from learn.twin.calibrate import calibrate_by
 from learn.twin.calibrate_powers import calibrate_powers_by, described_gateways, of_gateways, traced_powers
 from learn.twin.power_likelihood import PowerLikelihood
+from scenes.checks.validation import is_valid
 from scenes.scene.description import Gateway, Scene
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns, vary
+from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.generation.simulation import simulate
@@ -190,9 +192,7 @@ def of_pose(
     """Error of the pose after its correction."""
     tolerances = Tolerances(position=far / 3**0.5, rotation=2, objects=0, materials=0)
     which = unknowns(scene, tolerances)
-    off = np.random.default_rng(draw).normal(size=len(which))
-    off[:3] *= far / np.linalg.norm(off[:3])
-    off[3:] *= which[-1].tolerance
+    off = wrong_poses(scene, which, far, draw + 1)[draw]
     if subcarriers == 1:
         data = replace(data, band=None, band_responses=None)
     begun = time.perf_counter()
@@ -205,6 +205,20 @@ def of_pose(
         "orientation off, °": float(np.degrees(turned)),
         "seconds": time.perf_counter() - begun,
     }
+
+
+def wrong_poses(scene: Scene, which: list[Unknown], far: float, count: int) -> list[Float[np.ndarray, " n"]]:
+    """The first few drawn errors of the pose that leave the gateway in the open, within the room."""
+    (low, high), found, seed = scene.bounds, [], 0
+    while len(found) < count:
+        off = np.random.default_rng(seed).normal(size=len(which))
+        off[:3] *= far / np.linalg.norm(off[:3])
+        off[3:] *= which[-1].tolerance
+        wrong = vary(scene, which, off)
+        if is_valid(wrong) and np.all((low < wrong.gateway.position) & (wrong.gateway.position < high)):
+            found.append(off)
+        seed += 1
+    return found
 
 
 def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:
