@@ -60,22 +60,24 @@ Figures = dict[str, float]
 
 @dataclass(frozen=True)
 class Study:
-    """Numbers of known and tested powers, and of wrong descriptions; the same of the band, with its errors (m).
+    """Numbers of known and tested powers, and of wrong descriptions.
 
-    ``uses``: for each row of the band its numbers of spectra and of subcarriers, 1 for the carrier alone.
+    ``poses``: for each row of the band the error of the position (m), the numbers of spectra and of subcarriers, 1 for
+    the carrier alone, and the number of draws.
     """
 
     known: int = 80
     tested: int = 150
     wrong: int = 2
-    draws: int = 3
-    distances: tuple[float, ...] = (0.3, 1.0)
-    uses: tuple[tuple[int, int], ...] = ((5, 1), (20, 1), (5, 4))
+    poses: tuple[tuple[float, int, int, int], ...] = (
+        *((far, *use, 3) for far in (0.3, 1.0) for use in ((5, 1), (20, 1), (5, 4))),
+        *((1.0, *use, 8) for use in ((2, 1), (8, 1), (2, 4))),
+    )
     propagation: Propagation = Propagation(max_depth=2, rays=100_000, diffraction=False)
 
 
 LEAST = Propagation(max_depth=0, rays=1000, diffraction=False)
-SMALLEST = Study(5, 4, 1, 1, (0.1,), ((2, 1), (2, 4)), LEAST)
+SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), LEAST)
 
 
 def measured_powers(work: Path, study: Study) -> tuple[RssiDataset, Float[np.ndarray, "G 3"]]:
@@ -167,7 +169,7 @@ def rms(values: Float[np.ndarray, " n"]) -> float:
 def of_band(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     """Rows of the part on a band: figures of each draw."""
     scene, band = load_scene("closet"), Band(20e6, 16)
-    most = max(spectra for spectra, _ in study.uses)
+    most = max(spectra for _, spectra, _, _ in study.poses)
     richer = replace(
         study.propagation, max_depth=study.propagation.max_depth + 1, diffraction=study.propagation.max_depth > 0
     )
@@ -175,15 +177,10 @@ def of_band(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
         "closet", work / "band", max(most, 4), seed=1, bandwidth=band.bandwidth, subcarriers=band.subcarriers,
         measurement=Measurement(snr_db=20), propagation=richer,
     )  # fmt: skip
-    for far in study.distances:
-        for spectra, subcarriers in study.uses:
-            yield (
-                f"band, {100 * far:.0f} cm off, {spectra} spectra × {subcarriers}",
-                [
-                    of_pose(scene, data, far, draw, spectra, subcarriers, study.propagation)
-                    for draw in range(study.draws)
-                ],
-            )
+    for far, spectra, subcarriers, draws in study.poses:
+        row = f"band, {100 * far:.0f} cm off, {spectra} spectra × {subcarriers}"
+        use = (spectra, subcarriers, study.propagation)
+        yield row, [of_pose(scene, data, far, draw, *use) for draw in range(draws)]
 
 
 def of_pose(
