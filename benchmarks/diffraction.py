@@ -25,7 +25,8 @@ import numpy as np
 import tyro
 from ledger.printing import print_figures
 
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet

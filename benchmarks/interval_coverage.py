@@ -30,7 +30,8 @@ from learn.training.run_folder import Run, load_run
 from scenes.places.closet import closet
 from scenes.places.lab import lab
 from scenes.places.room import build_place, table
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.dataset.dataset_folder import Dataset, read_dataset

@@ -29,7 +29,7 @@ from learn.reports.figures import draw_reliability
 from learn.reports.locations_report import write_locations
 from learn.training.deviation import NORMAL
 from learn.training.run_folder import Run
-from scenes.scene.description import Gateway
+from scenes.scene.antennas import Gateway
 from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset

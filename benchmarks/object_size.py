@@ -19,7 +19,8 @@ import tyro
 from ledger.printing import print_figures
 
 from scenes.checks.array_clearance import element_positions
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box

@@ -27,7 +27,8 @@ from learn.data.splits import SplitKind
 from learn.models.helmholtz import HelmholtzField
 from learn.training.prediction import predict
 from scenes.importing.mesh_import import import_scene
-from scenes.scene.description import Gateway, Scene, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import load_scene

@@ -23,7 +23,8 @@ import tyro
 from ledger.printing import print_figures
 
 from scenes.importing.thick_walls import walls_as_sheets
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box

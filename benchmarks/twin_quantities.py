@@ -5,7 +5,7 @@ python benchmarks/twin_quantities.py --json > runs/twin-quantities.json
 Powers: two elements of the closet's gateway in full wave (the field in tests/data) are gateways of one antenna. They
 report steps of 1 dB with 1 dB of shadowing. In the description every gateway is off by 5 cm along each axis, and the
 properties of materials by 20 % (standard deviations). The scores are median absolute errors at other positions: of rays
-in the described, the corrected and the true scene, and of methods that know no scene.
+in the described, the corrected and the true scene, of the method ``twin``, and of methods that know no scene.
 
 Band: the closet by rays, with diffraction and a third reflection that the twin does not follow, and an SNR of 20 dB.
 Only the gateway's pose is wrong: its position by a given distance in a random direction within the room, and its
@@ -30,11 +30,15 @@ from ledger.printing import print_figures
 
 from learn.powers.known_powers import KnownPowers
 from learn.powers.power_methods import POWER_METHODS
+from learn.powers.power_scores import score_powers
+from learn.powers.twin_powers import TwinPowers
 from learn.twin.calibrate import calibrate_by
-from learn.twin.calibrate_powers import calibrate_powers_by, described_gateways, of_gateways, traced_powers
+from learn.twin.calibrate_powers import calibrate_powers_by, of_gateways, traced_powers
+from learn.twin.described_gateways import described_gateways
 from learn.twin.power_likelihood import PowerLikelihood
 from scenes.checks.validation import is_valid
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
@@ -54,6 +58,13 @@ WRONG = Tolerances(position=0.05, objects=0, materials=0.2)
 
 NEAR = 0.05
 """Metres; a search that ends nearer to the true position has converged."""
+
+OF_TWINS = {
+    "median error, dB": "error_median_db",
+    "90th percentile, dB": "error_p90_db",
+    "in 90 % interval": "coverage_90",
+}
+"""Scores of the method twin, by their columns."""
 
 Figures = dict[str, float]
 
@@ -149,6 +160,16 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
         figures["off, stated deviations"] = rms(left[:count] / found.deviations[:count])
         found_of.append(figures | {"seconds": seconds})
     yield f"powers, corrected, {known}", found_of
+    of_twins = []
+    for place, wrong, _ in wrongs:
+        begun = time.perf_counter()
+        twin = TwinPowers(place, wrong, WRONG, followed)
+        twin.fit(KnownPowers.of(wrong, np.arange(known)))
+        found_by = score_powers(twin.predict(data.positions[-tested:]), data.rssi_dbm[-tested:], data.floor_dbm)
+        of_twins.append(
+            {key: found_by[name] for key, name in OF_TWINS.items()} | {"seconds": time.perf_counter() - begun}
+        )
+    yield f"powers, twin, {known}", of_twins
     for name in ("inverse-distance", "helmholtz"):
         method = POWER_METHODS[name]()
         method.fit(KnownPowers.of(data, np.arange(known)))

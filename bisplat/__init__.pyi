@@ -43,10 +43,10 @@ from scenes.drawing.scene_drawing import draw_scene as draw_scene
 from scenes.files.errors import InputError as InputError
 from scenes.importing.mesh_import import import_scene as import_scene
 from scenes.scene import shapes as shapes
-from scenes.scene.description import Gateway as Gateway
+from scenes.scene.antennas import Gateway as Gateway
+from scenes.scene.antennas import Transmitter as Transmitter
 from scenes.scene.description import Scene as Scene
 from scenes.scene.description import SceneObject as SceneObject
-from scenes.scene.description import Transmitter as Transmitter
 from scenes.scene.materials import RadioMaterial as RadioMaterial
 from scenes.scene.materials import material_names as material_names
 from scenes.scene.materials import p2040_material as p2040_material

@@ -1,6 +1,7 @@
 """A small scene for tests: a gateway above a floor, transmitters two to three metres away, and what a test adds."""
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet

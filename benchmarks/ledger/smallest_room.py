@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from scenes.places.closet import closet
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 

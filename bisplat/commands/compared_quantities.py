@@ -33,6 +33,7 @@ class Fitted:
         seeds: number of fits of each method.
         sizes: numbers of training positions or rows. None: all of the training part.
         over_band: whether the folder holds spectra, whose responses over the band are fitted.
+        scene: the scene that the twin of received powers corrects. None: there is none.
     """
 
     folder: Path
@@ -43,6 +44,7 @@ class Fitted:
     seeds: int = 1
     sizes: Sequence[int] | None = None
     over_band: bool = False
+    scene: str | None = None
 
     @property
     def kind(self) -> str:
@@ -56,10 +58,13 @@ class Fitted:
         from learn.comparison.makers import checked_sizes
 
         compare: Callable[..., ScoreTable]
+        of_powers: dict[str, Any] = {}
         if self.over_band:
             from learn.band.compare_band import compare_band as compare
         elif is_rssi(self.folder):
             from learn.powers.compare_powers import compare_powers as compare
+
+            of_powers = {"scene": self.scene}
         else:
             from learn.channels.compare_channels import compare_channels as compare
         return compare(
@@ -70,7 +75,13 @@ class Fitted:
             guard=self.guard,
             seeds=self.seeds,
             budget=self.budget,
+            **of_powers,
         )
+
+    def refuse_idle_scene(self) -> None:
+        """Refuse a scene of what is no folder of received powers."""
+        if self.over_band or not is_rssi(self.folder):
+            refuse_given(["--scene"], f"received powers (RSSI), found {self.kind}")
 
     def refuse_idle_budget(self) -> None:
         """Refuse a training time if no method is trained by steps. Classes of the user may be."""
@@ -96,6 +107,7 @@ def compare_quantity(fitted: Fitted, output: Path | None, force: bool, json: boo
         json: print all scores as JSON.
     """
     refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
+    fitted.refuse_idle_scene()
     fitted.refuse_idle_budget()
     if output is None:
         refuse_given(["--force", "--no-force"], "--output beside it, found none")
@@ -113,6 +125,7 @@ def sweep_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> Non
     """Compare methods for several sizes of the training part; arguments as for ``compare_quantity``."""
     refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
     refuse_given(["--init"], f"spectra, found {fitted.kind}, of which there are no runs")
+    fitted.refuse_idle_scene()
     fitted.refuse_idle_budget()
     from learn.reports.score_report import write_score_sweep
 
@@ -123,6 +136,7 @@ def sweep_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> Non
 
 def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> None:
     """Score one method beside the baselines, and write a report; arguments as for ``compare_quantity``."""
+    fitted.refuse_idle_scene()
     fitted.refuse_idle_budget()
     from learn.channels import channel_methods
     from learn.powers import power_methods

@@ -44,6 +44,12 @@ Models = Annotated[
         "some.",
     ),
 ]
+DescribedScene = Annotated[
+    str | None,
+    arg(
+        help="of received powers: the scene that the method twin corrects and traces, a built-in name or a scene YAML."
+    ),
+]
 TestSpectra = Annotated[int | None, arg(help="largest number of test spectra to score (default: all).")]
 Json = Annotated[bool, arg(help="print the table as JSON.")]
 
@@ -67,6 +73,7 @@ def compare(
     over_band: bool = False,
     given: tuple[int, ...] = (),
     test_rooms: int | None = None,
+    scene: DescribedScene = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -83,6 +90,7 @@ def compare(
     """
     if is_rooms(dataset):
         refuse_given(["--over-band"], f"a dataset of spectra with a band, found the rooms of {dataset}")
+        refuse_given(["--scene"], f"received powers (RSSI), found the rooms of {dataset}")
         compare_in_rooms(dataset, models, given, test_rooms, test_spectra, seeds, budget, output, force, json)
         return
     refuse_given(["--given", "--test-rooms"], f"a folder of bisplat rooms, found {dataset}")
@@ -92,9 +100,10 @@ def compare(
         compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, over_band=True), output, force, json)
         return
     if is_rssi(dataset) or is_csi(dataset):
-        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds), output, force, json)
+        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, scene=scene), output, force, json)
         return
     refuse_given(["--force", "--no-force"], CONTINUED)
+    refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     if output is None and not dataset.is_dir():
         raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
     if output is None:
@@ -151,6 +160,7 @@ def sweep(
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
     init: Path | None = None,
+    scene: DescribedScene = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -165,9 +175,10 @@ def sweep(
         force: replace existing output files of received powers or channels.
     """
     if is_rssi(dataset) or is_csi(dataset):
-        sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes), output, force, json)
+        sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, force, json)
         return
     refuse_given(["--force", "--no-force"], CONTINUED)
+    refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     from learn.comparison.sweep import SWEPT
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep

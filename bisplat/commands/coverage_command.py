@@ -25,8 +25,8 @@ def coverage(
 ) -> None:
     """Map the received powers (RSSI) of every gateway at a height.
 
-    Writes arrays (coverage.npz), a GeoTIFF (coverage.tif) and figures, with 90 % intervals. Nothing is traced: walls
-    count as far as the measured powers show them.
+    Writes arrays (coverage.npz), a GeoTIFF (coverage.tif) and figures, with 90 % intervals. Only the method twin traces
+    rays; otherwise, walls count as far as the measured powers show them.
 
     Args:
         powers: folder of received powers. The method learns from all of its positions.
@@ -36,17 +36,21 @@ def coverage(
         region: smallest x and y, then largest x and y of the map, metres, within which every cell is predicted
             (default: the convex hull of the known positions).
         method: name of the method, as for bisplat compare.
-        scene: scene whose walls are drawn: a built-in name or a scene YAML (default: that of the folder, if any).
+        scene: scene whose walls are drawn, and which the method twin traces: a built-in name or a scene YAML (default,
+            for the walls: that of the folder, if any).
     """
     from learn.powers.coverage import coverage_map
+    from learn.powers.fit_powers import fit_powers
+    from learn.powers.power_methods import TWIN
     from learn.reports.coverage_report import write_coverage_files
     from learn.training.fit_progress import FitProgress
     from scenes.storage.scene_yaml import load_scene
 
     drawn = None if scene is None else load_scene(scene)
     with new_folder(output, force) as unfinished:
+        fitted = fit_powers(powers, method, scene=drawn) if method == TWIN else powers
         with FitProgress("coverage") as report:
-            found = coverage_map(powers, height=height, step=step, region=region, method=method, report=report)
+            found = coverage_map(fitted, height=height, step=step, region=region, method=method, report=report)
         write_coverage_files(found, unfinished, drawn)
     columns, rows = len(found.x), len(found.y)
     gateways = len(found.median)

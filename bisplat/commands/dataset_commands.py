@@ -40,7 +40,7 @@ def dataset(
         gateway: position of the gateway, metres.
         boresight: direction that the gateway looks in. Its y axis points as far up as possible.
     """
-    from scenes.scene.description import Gateway
+    from scenes.scene.antennas import Gateway
     from scenes.scene.orientation import facing
     from simulate.exchange.recorded_dataset import record
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from learn.reports.provenance import Provenance
 
 OF_RUNS = ("--dataset", "--index", "--locate", "--no-locate", "--further-gateways", "--ceiling", "--no-ceiling")
-OF_QUANTITIES = ("-o", "--output", "--model", "--split", "--guard", "--budget", "--force", "--no-force")
+OF_QUANTITIES = ("-o", "--output", "--model", "--split", "--guard", "--budget", "--scene", "--force", "--no-force")
 """Options of ``evaluate`` that only act on a run, and on a dataset of powers or channels."""
 
 
@@ -41,6 +41,7 @@ def evaluate(
     split: SplitKind = "files",
     guard: float = 0.0,
     budget: float = 5.0,
+    scene: str | None = None,
     force: Force = False,
     json: bool = False,
 ) -> None:
@@ -61,11 +62,12 @@ def evaluate(
         split: of powers or channels: choice of the test part.
         guard: of powers or channels: known positions nearer than this to a test position are left out, wavelengths.
         budget: of powers or channels: training time of a method that is trained in steps, minutes.
+        scene: of powers: the scene that the method twin corrects and traces, a built-in name or a scene YAML.
         force: of powers or channels: replace existing output files.
         json: print the scores as JSON.
     """
     if is_rssi(run) or is_csi(run):
-        fitted = Fitted(run, (model,), split, guard, budget)
+        fitted = Fitted(run, (model,), split, guard, budget, scene=scene)
         refuse_given(OF_RUNS, f"a run, found {fitted.kind} without one")
         if output is None:
             raise InputError(f"{run}: expected -o FOLDER for the report of {fitted.kind}, found none")

@@ -104,7 +104,7 @@ def scene(
     from scenes.importing.imported_file import is_importable
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
     from scenes.importing.part_listing import parts_of
-    from scenes.scene.description import Gateway, Transmitter
+    from scenes.scene.antennas import Gateway, Transmitter
     from scenes.scene.frequency import read_frequency
     from scenes.scene.orientation import facing
     from scenes.storage.scene_files import file_stem

@@ -45,7 +45,8 @@ def compare_band(
         dataset: a dataset with responses over a band, or its folder.
         methods: some of "nearest" (known position), "inverse-distance" (mean of the four nearest), "kriging" (of all
             subcarriers, with a squared exponential) and "helmholtz" (kriging with waves whose directions and delays are
-            fitted), or classes of your own ("module:Class"). Or a dictionary from labels to methods, as for
+            fitted), and, trained by steps, "mlp-responses" and "bisplat-aperture" (networks of a path's gains, with
+            learned delays); or classes of your own ("module:Class"). Or a dictionary from labels to methods, as for
             ``compare_powers``. None: all that are not trained by steps.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive positions) or "area" (connected areas with a fifth).

@@ -12,7 +12,9 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
+from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.quick_spectra import quick_spectra
 from simulate.spectra.spectrum import normalise
 
 COMPONENTS = 48
@@ -98,10 +100,16 @@ def krige_responses(
     Returns:
         A function from other positions, metres, to the spectra of the interpolated responses.
     """
+    quick = quick_spectra(beamformer)
     interpolator = Interpolator(positions, np.concatenate([responses.real, responses.imag], axis=1), seed)
 
     def predict(new_positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         real, imaginary = np.split(interpolator(new_positions), 2, axis=1)
-        return normalise(beamformer.spectrum(real + 1j * imaginary))
+        interpolated = real + 1j * imaginary
+        if quick is None:
+            return normalise(beamformer.spectrum(interpolated))
+        spectra = np.empty((len(interpolated), ROWS, COLUMNS), np.float32)
+        quick.write(interpolated, spectra)
+        return spectra
 
     return predict

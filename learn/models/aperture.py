@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.capabilities import PredictsResponses
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import ResidualFFN
+from learn.models.path_delays import PathDelays
 from learn.models.primitives import SCALE_LEAST, SCALE_MOST, Primitives
+from learn.models.response_network import ResponseNetwork
 from learn.models.splat import Splats, blending_weights, conic_of, gaussian, pixel_grid, splat
 from simulate.spectra.beamformer import Beamformer
 
@@ -21,7 +21,7 @@ STEP_DEG = 6
 """Distance between the directions at which the field is blended, degrees: finer than a 4 × 4 array can resolve."""
 
 
-class BiSplatAperture(PredictsResponses):
+class BiSplatAperture(ResponseNetwork):
     """Predicts the responses of the array to the field of planar Gaussians, and the spectrum from these.
 
     As in the paper [zhang2026], primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is
@@ -45,6 +45,8 @@ class BiSplatAperture(PredictsResponses):
     If the receiver moves, the field is that of a fixed transmitter, and the waves from a primitive's direction u_i have
     the phase of their way to the array: ``c_i(r) = e^{jk u_i·(r − r₀)} p_i · [t(r), 1]``, with the region's centre r₀.
 
+    Over a band, each primitive also has a learned delay τ_i, so that ``y_m(f) = Σ_i A_mi c_i e^{−j2π(f − f₀)τ_i}``.
+
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array and grid.
@@ -56,7 +58,6 @@ class BiSplatAperture(PredictsResponses):
     """
 
     aperture: Tensor
-    turn: Tensor | None
     azimuths: Tensor
     elevations: Tensor
 
@@ -74,7 +75,6 @@ class BiSplatAperture(PredictsResponses):
         super().__init__(region, beamformer, wavelength)
         self.ordered = ordered
         self._kept: dict[str, tuple[list[tuple[int, int]], Tensor]] = {}
-        self.register_buffer("turn", None)
         azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
         self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
         self.register_buffer("elevations", torch.from_numpy(elevations).float(), persistent=False)
@@ -92,18 +92,12 @@ class BiSplatAperture(PredictsResponses):
             self.primitive.outward.weight.div_(typical)
             self.primitive.outward.bias.div_(typical)
 
+    @property
+    def paths(self) -> int:
+        return len(self.primitives.rotation)
+
     def undecayed(self) -> list[nn.Parameter]:
-        return list(self.primitives.parameters())
-
-    def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
-        """As for ``SamplesOneField``."""
-        self.turn = turn.to(self.region)
-
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, also with the weights of one field."""
-        if "turn" in state_dict and self.turn is None:
-            self.sample_one_field(state_dict["turn"])
-        return super().load_state_dict(state_dict, strict, assign)
+        return [*super().undecayed(), *self.primitives.parameters()]
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary)."""
@@ -111,6 +105,14 @@ class BiSplatAperture(PredictsResponses):
             return _products("bi,im->bm", self._coefficients(positions), self._once(self._received))
         of_features = self._once(self._response_of_features)
         return (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
+
+    def over_band(self, band: PathDelays, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"]:
+        if self.turn is not None:
+            found = _products("bi,im->bm", self._coefficients(positions), self._once(self._received_over_band))
+        else:
+            of_features = self._once(self._band_of_features)
+            found = (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
+        return found.unflatten(1, (-1, len(band.turns)))
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
         coefficient = self._coefficients(positions)
@@ -158,6 +160,15 @@ class BiSplatAperture(PredictsResponses):
     def _response_of_features(self) -> Float[Tensor, "features elements*2"]:
         """Responses (real, imaginary) to each feature of the transmitter: Σ_i A_mi p_i."""
         return _products("im,if->fm", self._received(), self._primitive_features()).flatten(1)
+
+    def _band_of_features(self) -> Float[Tensor, "features elements*subcarriers*2"]:
+        """The same at all subcarriers."""
+        return _products("im,if->fm", self._received_over_band(), self._primitive_features()).flatten(1)
+
+    def _received_over_band(self) -> Float[Tensor, "N_p elements*subcarriers 2"]:
+        """A_mi e^{−j2π(f − f₀)τ_i} (real, imaginary)."""
+        assert self.band is not None
+        return _products("im,is->ims", self._received(), self.band.factors()).flatten(1, 2)
 
     def _received(self) -> Float[Tensor, "N_p elements 2"]:
         """A_mi (real, imaginary)."""

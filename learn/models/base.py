@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import torch
@@ -24,15 +24,20 @@ Report = Callable[[str, int, int], None]
 
 
 class Beamformed(NamedTuple):
-    """Predictions that are the spectra of predicted responses, and nothing else.
+    """Predictions that are the spectra of predicted responses, or weighted means of these and others.
 
     Attributes:
         responses: function from positions [B, 3] to responses [B, elements, 2] (real, imaginary).
         beamforming: the layer that computes their spectra.
+        weight: of their spectra.
+        add_others: function that adds the other spectra at positions to an array [B, 90, 360], by their weights. None:
+            there are none.
     """
 
     responses: Callable[[Tensor], Tensor]
     beamforming: BeamformingLayer
+    weight: float = 1.0
+    add_others: Callable[[Tensor, np.ndarray], None] | None = None
 
 
 class SpectrumModel(nn.Module):
@@ -98,8 +103,18 @@ class SpectrumModel(nn.Module):
         return None
 
     def undecayed(self) -> list[nn.Parameter]:
-        """Parameters without weight decay: the places and shapes of primitives. By default there are none."""
+        """Parameters without weight decay: places and shapes of primitives, and delays. By default there are none."""
         return []
+
+    def groups(self, weight_decay: float) -> list[dict[str, Any]]:
+        """Groups of parameters for an optimiser: those with weight decay, and those without.
+
+        Args:
+            weight_decay: that of the first group.
+        """
+        placed = self.undecayed()
+        others = [each for each in self.parameters() if all(each is not place for place in placed)]
+        return [{"params": others, "weight_decay": weight_decay}, {"params": placed, "weight_decay": 0.0}]
 
     def encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
         """Encode positions with the model's ``encoding``.
@@ -198,9 +213,13 @@ class BeamformingLayer(nn.Module):
         quick.write(as_complex(responses), spectra)
         return torch.from_numpy(spectra)
 
-    def quick(self, responses: Float[Tensor, "B elements 2"]) -> QuickSpectra | None:
-        """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed."""
-        if not torch.is_inference_mode_enabled() or responses.device.type != "cpu" or responses.dtype != torch.float32:
+    def quick(self, numbers: Tensor) -> QuickSpectra | None:
+        """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed.
+
+        Args:
+            numbers: the responses, or what they are computed from.
+        """
+        if not runs_compiled(numbers):
             return None
         from simulate.spectra.quick_spectra import quick_spectra  # compiles, which training does not need
 
@@ -219,6 +238,11 @@ class BeamformingLayer(nn.Module):
         largest = numbers.detach().abs().amax(1, keepdim=True)
         field = (numbers / torch.where(largest > 0, largest, 1) @ steering).unflatten(-1, (-1, 2))
         return normalised(power(field).clamp_min(1e-12).sqrt())
+
+
+def runs_compiled(numbers: Tensor) -> bool:
+    """Whether compiled loops, which know no gradient, can compute on: in inference mode, on the CPU, of float32."""
+    return torch.is_inference_mode_enabled() and numbers.device.type == "cpu" and numbers.dtype == torch.float32
 
 
 def as_complex(pairs: Float[Tensor, "*shape 2"]) -> Complex[np.ndarray, "*shape"]:

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
 from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel, normalised
@@ -148,6 +148,31 @@ class SamplesOneField(Protocol):
         """
 
 
+@runtime_checkable
+class LearnsBand(Protocol):
+    """Can learn responses at all subcarriers of a band, and then also is one of ``PredictsBand``."""
+
+    def learn_band(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
+        """From now on, learn and predict responses at all subcarriers.
+
+        Args:
+            responses: those to learn from; their scale does not matter.
+        """
+
+
+def relative_error(
+    found: Float[Tensor, "B elements *subcarriers 2"], truth: Float[Tensor, "B elements *subcarriers 2"]
+) -> Float[Tensor, ""]:
+    """The mean of ``|ŷ − y|² / (|y|² + ε)`` over a batch of responses (real, imaginary).
+
+    Args:
+        found: ŷ.
+        truth: y, scaled to a mean square magnitude of 1.
+    """
+    error = (found - truth).square().sum(dim=-1).flatten(1).mean(dim=-1)
+    return (error / (truth.square().sum(dim=-1).flatten(1).mean(dim=-1) + WEAK)).mean()
+
+
 class PredictsResponses(SpectrumModel, ABC):
     """Base class of the models that predict element responses, from which the array's spectra are computed.
 
@@ -228,8 +253,7 @@ class PredictsResponses(SpectrumModel, ABC):
         Returns:
             The loss, a scalar.
         """
-        error = (self.responses(positions) - responses).square().sum(dim=-1).mean(dim=-1)
-        return (error / (responses.square().sum(dim=-1).mean(dim=-1) + WEAK)).mean()
+        return relative_error(self.responses(positions), responses)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """Predict spectra at a few pixels, min–max normalised over these.

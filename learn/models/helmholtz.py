@@ -10,6 +10,7 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor, nn
 
+from learn.baselines.neighbours import NEIGHBOURS
 from learn.data.metrics import ssim_of_each
 from learn.models.band_field import BandField
 from learn.models.base import Beamformed, Report, SpectrumModel
@@ -18,7 +19,7 @@ from learn.models.kriged_field import KrigedField
 from learn.models.quadrature import Quadrature
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.smooth_field import SmoothField
-from learn.models.stacking import best_weights, by_distance, left_out_by_distance, left_out_by_kriging
+from learn.models.stacking import LEAST_DISTANCE, best_weights, by_distance, left_out_by_distance, left_out_by_kriging
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
@@ -46,6 +47,9 @@ than inverse-distance weighting is dropped. For each other way, the known spectr
 covariance is fitted once without each part, which it then predicts. There are FOLDED // n parts for n known samples (of
 the field that all elements sample: elements times known spectra), at most FOLDS; if these are fewer than 2, the
 covariance is not fitted again."""
+
+PIECE = 16
+"""Number of spectra that are interpolated at a time and added to those of responses. Kriging takes some MB for each."""
 
 OF_RESPONSES = "field", "responses", "phases"
 """Ways by which responses are interpolated."""
@@ -109,27 +113,36 @@ class HelmholtzField(SpectrumModel):
         spectra = {
             way: field.beamforming(responses) if way == of_responses else self._by(way, positions) for way in self._used
         }
-        return self._mean(spectra), responses
+        return _sum(spectra, self._used), responses
 
     def beamformed(self) -> Beamformed | None:
-        """As for ``SpectrumModel``: if each element's known responses are interpolated, and nothing else."""
-        (way, *others) = self._used
-        field: Any = self.fields[way] if way == "responses" and not others else None
-        return None if field is None else field.beamformed()
+        """As for ``SpectrumModel``: if each element's known responses are interpolated."""
+        weight, field = self._used.get("responses"), self.fields["responses"] if "responses" in self.fields else None
+        if weight is None or not isinstance(field, KrigedField) or "field" in self._used:
+            return None
+        return Beamformed(field.responses, field.beamforming, weight, self._add_others if len(self._used) > 1 else None)
+
+    def _add_others(self, positions: Float[Tensor, "B 3"], spectra: Float[np.ndarray, "B 90 360"]) -> None:
+        """Add the spectra that other ways than kriging of responses predict, by their weights."""
+        field: Any = self.fields["responses"]
+        known = field.all_known_spectra()
+        for way, weight in self._used.items():
+            if way == "inverse-distance" and known is not None:
+                from learn.models.quick_nearest import add_mean_of_nearest  # compiles, which training does not need
+
+                of_known = field.places.numpy(), known.numpy(), weight, min(NEIGHBOURS, len(known)), LEAST_DISTANCE
+                add_mean_of_nearest(spectra, positions.numpy(), *of_known)
+            elif way != "responses":
+                for some in torch.arange(len(positions)).split(PIECE):
+                    spectra[some] += weight * self._by(way, positions[some]).numpy()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the weighted mean."""
-        return self._mean({way: self._by(way, positions) for way in self._used})
+        return _sum({way: self._by(way, positions) for way in self._used}, self._used)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """As for ``SpectrumModel``."""
-        return self._mean({way: self._by(way, positions, pixels) for way in self._used})
-
-    def _mean(self, spectra: Mapping[str, Float[Tensor, "B H W"]]) -> Float[Tensor, "B H W"]:
-        """The weighted mean of spectra predicted by the ways that have a weight."""
-        if len(spectra) == 1:  # spares two copies
-            return next(iter(spectra.values()))
-        return torch.stack([weight * spectra[way] for way, weight in self._used.items()]).sum(dim=0)
+        return _sum({way: self._by(way, positions, pixels) for way in self._used}, self._used)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
         """Kriging variance, that of responses if these are interpolated. None for inverse-distance weighting alone."""
@@ -348,6 +361,17 @@ class HelmholtzField(SpectrumModel):
         if not (min(self._used.values(), default=0) > 0 and abs(sum(self._used.values()) - 1) < 1e-3):
             raise RuntimeError(f"weights that are not shares of 1, {self.weights.tolist()}")
         return loaded
+
+
+def _sum(spectra: Mapping[str, Float[Tensor, "B H W"]], weights: Mapping[str, float]) -> Float[Tensor, "B H W"]:
+    """The weighted sum of spectra predicted by several ways."""
+    (first, weight), *others = weights.items()
+    if weight == 1:  # spares a copy
+        return spectra[first]
+    total = weight * spectra[first]
+    for way, each in others:
+        total.add_(spectra[way], alpha=each)
+    return total
 
 
 def _ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:

@@ -11,6 +11,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
+from learn.models.base import runs_compiled
 from learn.models.capabilities import PredictsResponses
 from learn.models.image_search import ImageSearch, offsets_of, waves_of
 from learn.models.kriged_field import KrigedField
@@ -81,11 +82,20 @@ class ImageField(PredictsResponses):
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary), in the units of the known ones."""
-        places = positions @ self.frame.T
+        return self._of_images(positions @ self.frame.T) + self.power.sqrt() * self.rest.responses(positions)
+
+    def _of_images(self, places: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """The sum over the images at places in the frame of the walls, compiled in inference mode on the CPU."""
+        if runs_compiled(places):
+            from learn.models.quick_images import sum_of_waves  # compiles, which training does not need
+
+            elements = (self.middles + self.signs * self.offsets[:, None]).movedim(1, 0)
+            of_images = elements.numpy(), self.amplitudes.numpy(), float(self.wavelength)
+            found = sum_of_waves(places.numpy(), *of_images)
+            return torch.view_as_real(torch.from_numpy(found)).float()
         real, imaginary = image_waves(places, self.middles, self.signs, self.offsets, self.wavelength)
         x, y = self.amplitudes.unbind(dim=1)  # real numbers, since ONNX has no complex ones
-        explained = torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1)
-        return explained + self.power.sqrt() * self.rest.responses(positions)
+        return torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Variance of e relative to the power of the responses. The amplitudes count as known."""

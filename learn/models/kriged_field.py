@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import torch
@@ -12,8 +12,9 @@ from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel
+from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel, runs_compiled
 from learn.models.geometry import distances, evenly_spread_directions
+from learn.models.kept import Kept
 from learn.models.leg_times import leg_times
 from learn.models.quadrature import Quadrature
 from learn.models.vecchia import fit_covariance
@@ -23,11 +24,17 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
+if TYPE_CHECKING:
+    from learn.models.quick_kriging import QuickKriging
+
 DIRECTIONS = 100
 """Number of directions of the plane waves, spread evenly over the sphere."""
 
 SAMPLES = 256
 """Number of nearest samples of one field from which a prediction is made, in whole arrays."""
+
+KEPT = 2000
+"""Largest number of known spectra that are kept once they are computed, 260 MB."""
 
 Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
@@ -119,6 +126,8 @@ class KrigedField(SpectrumModel):
         self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, numbers))
         self.register_buffer("mean", torch.zeros(numbers))
+        self._quick: Kept[QuickKriging] = Kept()
+        self._spectra: Kept[Tensor] = Kept()
         # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
@@ -277,8 +286,24 @@ class KrigedField(SpectrumModel):
         return values, (1 - (weights * cross_covariance).sum(dim=1)).mean(dim=-1).clamp(0, 1)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary), up to one common factor; only if responses are interpolated."""
-        return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
+        """Element responses y (real, imaginary), up to one common factor; only if responses are interpolated.
+
+        In inference mode on the CPU, a compiled loop computes them (``QuickKriging``).
+        """
+        quick = self._quickly(positions)
+        if quick is None:
+            return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
+        return torch.view_as_real(torch.from_numpy(quick.responses(positions.numpy(), self.neighbours)))
+
+    def _quickly(self, positions: Float[Tensor, "B 3"]) -> QuickKriging | None:
+        """What interpolates responses quickly. None: nothing does, or their gradient is needed."""
+        if not runs_compiled(positions) or not self.of_responses or self._of_field:
+            return None
+        from learn.models.quick_kriging import QuickKriging  # compiles, which training does not need
+
+        known = self.places, self.times, self.values, self.mean, self.directions, self.wavelength
+        made_of = *known, self.shares, self.length, self.drift, self.nugget
+        return self._quick.of(made_of, lambda: QuickKriging(*made_of))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
@@ -306,6 +331,8 @@ class KrigedField(SpectrumModel):
             positions: transmitter positions, metres, world frame.
             left_out: as for ``interpolated``.
         """
+        if self.of_responses and left_out is None:
+            return self.beamforming(self.responses(positions))
         return self._as_spectra(self.interpolated(positions, left_out)[0])
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
@@ -324,6 +351,11 @@ class KrigedField(SpectrumModel):
         """
         values = self.values[members].float()
         return self._as_spectra(values.flatten(0, -2)).unflatten(0, members.shape)
+
+    def all_known_spectra(self) -> Float[Tensor, "n 90 360"] | None:
+        """Spectra at all known positions, which are computed once. None: there are too many to keep."""
+        known = torch.arange(len(self.places))
+        return None if len(known) > KEPT else self._spectra.of([self.values], lambda: self.known_spectra(known))
 
     def _as_spectra(self, values: Float[Tensor, "n C"]) -> Float[Tensor, "n 90 360"]:
         if self.of_responses:

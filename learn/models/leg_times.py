@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
@@ -43,3 +44,19 @@ def leg_times(
     log_probability = leg_duration.log() - distance.square() / 2 - tube_volume.log()
     log_probability, leg = log_probability.topk(min(LEGS, len(legs)), dim=1)
     return times[leg] + leg_fraction.gather(1, leg) * leg_duration[leg], log_probability.softmax(dim=1)
+
+
+def leg_shapes(places: Float[np.ndarray, "n 3"], times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "L 7"]:
+    """What ``leg_times`` needs of each leg, computed once for a compiled loop over positions.
+
+    Returns:
+        The leg's vector, 1 / its squared length, its duration, 1 / (2 deviation²), and the log of duration / volume.
+    """
+    vectors, duration = np.diff(places, axis=0), np.diff(times)
+    squared = np.square(vectors).sum(axis=1)
+    length = np.sqrt(squared)
+    deviation = STRAY * length + STRAY_LEAST
+    volume = 2 * np.pi * length * deviation**2 + (2 * np.pi) ** 1.5 * deviation**3
+    with np.errstate(divide="ignore"):  # two spectra of one time
+        density = np.log(duration / volume)
+    return np.column_stack([vectors, 1 / np.maximum(squared, 1e-12), duration, 0.5 / deviation**2, density])

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import WEAK, PredictsResponses
+from learn.models.capabilities import relative_error
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks import ResidualFFN
+from learn.models.path_delays import PathDelays
 from learn.models.quadrature import Quadrature, interpolation, picture_pixels
+from learn.models.response_network import ResponseNetwork
 from simulate.spectra.beamformer import Beamformer
 
 WIDTH, LAYERS = 256, 4
 """Width and number of residual layers of both networks."""
+
+PATHS = 8
+"""Number of delays over a band."""
 
 SAMPLES = 512
 """Largest number of samples of one field that a training step takes, if it has not more places than that."""
@@ -68,8 +70,10 @@ class SpectrumMLP(SpectrumModel):
         return (rows @ few @ columns.T).clamp(0, 1)
 
 
-class ResponseMLP(PredictsResponses):
+class ResponseMLP(ResponseNetwork):
     """A network that predicts the complex element responses from the encoded position of the transmitter.
+
+    Over a band, it predicts the gains of ``PATHS`` learned delays at each element.
 
     If the receiver moves, its elements at all places of the array sample one field, that of the fixed transmitter. The
     network then predicts this field at the elements' own positions, y_m(r) = y(r + d_m), and learns from as many
@@ -80,13 +84,10 @@ class ResponseMLP(PredictsResponses):
         beamformer: the dataset's array and grid.
         wavelength: metres.
         encoding: encoding of the position, as for ``TransmitterEncoding``.
-
-    Attributes:
-        turn: rotation matrix from the gateway frame to the world frame if the receiver moves; otherwise None.
     """
 
     elements: Tensor
-    turn: Tensor | None
+    paths = PATHS
 
     def __init__(
         self,
@@ -97,41 +98,43 @@ class ResponseMLP(PredictsResponses):
         encoding: EncodingKind = "octaves",
     ):
         super().__init__(region, beamformer, wavelength)
-        self.register_buffer("turn", None)
         self.register_buffer("elements", torch.from_numpy(beamformer.array.positions).float(), persistent=False)
         self.encoding = TransmitterEncoding(encoding)
-        self.network = ResidualFFN(self.encoding.size, 2 * beamformer.array.elements, WIDTH, LAYERS)
+        self.rebuild()
 
-    def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
-        """As for ``SamplesOneField``."""
-        self.turn = turn.to(self.region)
-        self.network = ResidualFFN(self.encoding.size, 2, WIDTH, LAYERS).to(self.region)
+    def rebuild(self) -> None:
+        elements = len(self.elements) if self.turn is None else 1
+        gains = 1 if self.band is None else self.paths
+        self.network = ResidualFFN(self.encoding.size, 2 * elements * gains, WIDTH, LAYERS).to(self.region)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses (real, imaginary); their scale and common phase are arbitrary."""
-        if self.turn is not None:
-            return self._field(positions, self.elements)
-        return self.network(self.encoded(positions)).unflatten(-1, (-1, 2))
+        return self._gains(positions, self.elements).sum(dim=-2)
+
+    def over_band(self, band: PathDelays, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"]:
+        return band(self._gains(positions, self.elements))
 
     def responses_loss(
-        self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements 2"]
+        self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements *subcarriers 2"]
     ) -> Float[Tensor, ""]:
         """As for ``PredictsResponses``; of one field, that of some elements, drawn at random, to save time."""
         if self.turn is None:
             return super().responses_loss(positions, responses)
         count = max(1, min(len(self.elements), SAMPLES // len(positions)))
         drawn = torch.randperm(len(self.elements), device=positions.device)[:count]
-        error = (self._field(positions, self.elements[drawn]) - responses[:, drawn]).square().sum(dim=-1).mean(dim=-1)
-        return (error / (responses.square().sum(dim=-1).mean(dim=-1) + WEAK)).mean()
+        gains = self._gains(positions, self.elements[drawn])
+        return relative_error(gains.sum(dim=-2) if self.band is None else self.band(gains), responses[:, drawn])
 
-    def _field(self, positions: Float[Tensor, "B 3"], elements: Float[Tensor, "some 3"]) -> Float[Tensor, "B some 2"]:
-        """The field at elements (wavelengths, gateway frame) of arrays at positions."""
-        assert self.turn is not None
+    def _gains(
+        self, positions: Float[Tensor, "B 3"], elements: Float[Tensor, "some 3"]
+    ) -> Float[Tensor, "B some gains 2"]:
+        """Gains of all delays; their sum is the response at the carrier, which is the only gain if there is no band.
+
+        Args:
+            positions: places of the transmitter, or of the array that moves, metres.
+            elements: elements of the array, wavelengths, gateway frame: all of them, unless the array moves.
+        """
+        if self.turn is None:
+            return self.network(self.encoded(positions)).unflatten(-1, (len(elements), -1, 2))
         places = (positions[:, None] + self.wavelength * elements @ self.turn.T).flatten(0, 1)
-        return self.network(self.encoded(places)).unflatten(0, (-1, len(elements)))
-
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, also with the weights of one field."""
-        if "turn" in state_dict and self.turn is None:
-            self.sample_one_field(state_dict["turn"])
-        return super().load_state_dict(state_dict, strict, assign)
+        return self.network(self.encoded(places)).unflatten(0, (-1, len(elements))).unflatten(-1, (-1, 2))

@@ -24,6 +24,9 @@ QUARTERS = 4
 LEAST_GAIN = 0.003
 """A smaller gain in mean SSIM can be due to chance."""
 
+LEAST_DISTANCE = 1e-9
+"""Metres; weights do not grow nearer to a known position."""
+
 
 def best_weights(
     predicted: Mapping[str, Float[np.ndarray, "L 90 360"]], truth: Float[np.ndarray, "L 90 360"]
@@ -66,7 +69,7 @@ def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Ten
         distance: from each position to each known one, metres.
     """
     distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
-    weights = 1 / distance.clamp_min(1e-9)
+    weights = 1 / distance.clamp_min(LEAST_DISTANCE)
     weights = weights / weights.sum(dim=1, keepdim=True)
     return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
 

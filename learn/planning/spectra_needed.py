@@ -12,7 +12,7 @@ from jaxtyping import Float
 from learn.expectation.expected_score import Expected, is_as_measured, score_curve
 from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import ParameterError, require_within
-from scenes.scene.description import Gateway
+from scenes.scene.antennas import Gateway
 from simulate.spectra.array import Array, PlanarArray
 
 

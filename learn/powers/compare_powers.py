@@ -12,10 +12,11 @@ from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
 from learn.powers.power_comparison import PowerComparison
-from learn.powers.power_methods import POWER_METHODS
+from learn.powers.power_methods import with_twin
 from learn.powers.power_scores import of_gateway, score_powers
 from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
+from scenes.scene.description import Scene
 from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset, read_rssi
 
 
@@ -29,6 +30,7 @@ def compare_powers(
     guard: float = 0.0,
     seeds: int = 1,
     budget: float = 5.0,
+    scene: Scene | Path | str | None = None,
 ) -> PowerComparison:
     """Fit and score methods that predict received powers (RSSI) at new positions.
 
@@ -51,7 +53,8 @@ def compare_powers(
             slow change and of fading), or classes of your own ("module:Class"). Or a dictionary from the label of a row
             to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
             or such an object, which is copied for each fit. None: all that are not trained by steps. "nerf2" is,
-            for ``budget`` minutes.
+            for ``budget`` minutes. With ``scene`` there is also "twin": rays in the scene, which the known powers
+            correct, and kriging of the remainder.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive positions) or "area" (connected areas with a fifth).
         train_size: number of training positions to keep; the validation part shrinks in proportion. Or several
@@ -61,14 +64,17 @@ def compare_powers(
         guard: known positions nearer than this to a test position are left out, wavelengths.
         seeds: number of fits of each method, with seeds 0, 1, …
         budget: training time of each method that is trained by steps, minutes.
+        scene: the scene as described, which "twin" corrects: a scene, the name of a built-in one, or a scene YAML. Its
+            own gateways are left out.
 
     Returns:
         The scores.
 
     Raises:
         InputError: the folder cannot be read; or it has too few positions, or no index files, for the split.
-            Or something went wrong in a method of your own.
-        ParameterError: a method or the split is unknown, or another argument is out of its range.
+            Or something went wrong in a method of your own. Or the scene cannot be read, or is of another frequency.
+        ParameterError: a method or the split is unknown, "twin" is asked for without a scene or a scene is given
+            without "twin", or another argument is out of its range.
 
     Example:
         >>> import bisplat, numpy as np
@@ -93,9 +99,9 @@ def compare_powers(
         [('loudest', 10), ('nearest', 10), ('loudest', 20), ('nearest', 20)]
     """
     check_effort(budget, seeds)
-    makers = chosen(methods, POWER_METHODS)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
+    makers = chosen(methods, with_twin(dataset, scene, methods))
     if dataset.frequency is None:
         say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
     parts = Parts.of(dataset, split, seed, train_size, guard, "positions")
@@ -122,6 +128,7 @@ def compare_powers(
         seed=seed,
         guard=guard,
         minutes=budget,
+        scene=scene.name if isinstance(scene, Scene) else None if scene is None else str(scene),
         parts=parts.largest,
         rows=rows,
         distances=parts.distances,

@@ -113,7 +113,7 @@ def coverage_map(
 ) -> CoverageMap:
     """Predict the power of every gateway on a horizontal grid.
 
-    Walls count only as far as the known powers show them: nothing is traced.
+    Walls count only as far as the known powers show them: nothing is traced, unless ``powers`` is fitted by "twin".
 
     Args:
         powers: received powers, their folder, or a method that is already fitted to them. Of a folder, the method

@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
-from learn.powers.power_methods import POWER_METHODS
+from learn.powers.power_methods import POWER_METHODS, TWIN, with_twin
 from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
+from scenes.scene.description import Scene
 from simulate.positions.given_positions import check_points
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
@@ -67,21 +68,24 @@ def fit_powers(
     *,
     known: Int[np.ndarray, " n"] | None = None,
     seed: int = 0,
+    scene: Scene | Path | str | None = None,
 ) -> FittedPowers:
-    """Fit a method to received powers (RSSI). It takes seconds, so nothing is stored.
+    """Fit a method to received powers (RSSI). It takes seconds, of "twin" minutes, so nothing is stored.
 
     Args:
         dataset: received powers, or their folder.
         method: a name that ``compare_powers`` knows, such as "helmholtz" or "inverse-distance".
         known: indices of the positions to learn from. None: all of them.
         seed: seed of everything that is random in the method.
+        scene: the scene that the method "twin" traces, as for ``compare_powers``.
 
     Returns:
         The fitted method.
 
     Raises:
-        InputError: the folder cannot be read.
-        ParameterError: the method is unknown, ``known`` is not a list of indices, or ``seed`` is no seed.
+        InputError: the folder or the scene cannot be read, or they do not fit.
+        ParameterError: the method is unknown, or "twin" without a scene; a scene is given to another method; ``known``
+            is not a list of indices; or ``seed`` is no seed.
 
     Example:
         >>> import bisplat
@@ -90,12 +94,12 @@ def fit_powers(
         >>> bisplat.fit_powers(hall, "nearest").predict([[4, 2.1, 1]]).median.tolist()
         [[-60.0]]
     """
-    require_word(POWER_METHODS, method=method)
+    require_word([*POWER_METHODS, TWIN], method=method)
     require_seed(seed=seed)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))
-    fitted = POWER_METHODS[method]()
+    fitted = with_twin(dataset, scene, [method])[method]()
     fitted.fit(KnownPowers.of(dataset, indices, seed))
     return FittedPowers(dataset, method, indices, fitted)
 

@@ -46,6 +46,7 @@ class PowerComparison(ScoreTable):
         rows: a dictionary for each method, seed and size with all gateways together, in the order in which they were
             measured. ``averages()`` and ``table()`` average them over the seeds.
         distances: how far the test positions are from the known ones.
+        scene: the scene that "twin" corrects: its name or file. None: there was none.
         dataset: the received powers.
         gateway_rows: the same as ``rows`` for each gateway; "gateway" is the gateway's name.
         predicted: predicted powers at the test positions, dBm, [test, gateways], of the first seed, by the name of the
@@ -80,6 +81,7 @@ class PowerComparison(ScoreTable):
     RANKED_BY: ClassVar[str] = MEASURE.key
     THINGS: ClassVar[str] = "positions"
 
+    scene: str | None
     dataset: RssiDataset = field(repr=False)
     gateway_rows: list[dict[str, Any]]
     predicted: Mapping[str, PredictedPowers]
@@ -148,6 +150,6 @@ class PowerComparison(ScoreTable):
     def facts(self) -> dict[str, Any]:
         """All scores and what they are of, for JSON; methods by name, of several sizes with the size."""
         of_gateways = {each: by_name(self.gateway_averages(each), "gateway") for each in self.dataset.gateway_names}
-        facts = super().facts()
+        facts = super().facts() | ({} if self.scene is None else {"scene": self.scene})
         facts["gateways"] = {name: {each: of_gateways[each][name] for each in of_gateways} for name in facts["methods"]}
         return facts

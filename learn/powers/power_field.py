@@ -6,6 +6,8 @@ covariance of fading is left of the wave.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import ndtri
@@ -45,20 +47,31 @@ class PowerField:
         share: share of inverse-distance weighting, 0…1.
     """
 
+    NAME: ClassVar[str] = "helmholtz"
+
     def fit(self, known: KnownPowers) -> None:
         chosen = _at_most(len(known.positions), known.seed)
         if len(chosen) < len(known.positions):
-            say(f"helmholtz learns from {len(chosen)} of the {len(known.positions)} known positions")
+            say(f"{self.NAME} learns from {len(chosen)} of the {len(known.positions)} known positions")
         self._known, self._positions, self._powers = known, known.positions[chosen], known.filled[chosen]
-        distances = known.distances(self._positions)
-        left = self._powers - known.law(distances)
+        trends = self._trends(self._positions)
+        left = self._left(trends)
         self.covariance = fit_covariance(self._positions, left, known.wavelength, known.seed)
         whole = self.covariance(self._positions, self._positions)
         whole[np.diag_indices_from(whole)] += self.covariance.shares[2] + JITTER
         self._inverse = np.linalg.inv(whole)
-        columns = zip(decades(distances).T, self._powers.T, strict=True)
+        columns = zip(trends, self._powers.T, strict=True)
         self._gateways = [_Gateway(self._inverse, *each) for each in columns]
         self._stack(~np.isnan(known.powers[chosen]))
+
+    def _trends(self, positions: Float[np.ndarray, "K 3"]) -> list[Float[np.ndarray, "K T"]]:
+        """What the mean power of each gateway is linear in: here the law's level and its exponent."""
+        decade = decades(self._known.distances(positions))
+        return [np.stack([np.ones_like(column), column], axis=1) for column in decade.T]
+
+    def _left(self, trends: list[Float[np.ndarray, "n T"]]) -> Float[np.ndarray, "n G"]:
+        """What the trends leave of the known powers, dB: here by the law that also fits what was not received."""
+        return self._powers - self._known.law(self._known.distances(self._positions))
 
     def _stack(self, heard: Bool[np.ndarray, "n G"]) -> None:
         """Choose the share of inverse-distance weighting, and the quantiles of the left-out errors.
@@ -75,15 +88,17 @@ class PowerField:
         if size[self.share] > (1 - LEAST_GAIN) * size[0.0]:
             self.share = 0.0
         stated = mixed[self.share] / np.maximum(deviations[heard], JITTER)
-        self._quantiles = np.quantile(stated, QUANTILES) if stated.size >= LEAST_ERRORS else ndtri(QUANTILES)
+        self._quantiles = self._spread(stated) if stated.size >= LEAST_ERRORS else ndtri(QUANTILES)
+
+    def _spread(self, stated: Float[np.ndarray, " errors"]) -> Float[np.ndarray, " 3"]:
+        """``QUANTILES`` of left-out errors in stated standard deviations."""
+        return np.quantile(stated, QUANTILES)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
         near = self.covariance(positions, self._positions)
         explained = np.einsum("kn,kn->k", near @ self._inverse, near)
-        decade = decades(self._known.distances(positions))
-        each = [
-            gateway.predict(near, explained, column) for gateway, column in zip(self._gateways, decade.T, strict=True)
-        ]
+        trends = self._trends(positions)
+        each = [gateway.predict(near, explained, trend) for gateway, trend in zip(self._gateways, trends, strict=True)]
         mean, deviation = (np.stack(values, axis=1) for values in zip(*each, strict=True))
         if self.share:
             others = by_inverse_distance(self._positions, self._powers, positions)
@@ -93,18 +108,17 @@ class PowerField:
 
 
 class _Gateway:
-    """Universal kriging of the powers of one gateway, with a law of level and exponent.
+    """Universal kriging of the powers of one gateway about a linear trend.
 
     Args:
         inverse: inverse covariance of the known powers, up to their variance.
-        decade: −10 log₁₀ of the distances of the known positions.
+        trend: what the mean is linear in, at the known positions.
         power: known powers, dBm.
     """
 
     def __init__(
-        self, inverse: Float[np.ndarray, "n n"], decade: Float[np.ndarray, " n"], power: Float[np.ndarray, " n"]
+        self, inverse: Float[np.ndarray, "n n"], trend: Float[np.ndarray, "n T"], power: Float[np.ndarray, " n"]
     ):
-        trend = np.stack([np.ones_like(decade), decade], axis=1)
         self._weighted_trend = inverse @ trend
         self._uncertainty = np.linalg.pinv(trend.T @ self._weighted_trend)
         self._law = self._uncertainty @ self._weighted_trend.T @ power
@@ -119,10 +133,9 @@ class _Gateway:
         self.left_out_deviation = self._deviation / np.sqrt(precision)
 
     def predict(
-        self, near: Float[np.ndarray, "K n"], explained: Float[np.ndarray, " K"], decade: Float[np.ndarray, " K"]
+        self, near: Float[np.ndarray, "K n"], explained: Float[np.ndarray, " K"], trend: Float[np.ndarray, "K T"]
     ) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
         """Mean and standard deviation, dBm and dB; ``explained`` is the variance that the known powers explain."""
-        trend = np.stack([np.ones_like(decade), decade], axis=1)
         mean = trend @ self._law + near @ self._weights
         open_trend = trend - near @ self._weighted_trend
         of_law = np.einsum("kt,tu,ku->k", open_trend, self._uncertainty, open_trend)

@@ -17,7 +17,7 @@ from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
-from learn.models.capabilities import PredictsResponses
+from learn.models.capabilities import LearnsBand, PredictsResponses
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.steps import Steps
@@ -33,12 +33,12 @@ class Learned(NamedTuple):
     """What a network learns from.
 
     Attributes:
-        responses: responses of every spectrum of the dataset. Those outside the training part may be zero, and those
-            behind black pictures are. None: the network learns from pictures.
+        responses: responses of every spectrum of the dataset, over its band if the network learns that. Those outside
+            the training part may be zero, and those behind black pictures are. None: the network learns from pictures.
         seconds: time that it took to find them, seconds.
     """
 
-    responses: Complex[np.ndarray, "K elements"] | None
+    responses: Complex[np.ndarray, "K elements *subcarriers"] | None
     seconds: float = 0.0
 
 
@@ -58,6 +58,8 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     """
     if not isinstance(model, PredictsResponses):
         return Learned(None)
+    if dataset.band_responses is not None and isinstance(model, LearnsBand):
+        return Learned(dataset.band_responses)
     if dataset.responses is not None:
         return Learned(dataset.responses)
     if not (by_steps.find_phases and len(parts.validation) and can_retrieve(dataset, parts.train)):

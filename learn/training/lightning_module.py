@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import lightning as L
 import numpy as np
@@ -57,7 +56,7 @@ class Training(L.LightningModule):
         self,
         positions: Float[Tensor, "B 3"],
         pictures: UInt8[Tensor, "B 90 360"],
-        responses: Float[Tensor, "B elements 2"],
+        responses: Float[Tensor, "B elements *subcarriers 2"],
         coarse: bool,
     ) -> Tensor:
         """Loss of a batch: of responses if these are given and the model predicts them, otherwise of pictures.
@@ -90,13 +89,7 @@ class Training(L.LightningModule):
 
     def configure_optimizers(self):
         steps, rate = self.by_steps.steps, self.by_steps.learning_rate
-        placed = self.model.undecayed()
-        others = [each for each in self.parameters() if all(each is not place for place in placed)]
-        groups: list[dict[str, Any]] = [
-            {"params": others, "weight_decay": self.by_steps.weight_decay},
-            {"params": placed, "weight_decay": 0.0},
-        ]
-        optimiser = torch.optim.AdamW(groups, lr=rate, fused=True)
+        optimiser = torch.optim.AdamW(self.model.groups(self.by_steps.weight_decay), lr=rate, fused=True)
         warm_up = max(1, round(WARM_UP * steps))
         rising = LinearLR(optimiser, start_factor=1 / warm_up, total_iters=warm_up - 1)
         falling = CosineAnnealingLR(optimiser, T_max=max(1, steps - warm_up))
@@ -149,7 +142,8 @@ class Spectra(L.LightningDataModule):
         parts: indices into the dataset; the training and the validation part are used.
         batch_size: number of spectra per step, of all processes together.
         seed: seed of the order.
-        responses: responses of all K spectra to learn from. None: the model learns from pictures.
+        responses: responses of all K spectra to learn from, at the carrier or at all subcarriers. None: the model
+            learns from pictures.
 
     Attributes:
         epochs: number of steps of each epoch; the model is validated after each. None: a single pass.
@@ -166,7 +160,7 @@ class Spectra(L.LightningDataModule):
         parts: Split,
         batch_size: int,
         seed: int,
-        responses: Complex[np.ndarray, "K elements"] | None = None,
+        responses: Complex[np.ndarray, "K elements *subcarriers"] | None = None,
     ):
         super().__init__()
         self.dataset, self.parts, self._batch_size, self._seed = dataset, parts, batch_size, seed

@@ -16,17 +16,17 @@ import torch
 from jaxtyping import Float
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
-from scipy.spatial.transform import Rotation
 
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import FitsInClosedForm, SamplesOneField, unsuited
+from learn.models.capabilities import FitsInClosedForm, unsuited
 from learn.models.quadrature import quadrature
 from learn.models.retrieved_field import not_retrieved
 from learn.models.steps import MINUTES_MOST, Processes, Steps
+from learn.models.suited_to import suit_to
 from learn.training.budget import Timed, timed
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
@@ -321,13 +321,11 @@ def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumM
 
     Args:
         config: settings of the run.
-        dataset: the dataset. If its receiver moves, models that can do so learn the one field that all elements sample.
+        dataset: the dataset, to which the model is suited (``learn.models.suited_to``).
         parts: its split.
     """
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
-    if dataset.moving == "receiver" and isinstance(model, SamplesOneField):
-        turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()
-        model.sample_one_field(torch.from_numpy(turn).float())
+    suit_to(model, dataset, parts.train)
     return model
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
@@ -13,19 +13,19 @@ import numpy as np
 import yaml
 from jaxtyping import Float, Int
 
-from learn.data.same_receiver import other_frequency
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_positions
 from learn.twin.calibrate import described_scene, warn_of_other_place
 from learn.twin.calibration_table import RECORD, UNIT, changes_of
+from learn.twin.described_gateways import alone, scenes_with_gateways
 from learn.twin.power_likelihood import PowerFit, PowerLikelihood
 from learn.twin.power_search import PowerMinimum, PowerSearch, independence
-from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance
 from scenes.files.plain_text import say
 from scenes.files.yaml_file import PlainDumper
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
@@ -33,7 +33,6 @@ from scenes.storage.scene_yaml import write_scene
 from simulate.positions.given_positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
-from simulate.rssi.gateways_file import gateways_of
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.spectrum import evenly
 
@@ -164,21 +163,13 @@ def calibrate_powers_by(
         raise ParameterError("carrier", f"expected 0, since powers do not tell it, found {tolerances.carrier:g}")
     if dataset.frequency is None:
         say(f"{dataset.folder}: no frequency is stated, so the scene's, {scene.frequency / 1e6:g} MHz, is assumed")
-    elif other_frequency(dataset.wavelength, scene.wavelength):
-        raise InputError(
-            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
-            f"found {scene.wavelength:.4g} m"
-        )
-    gateways = described_gateways(dataset)
-    which = of_gateways(scene, list(gateways), tolerances)
+    scenes = scenes_with_gateways(scene, dataset)
+    which = of_gateways(scene, list(scenes), tolerances)
     if not which:
         raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
     positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
     if np.isnan(powers).all():
         raise InputError(f"{dataset.folder}: expected received powers at the known positions, found none")
-    scenes = alone(scene, gateways)
-    for name, each in scenes.items():
-        validate(each, f"{dataset.folder}: gateway {name}")
     region = bounding_box(positions)
     tracers = [Tracer(each, propagation, region, report=report) for each in scenes.values()]
     scales = np.stack([power_of_chains(each, positions) for each in tracers], axis=1)
@@ -210,17 +201,6 @@ def _calibration(scene: Scene, search: PowerSearch, found: PowerMinimum, before:
     return PowerCalibration(corrected, gateways, which, values, deviations, error, found.fit, propagation)
 
 
-def described_gateways(dataset: RssiDataset) -> dict[str, Gateway]:
-    """The gateways of received powers: their places from the folder, all else from its metadata.json if that has it."""
-    places = {name: tuple(place) for name, place in zip(dataset.gateway_names, dataset.gateway_positions, strict=True)}
-    stated = dataset.metadata.get("gateways", {})
-    keys = ("orientation", "pattern", "polarization")
-    return {
-        name: replace(gateway, **{key: stated[name][key] for key in keys if key in stated.get(name, {})})
-        for name, gateway in gateways_of(places).items()
-    }
-
-
 def of_gateways(scene: Scene, names: list[str], tolerances: Tolerances) -> list[Unknown]:
     """The unknowns of a scene whose powers several gateways receive: the places of the gateways, and of the scene.
 
@@ -234,11 +214,6 @@ def of_gateways(scene: Scene, names: list[str], tolerances: Tolerances) -> list[
     return [each for each in found if each.tolerance > 0]
 
 
-def alone(scene: Scene, gateways: Mapping[str, Gateway]) -> dict[str, Scene]:
-    """The scene with each gateway alone, by its name."""
-    return {name: replace(scene, gateway=each, further_gateways={}) for name, each in gateways.items()}
-
-
 def traced_powers(
     scene: Scene, gateways: Mapping[str, Gateway], positions: Float[np.ndarray, "K 3"], propagation: Propagation
 ) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K G"]]:
@@ -250,7 +225,14 @@ def traced_powers(
         positions: transmitter positions, metres, world frame.
         propagation: the mechanisms that rays follow.
     """
-    tracers = [Tracer(each, propagation, bounding_box(positions)) for each in alone(scene, gateways).values()]
+    region = bounding_box(positions)
+    return powers_by([Tracer(each, propagation, region) for each in alone(scene, gateways).values()], positions)
+
+
+def powers_by(
+    tracers: Sequence[Tracer], positions: Float[np.ndarray, "K 3"]
+) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K G"]]:
+    """The same as ``traced_powers`` by the tracer of each gateway."""
     gains = np.stack([np.abs(each.responses(positions)[:, 0].astype(complex)) ** 2 for each in tracers], axis=1)
     return gains, np.stack([power_of_chains(each, positions) for each in tracers], axis=1)
 

@@ -22,7 +22,8 @@ from learn.models.capabilities import HasPrimitives, PredictsResponses
 from learn.models.splat import Splats
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset

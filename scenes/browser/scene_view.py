@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from viser import ClientHandle, FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
 
 from scenes.checks.enclosure import enclosing
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.orientation import Quaternion
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)

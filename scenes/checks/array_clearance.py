@@ -13,7 +13,8 @@ from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 from trimesh.triangles import closest_point
 
-from scenes.scene.description import Gateway, SceneObject
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import SceneObject
 
 TOUCHING = 1e-3
 """Metres. Rays from an element that is nearer to a surface may start on either side of it."""

@@ -14,18 +14,8 @@ from scenes.checks.array_clearance import element_positions, obstruction
 from scenes.checks.material_frequency import outdated
 from scenes.checks.occupancy import blocking_object
 from scenes.files.errors import InputError, ParameterError, did_you_mean, named, shown
-from scenes.scene.description import (
-    FARTHEST,
-    LONGEST_NAME,
-    MOST_IN_A_ROW,
-    MOST_TRIANGLES,
-    PATTERNS,
-    POLARIZATIONS,
-    WIDEST_SPACING,
-    Gateway,
-    Scene,
-    Transmitter,
-)
+from scenes.scene.antennas import MOST_IN_A_ROW, PATTERNS, POLARIZATIONS, WIDEST_SPACING, Gateway, Transmitter
+from scenes.scene.description import FARTHEST, LONGEST_NAME, MOST_TRIANGLES, Scene
 from scenes.scene.element_positions import MOST_ELEMENTS, fault_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import THICKEST

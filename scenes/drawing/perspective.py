@@ -12,7 +12,8 @@ from trimesh import Trimesh
 from scenes.checks.depth_buffer import DepthBuffer, depth_buffer
 from scenes.checks.enclosure import UNDER_CEILING, Plane, ceiling_height, cut, opened_ceiling, opened_walls
 from scenes.drawing.floor_plan import REGION
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason, require_instance, require_path, shown
 from scenes.files.plain_text import in_figure
-from scenes.scene.description import Gateway, Scene, SceneObject
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

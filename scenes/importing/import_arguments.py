@@ -13,7 +13,7 @@ from scenes.files.errors import ParameterError, require_instance, require_path, 
 from scenes.importing.drawn_walls import Walls
 from scenes.importing.formats.mesh_checks import LARGEST
 from scenes.importing.lengths import METRES
-from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.materials import RadioMaterial
 
 

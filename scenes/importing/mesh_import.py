@@ -21,7 +21,8 @@ from scenes.importing.lengths import METRES, plain
 from scenes.importing.map_coordinates import far_from_origin, rounding_warnings
 from scenes.importing.material_rules import Rule, choose_materials, require_materials, rule_warnings, stated_materials
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import Vector3

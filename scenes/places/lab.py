@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, shelf, table
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import box
 
 SIZE = (8.0, 6.0, 3.0)  # m

@@ -17,7 +17,8 @@ from scenes.checks.validation import validate
 from scenes.files.errors import require_flag, require_seed, require_whole, require_word
 from scenes.places.furniture import KINDS, Kind, placed
 from scenes.places.room import GAP, Finish, Opening, Side, build_place, build_room
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import bounding_box
 

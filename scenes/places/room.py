@@ -16,7 +16,8 @@ from typing import Literal
 import numpy as np
 from trimesh import Trimesh
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.shapes import rotate, sheet, union
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from scenes.scene.description import Gateway, Scene, SceneObject
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene, SceneObject
 
 
 def shifted(scene: Scene, step: Float[np.ndarray, " 3"]) -> Scene:

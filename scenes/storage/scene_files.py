@@ -18,7 +18,8 @@ from trimesh import Trimesh
 from scenes.files.errors import InputError
 from scenes.files.input_file import require_regular
 from scenes.files.yaml_file import PlainDumper
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial, p2040_source
 
 LONGEST_STEM = 60

@@ -37,7 +37,8 @@ from scenes.places.conference import conference
 from scenes.places.lab import lab
 from scenes.places.office import office
 from scenes.places.workshop import workshop
-from scenes.scene.description import BOTH_ARRAYS, Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import BOTH_ARRAYS, Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
 from scenes.scene.orientation import Quaternion, Vector3

@@ -14,7 +14,8 @@ from scenes.files.schema import Positive, conform
 from scenes.storage.scene_digest import scene_digest
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
-    from scenes.scene.description import Gateway, Scene
+    from scenes.scene.antennas import Gateway
+    from scenes.scene.description import Scene
     from simulate.engines.engine import Setting
     from simulate.fullwave.stored_field import StoredField
 

@@ -19,7 +19,7 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import MEGABYTE, read_bytes
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
-from scenes.scene.description import Gateway
+from scenes.scene.antennas import Gateway
 from simulate.dataset.bearings import bearing_of, turns_of
 from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
 from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
-from scenes.scene.description import Gateway
+from scenes.scene.antennas import Gateway
 from simulate.dataset.bearings import FARTHER, POINTS
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray

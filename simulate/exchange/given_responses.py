@@ -17,7 +17,7 @@ from scenes.files.array_argument import check_array
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, require_word
 from scenes.files.output_folder import new_folder
-from scenes.scene.description import Gateway
+from scenes.scene.antennas import Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
 from simulate.dataset.dataset_writer import (

@@ -11,7 +11,8 @@ from jaxtyping import Complex
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import new_folder
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.phases import Phases
 from simulate.exchange.array_files import Arrays, read_arrays

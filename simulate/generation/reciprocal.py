@@ -13,7 +13,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from scenes.checks.array_clearance import element_positions
-from scenes.scene.description import Gateway, Scene, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene
 from scenes.scene.orientation import GATEWAY_FROM_TRANSMITTER
 
 

@@ -10,6 +10,9 @@ import numba
 
 from scenes.files.plain_text import say
 
+SUMS = {"reassoc", "contract"}
+"""``fastmath`` of kernels whose sums may be reordered, but whose numbers that are not finite must stay so."""
+
 
 def compiled(kernel: Callable | None = None, **options: Any) -> Any:
     """Compile a function by numba when it is first called, as a decorator with or without options.

@@ -11,7 +11,7 @@ from msgspec import UNSET, Struct, UnsetType
 
 from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.schema import conform
-from scenes.scene.description import Gateway
+from scenes.scene.antennas import Gateway
 from scenes.scene.orientation import Quaternion, Vector3, facing
 from simulate.rssi.given_powers import own_gateways
 from simulate.rssi.rssi_files import gateway_entries

@@ -23,7 +23,8 @@ from scenes.files.output_folder import move_content
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.files.temporary import temporary_folder
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import load_scene, write_scene

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.files.errors import InputError, ParameterError, require_positive, require_whole
-from scenes.scene.description import MOST_IN_A_ROW, SPEED_OF_LIGHT, WIDEST_SPACING, Gateway
+from scenes.scene.antennas import MOST_IN_A_ROW, WIDEST_SPACING, Gateway
+from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.element_positions import FARTHEST_ELEMENT, MOST_ELEMENTS, as_positions, fault_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.orientation import Vector3
@@ -208,7 +209,7 @@ def array_of(gateway: Gateway, frequency: float) -> Array:
         gateway: the gateway of a scene.
         frequency: carrier frequency of the scene, Hz.
 
-    >>> from scenes.scene.description import Gateway
+    >>> from scenes.scene.antennas import Gateway
     >>> array_of(Gateway((0, 0, 1), (0, 0, 0, 1), rows=2), 915e6)
     PlanarArray(rows=2, columns=4, spacing=0.5)
     """

@@ -16,15 +16,14 @@ The magnitude grows with the power, so the smallest and the largest power tell t
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from itertools import product
 
-import numba
 import numpy as np
 from jaxtyping import Bool, Complex, Float, UInt8
 
 from simulate.parallel.compiled import compiled
+from simulate.parallel.thread_tasks import in_threads
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
@@ -46,7 +45,7 @@ UNROLLED = 4
 AT_ONCE = 4
 """Number of spectra whose powers a thread keeps at a time, half a megabyte."""
 
-TASK = 32
+TASK = 8
 """Number of spectra that a thread takes at a time."""
 
 SAME_DISTANCE = 9
@@ -161,13 +160,16 @@ class QuickSpectra:
         self._functions, self._starts = np.ascontiguousarray(by_tile), np.array(starts)
         self._factors = np.stack(factors, axis=1).astype(np.complex64)
 
-    def write(self, responses: Complex[np.ndarray, "K elements"], spectra: Spectra) -> Bool[np.ndarray, " K"]:
+    def write(
+        self, responses: Complex[np.ndarray, "K elements"], spectra: Spectra, weight: float = 1
+    ) -> Bool[np.ndarray, " K"]:
         """Write the spectra of responses, min–max normalised, into an array.
 
         Args:
             responses: element responses, complex64. Their scale and common phase have no effect, and responses that are
                 all zero give a black spectrum.
             spectra: array [K, 90, 360] of float32, for numbers from 0 to 1, or uint8, for grey levels from 0 to 255.
+            weight: factor of the numbers or levels, at most 1.
 
         Returns:
             Which responses are finite. The spectra of the others are nan, or black as grey levels.
@@ -179,19 +181,12 @@ class QuickSpectra:
         scale = np.where(finite & (largest > 0), largest, np.float32(1))[:, None]
         scaled = np.where(finite[:, None], numbers / scale, np.float32(0)).view(np.complex64)
         factors = (scaled @ self._factors).view(np.float32).reshape(len(scaled), self._factors.shape[1], 2)
-        most = LARGEST_GREY if spectra.dtype == np.uint8 else 1
+        most = weight * (LARGEST_GREY if spectra.dtype == np.uint8 else 1)
 
-        def write_some(first: int) -> None:
-            some = slice(first, first + TASK)
+        def write_some(some: slice) -> None:
             _write(factors[some], self._functions, self._starts, spectra[some], most)  # type: ignore[call-arg]
 
-        threads, tasks = numba.get_num_threads(), range(0, len(scaled), TASK)
-        if min(threads, len(tasks)) < 2:
-            for first in tasks:
-                write_some(first)
-        else:
-            with ThreadPoolExecutor(threads) as pool:
-                list(pool.map(write_some, tasks))
+        in_threads(write_some, len(scaled), TASK)
         if spectra.dtype != np.uint8:
             spectra[~finite] = np.nan
         return finite

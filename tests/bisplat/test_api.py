@@ -11,7 +11,7 @@ import pytest
 
 import bisplat
 from scenes.scene import shapes
-from scenes.scene.description import Gateway
+from scenes.scene.antennas import Gateway
 
 ROOT = Path(__file__).parents[2]
 OUR_PACKAGES = re.compile(r"(from|import) (scenes|simulate|learn)\b")

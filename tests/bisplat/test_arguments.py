@@ -369,7 +369,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
                 "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
-                "budget": (*NUMBER, 0),
+                "budget": (*NUMBER, 0), "scene": (3, True, "nowhere", [], {"x": 1}),
             },
         ),
         "fit_powers": Call(
@@ -378,6 +378,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "dataset": (*PATH, "nowhere", data), "method": WORD, "seed": SEED,
                 "known": ("x", 3, [], [1.5], [-1], [12], [True], {"x": 1}),
+                "scene": (3, True, "nowhere", [], {"x": 1}),
             },
         ),
         "coverage_map": Call(

@@ -19,6 +19,7 @@ from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
 from simulate.engines.rays_engine import Rays
 from simulate.generation.request import Request
+from simulate.rssi.given_powers import write_rssi
 from tests.bisplat import without_extras
 
 FIELD = str(Path(__file__).parents[1] / "data" / "closet")
@@ -31,6 +32,7 @@ ENVIRONMENT = os.environ | {
 
 RAY_TRACING = "ray tracing needs Sionna RT, which is not installed: pip install 'bisplat-wrf[rays]'"
 TWIN = "the model twin needs Sionna RT, which is not installed: pip install 'bisplat-wrf[rays]'"
+POWERS = "the method twin needs Sionna RT, which is not installed: pip install 'bisplat-wrf[rays]'"
 VIEWER = "the viewer needs viser, which is not installed: pip install 'bisplat-wrf[viewer]'"
 CLUSTER = "simulation by workers or on a cluster needs Ray, which is not installed: pip install 'bisplat-wrf[ray]'"
 ONNX = "export to ONNX needs onnxscript, which is not installed: pip install 'bisplat-wrf[onnx]'"
@@ -46,6 +48,7 @@ WORK = (
     "train data -o run --model bisplat-aperture --steps 1 --batch-size 2",
     "predict run --positions data/tx_pos.csv -o out.npz",
     "compare data -o table --models nearest",
+    "compare heard --split random --models helmholtz",
     "export data --hdf5 data.h5",
     "scene lab",
     f"simulate closet -o field --engine fullwave --field {FIELD} -n 10",
@@ -74,6 +77,7 @@ REFUSED = {
     "plan lab -o new5.csv": RAY_TRACING,
     "export traced --deepmimo new6": RAY_TRACING,
     "train data -o new7 --model twin --scene lab": TWIN,
+    "compare heard --split random --models twin --scene lab": POWERS,
     "demo -o new8": DEMO,
     "scene sionna:etoile -o new9 --gateway 0 -150 30 --boresight 0 1 0 --region-min 0 0 1 --region-max 1 1 2": SIONNA,
     "view run": VIEWER,
@@ -92,6 +96,8 @@ def place(tmp_path_factory, write_folder) -> Path:
     scene = lab()
     write_folder(folder / "data")
     write_gateway(folder / "data" / "gateway_info.yml", "lab", scene.gateway.position, scene.gateway.orientation)
+    heard = np.random.default_rng(0).uniform(1, 3, (20, 3))
+    write_rssi(folder / "heard", heard, -50 - 10 * heard[:, :1], {"door": (1.0, 0.6, 2.2)}, scene.frequency)
     request = Request(scene, np.array([[2.5, 3.0, 1.2]]), "given", Rays(), 0)
     (folder / "traced").mkdir()
     write_scene(scene, folder / "traced" / "scene")

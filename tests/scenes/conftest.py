@@ -2,7 +2,8 @@
 
 import pytest
 
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import box, sheet
 

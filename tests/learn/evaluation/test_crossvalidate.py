@@ -12,7 +12,8 @@ from learn.reports.crossvalidation_report import write_crossvalidation
 from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
 from scenes.places.lab import lab
-from scenes.scene.description import Scene, Transmitter
+from scenes.scene.antennas import Transmitter
+from scenes.scene.description import Scene
 
 pytestmark = pytest.mark.usefixtures("small_models")
 

@@ -15,7 +15,8 @@ from learn.reports.engines_report import draw_plane, write_engines
 from learn.training.train import train
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError, ParameterError
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet

@@ -12,7 +12,7 @@ from learn.evaluation.picture_doubts import picture_doubts
 from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
 from scenes.places.lab import lab
-from scenes.scene.description import Transmitter
+from scenes.scene.antennas import Transmitter
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.rays_engine import Rays
 from simulate.generation.simulation import request_for

@@ -78,10 +78,11 @@ def test_leaving_out_by_formula_is_leaving_out():
     covariance = PowerCovariance(np.array([0.5, 0.3, 0.2]), np.full(3, 0.5), np.full(3, 0.2))
     whole, _ = covariance.with_gradient(squared_separations(at, at))
     decade, power = decades(np.linalg.norm(at - GATEWAYS[0], axis=1)), powers[:, 0]
+    trend = np.stack([np.ones_like(decade), decade], axis=1)
     kept = np.arange(12) != 4
-    without = _Gateway(np.linalg.inv(whole[np.ix_(kept, kept)]), decade[kept], power[kept])
-    mean, _ = without.predict(whole[[4]][:, kept], np.zeros(1), decade[[4]])
-    whole_field = _Gateway(np.linalg.inv(whole), decade, power)
+    without = _Gateway(np.linalg.inv(whole[np.ix_(kept, kept)]), trend[kept], power[kept])
+    mean, _ = without.predict(whole[[4]][:, kept], np.zeros(1), trend[[4]])
+    whole_field = _Gateway(np.linalg.inv(whole), trend, power)
     assert whole_field.left_out_error[4] == pytest.approx(power[4] - mean[0])
 
 

@@ -12,11 +12,11 @@ from bisplat.__main__ import main
 from learn.twin.calibrate_powers import (
     PowerCalibration,
     calibrate_powers_by,
-    described_gateways,
     of_gateways,
     traced_powers,
     write_power_calibration,
 )
+from learn.twin.described_gateways import described_gateways
 from learn.twin.power_likelihood import PowerFit
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.tolerances import Tolerances

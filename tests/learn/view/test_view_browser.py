@@ -17,7 +17,8 @@ import bisplat
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.places.lab import lab
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet

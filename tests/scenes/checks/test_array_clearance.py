@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from scenes.checks.array_clearance import element_positions, obstruction
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
-from scenes.scene.description import Gateway, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet

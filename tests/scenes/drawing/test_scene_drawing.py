@@ -20,7 +20,8 @@ from scenes.drawing.floor_plan import DOOR, draw_plan, section
 from scenes.drawing.perspective import draw_view
 from scenes.drawing.scene_drawing import DrawingError, describe_scene, draw_scene
 from scenes.files.errors import InputError
-from scenes.scene.description import SceneObject, Transmitter
+from scenes.scene.antennas import Transmitter
+from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import box, rotate, sheet, union
 from scenes.storage.scene_yaml import load_scene

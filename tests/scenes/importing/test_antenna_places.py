@@ -6,7 +6,8 @@ import pytest
 
 from scenes.importing.antenna_places import antenna_warnings
 from scenes.places.closet import closet
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet

@@ -10,7 +10,8 @@ import bisplat
 from scenes.files.errors import ParameterError
 from scenes.importing.drawn_walls import counted_twice, drawn_walls
 from scenes.importing.mesh_import import import_scene
-from scenes.scene.description import Gateway, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, union

@@ -13,7 +13,7 @@ from scenes.importing.imported_file import read_file
 from scenes.importing.mesh_files import read_mesh_file
 from scenes.importing.mesh_import import import_scene
 from scenes.importing.mitsuba_xml import read_mitsuba
-from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import read_scene, write_scene
 from tests import hostile_files as hostile

@@ -12,7 +12,7 @@ from scenes.files.errors import InputError
 from scenes.importing import import_unit
 from scenes.importing.import_unit import METRES, unit_doubt
 from scenes.importing.mesh_import import import_scene
-from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box
 from scenes.storage.scene_yaml import BUILT_IN

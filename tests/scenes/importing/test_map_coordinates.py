@@ -8,7 +8,7 @@ import pytest
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.importing.mesh_import import import_scene
-from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box
 

@@ -15,7 +15,7 @@ from scenes.importing.formats.mesh_part import MeshFile, MeshPart
 from scenes.importing.imported_file import read_file
 from scenes.importing.mesh_import import import_objects, import_scene
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
-from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box

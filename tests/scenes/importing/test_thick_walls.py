@@ -10,7 +10,8 @@ from trimesh import Trimesh
 from scenes.importing.plates import plates
 from scenes.importing.thick_walls import walls_as_sheets
 from scenes.places.office import office
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, rotate, sheet, union

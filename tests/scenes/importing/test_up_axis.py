@@ -10,7 +10,7 @@ from scenes.files.errors import InputError
 from scenes.importing.imported_file import ImportedFile, ImportedPart
 from scenes.importing.mesh_import import import_scene
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, facing_areas, up_doubt, up_evidence
-from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet, union
 from scenes.storage.scene_yaml import BUILT_IN

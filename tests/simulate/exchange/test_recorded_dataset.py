@@ -9,7 +9,8 @@ import scipy.io
 import bisplat
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.orientation import facing
 from simulate.dataset.bearings import bearing_of
 from simulate.exchange.hdf5_export import export_hdf5

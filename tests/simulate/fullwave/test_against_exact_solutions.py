@@ -9,7 +9,8 @@ from scipy.integrate import quad_vec
 from scipy.special import j0
 
 from scenes.checks.array_clearance import element_positions
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.permittivity import relative_permittivity

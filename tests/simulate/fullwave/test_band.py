@@ -7,7 +7,8 @@ import pytest
 
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet

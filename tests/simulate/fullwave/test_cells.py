@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from scenes.importing.thick_walls import walls_as_sheets
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, rotate, sheet

@@ -8,7 +8,8 @@ import pytest
 
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError, ParameterError
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import RadioMaterial, p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.permittivity import VACUUM_PERMEABILITY

@@ -7,7 +7,8 @@ import pytest
 from scipy.constants import c, epsilon_0
 from scipy.spatial.transform import Rotation
 
-from scenes.scene.description import Gateway, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import SceneObject
 from scenes.scene.shapes import sheet
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError, ParameterError
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.bearings import turns_of
 from simulate.spectra.angular_grid import AngularGrid, direction
 from simulate.spectra.array import PlanarArray

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 
@@ -58,7 +59,7 @@ def test_other_azimuths_have_no_mirror_images():
 
 @pytest.mark.parametrize("count", [0, 1, 5, module.TASK + 1, 3 * module.TASK - 2])
 def test_any_number_of_spectra_on_several_threads(count, monkeypatch):
-    monkeypatch.setattr(module.numba, "get_num_threads", lambda: 3)
+    monkeypatch.setattr(numba, "get_num_threads", lambda: 3)
     beamformer = Beamformer()
     responses = responses_of(beamformer.array, count)
     one_by_one = [written(beamformer, each[None]) for each in responses]

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.checks import outer_walls as module
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet

@@ -8,7 +8,8 @@ import pytest
 
 from learn.evaluation.crossvalidate import correlation
 from scenes.places.closet import closet
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from scenes.places.room import Finish, Opening, build_place, build_room
-from scenes.scene.description import Gateway, Transmitter
+from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet, union
 from simulate.rays.core.propagation import Propagation

@@ -1,0 +1,105 @@
+"""Networks that learn responses over a band for minutes; torch is imported when they fit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.band.known_band import KnownBand, PredictedBand
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+PREDICTED_AT_ONCE = 128
+"""Number of positions in a batch of a prediction."""
+
+
+class LearnedBand:
+    """A model of ``bisplat train`` that learns the gains of delays, with its own batch size, rate and weight decay.
+
+    Args:
+        steps: number of training steps. None: as many as fit into ``KnownBand.minutes``, at most the model's own.
+
+    Attributes:
+        delays: the learned delays, rising, seconds.
+        found: the delays in words.
+        steps: number of training steps that were made.
+    """
+
+    model: ClassVar[str]
+    """Name of the model."""
+
+    by_steps: ClassVar[bool] = True
+    """It is trained for minutes, so a comparison has it only if it is named."""
+
+    delays: Float[np.ndarray, " paths"]
+    found: str
+    steps: int
+
+    def __init__(self, steps: int | None = None):
+        self._steps = steps
+
+    def fit(self, known: KnownBand) -> None:
+        import torch
+
+        from learn.models.response_network import ResponseNetwork
+        from learn.models.suited_to import suit_to
+        from learn.training.registry import model_class, model_entry
+        from learn.training.timed_steps import train_steps
+
+        dataset, entry, responses = known.dataset, model_entry(self.model), known.responses
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+        self._scale = float(np.sqrt(np.square(np.abs(responses)).mean())) or 1.0
+        pairs = torch.view_as_real(torch.from_numpy((responses / self._scale).astype(np.complex64))).to(device)
+        places = torch.from_numpy(known.positions).float().to(device)
+        region = np.stack([known.positions.min(axis=0), known.positions.max(axis=0)])
+        settings = entry.by_steps
+        assert settings is not None
+        with torch.random.fork_rng():
+            torch.manual_seed(known.seed)
+            build: Any = model_class(self.model)
+            network = build(region, dataset.beamformer, dataset.wavelength, **entry.options)
+            assert isinstance(network, ResponseNetwork)
+            suit_to(network, dataset, known.known)
+            self._network = network.to(device)
+            assert network.band is not None
+
+            def loss() -> Tensor:
+                drawn = torch.randperm(len(places))[: settings.batch_size].to(device)
+                return network.responses_loss(places[drawn], pairs[drawn])
+
+            optimiser = torch.optim.AdamW(network.groups(settings.weight_decay), lr=settings.learning_rate)
+            most = settings.steps if self._steps is None else self._steps
+            minutes = known.minutes if self._steps is None else None
+            self.steps = train_steps(loss, optimiser, title=self.model, most=most, minutes=minutes)
+        assert dataset.band is not None
+        self.delays = np.sort(network.band.delays.detach().double().cpu().numpy()) / dataset.band.spacing
+        first, last = 1e9 * self.delays[[0, -1]]
+        self.found = f"{len(self.delays)} delays from {first:.0f} to {last:.0f} ns"
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedBand:
+        import torch
+
+        from learn.models.base import as_complex
+        from learn.training.prediction import batches_for
+
+        band = self._network.band
+        assert band is not None
+        with torch.inference_mode():
+            batches = batches_for(self._network, positions, PREDICTED_AT_ONCE)
+            found = [as_complex(self._network.over_band(band, each)) for each in batches]
+        return PredictedBand(self._scale * np.concatenate(found).astype(complex))
+
+
+class ResponseMLPBand(LearnedBand):
+    """``mlp-responses``: a network of the position predicts the gain of a few delays at each element."""
+
+    model = "mlp-responses"
+
+
+class ApertureBand(LearnedBand):
+    """``bisplat-aperture``: Gaussians with a gain and a delay each, and an array that receives their field."""
+
+    model = "bisplat-aperture"

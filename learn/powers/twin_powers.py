@@ -1,0 +1,135 @@
+"""The method twin for received powers: rays in a scene that the known powers correct, and kriging of the remainder.
+
+The ray tracer is imported when it fits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.powers.known_powers import KnownPowers
+from learn.powers.power_field import QUANTILES, PowerField
+from learn.twin.described_gateways import scenes_with_gateways
+from scenes.files.extras import require_extra
+from scenes.files.plain_text import say
+from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
+from scenes.scene.tolerances import Tolerances
+from simulate.rays.core.propagation import Propagation
+from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.spectra.spectrum import evenly
+
+if TYPE_CHECKING:
+    from learn.twin.calibrate_powers import PowerCalibration
+    from simulate.rays.tracer import Tracer
+
+CALIBRATED_BY = 160
+"""Largest number of known positions that correct the scene. All known positions are kriged."""
+
+FOLLOWED = Propagation(max_depth=2, rays=100_000)
+"""Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it.
+The scene is corrected without diffraction, which would take several times as long, too."""
+
+NO_PATHS = -250.0
+"""dBm; a traced power below it is that of no path."""
+
+
+class TwinPowers(PowerField):
+    """Universal kriging in dB, whose trend is what rays predict in the corrected scene.
+
+    The mean power of a gateway is P = a + n D + b T, with D = −10 log₁₀ of the distance and the power T of the traced
+    field in dB, softened in its fades (``PowerFit.predicted``). The weights a, n and b of each gateway are estimated
+    with the remainder, so that a description that explains nothing gets no weight, and ``helmholtz`` is left.
+
+    Errors at known positions are smaller than elsewhere, since these corrected the scene. With γ corrections that the
+    powers determine [mackay1992] and N independent powers, the intervals are wider by √((N + γ)/(N − γ)), as the
+    prediction error of a linear fit is larger than what it leaves [akaike1970].
+
+    Args:
+        scene: the scene as described. Its own gateways are left out.
+        dataset: received powers, of which only the gateways, the frequency and the floor are used.
+        tolerances: how wrong the description may be.
+        propagation: the mechanisms that rays follow; diffraction only after the scene is corrected.
+
+    Attributes:
+        calibration: the corrections that ``fit`` found.
+
+    Raises:
+        MissingExtraError: the ray tracer is not installed.
+        InputError: scene and dataset have other frequencies, or a gateway is inside an object.
+    """
+
+    NAME: ClassVar[str] = "twin"
+
+    def __init__(
+        self,
+        scene: Scene,
+        dataset: RssiDataset,
+        tolerances: Tolerances = Tolerances(),
+        propagation: Propagation = FOLLOWED,
+    ):
+        require_extra("rays", "the method twin")
+        scenes_with_gateways(scene, dataset)  # refuses what does not fit
+        self._scene, self._tolerances, self._followed = scene, tolerances, propagation
+        # without the powers, some of which are tested
+        self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
+
+    def fit(self, known: KnownPowers) -> None:
+        from learn.twin.calibrate_powers import calibrate_powers_by, powers_by
+        from learn.twin.described_gateways import alone
+        from learn.twin.power_likelihood import PowerLikelihood
+        from learn.twin.power_search import independence
+        from simulate.rays.tracer import Tracer
+
+        taught = replace(self._dataset, positions=known.positions, rssi_dbm=known.powers)
+        coarse = replace(self._followed, diffraction=False)
+        used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
+        say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")
+        found = calibrate_powers_by(self._scene, taught, used, self._tolerances, coarse)
+        after, before = found.error
+        say(f"twin: the median error of rays there is {before:.2f} dB as described and {after:.2f} dB as corrected")
+        self.calibration: PowerCalibration = found
+        box = bounding_box(np.vstack([self._scene.transmitter.region, known.positions]))
+        self._tracers: list[Tracer] = [
+            Tracer(each, self._followed, box) for each in alone(found.scene, found.gateways).values()
+        ]
+        counts = independence(known.positions[used], self._scene.wavelength)
+        gains, scales = powers_by(self._tracers, known.positions[used])
+        self._fit = PowerLikelihood(known.powers[used], known.floor, scales, counts).best(gains)
+        traced = self._gains(known.positions)
+        least = np.where(traced > NO_PATHS, traced, np.inf).min(axis=0)
+        self._least = np.where(np.isfinite(least), least, 0.0)
+        self._wider = _widening(found, float(counts @ (~np.isnan(known.powers[used])).sum(axis=1)))
+        super().fit(known)
+
+    def _spread(self, stated: Float[np.ndarray, " errors"]) -> Float[np.ndarray, " 3"]:
+        low, middle, high = np.quantile(stated, QUANTILES, method="weibull")  # right on average even for a few errors
+        return np.array([middle + self._wider * (low - middle), middle, middle + self._wider * (high - middle)])
+
+    def _gains(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
+        """T of each gateway, dB."""
+        from learn.twin.calibrate_powers import powers_by
+
+        return self._fit.predicted(*powers_by(self._tracers, positions))
+
+    def _trends(self, positions: Float[np.ndarray, "K 3"]) -> list[Float[np.ndarray, "K 3"]]:
+        law = super()._trends(positions)
+        traced = np.maximum(self._gains(positions), self._least)  # where no path leads, as little as is known to come
+        return [np.column_stack(each) for each in zip(law, traced.T, strict=True)]
+
+    def _left(self, trends: list[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "n G"]:
+        explained = [
+            trend @ np.linalg.lstsq(trend, power)[0] for trend, power in zip(trends, self._powers.T, strict=True)
+        ]
+        return self._powers - np.stack(explained, axis=1)
+
+
+def _widening(found: PowerCalibration, powers: float) -> float:
+    """Factor of the intervals that makes up for corrections by the same powers, which count as so many."""
+    tolerances = np.array([each.tolerance for each in found.which])
+    determined = float(np.sum(1 - (found.deviations / tolerances) ** 2))
+    return float(np.sqrt((powers + determined) / max(powers - determined, 1.0)))

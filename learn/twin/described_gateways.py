@@ -1,0 +1,51 @@
+"""The gateways of received powers in a described scene, each alone; nothing here needs the ray tracer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from learn.data.same_receiver import other_frequency
+from scenes.checks.validation import validate
+from scenes.files.errors import InputError
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import Scene
+from simulate.rssi.gateways_file import gateways_of
+from simulate.rssi.rssi_dataset import RssiDataset
+
+
+def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]:
+    """The scene as described with each gateway of received powers alone, by the gateway's name.
+
+    Args:
+        scene: the scene as described.
+        dataset: the received powers.
+
+    Raises:
+        InputError: the scene and the dataset have other frequencies, or a gateway is inside an object.
+    """
+    if dataset.frequency is not None and other_frequency(dataset.wavelength, scene.wavelength):
+        raise InputError(
+            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
+            f"found {scene.wavelength:.4g} m"
+        )
+    scenes = alone(scene, described_gateways(dataset))
+    for name, each in scenes.items():
+        validate(each, f"{dataset.folder}: gateway {name}")
+    return scenes
+
+
+def described_gateways(dataset: RssiDataset) -> dict[str, Gateway]:
+    """The gateways of received powers: their places from the folder, all else from its metadata.json if that has it."""
+    places = {name: tuple(place) for name, place in zip(dataset.gateway_names, dataset.gateway_positions, strict=True)}
+    stated = dataset.metadata.get("gateways", {})
+    keys = ("orientation", "pattern", "polarization")
+    return {
+        name: replace(gateway, **{key: stated[name][key] for key in keys if key in stated.get(name, {})})
+        for name, gateway in gateways_of(places).items()
+    }
+
+
+def alone(scene: Scene, gateways: Mapping[str, Gateway]) -> dict[str, Scene]:
+    """The scene with each gateway alone, by its name."""
+    return {name: replace(scene, gateway=each, further_gateways={}) for name, each in gateways.items()}

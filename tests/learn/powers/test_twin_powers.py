@@ -1,0 +1,120 @@
+"""The method twin for powers: rays in a wrong description, corrected, predict what kriging cannot know."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import bisplat
+from learn.powers.known_powers import KnownPowers
+from learn.powers.power_field import PowerField
+from learn.powers.power_scores import score_powers
+from learn.powers.twin_powers import TwinPowers
+from scenes.files import extras
+from scenes.files.errors import InputError, ParameterError
+from scenes.scene.description import SceneObject
+from scenes.scene.shapes import sheet
+from scenes.scene.tolerances import Tolerances
+from simulate.rays.core.propagation import Propagation
+from tests.small_scene import CABINET, small_scene
+
+DIRECT = Propagation(max_depth=0, rays=1000, diffraction=False)
+ONCE = Propagation(max_depth=1, rays=2000, diffraction=False)
+GATEWAYS = {"door": (0.0, 0.0, 1.5), "wall": (2.5, -2.0, 1.4)}
+PLACES = Tolerances(position=0.03, objects=0, materials=0)
+PLACE = small_scene(CABINET)
+
+
+@pytest.fixture(scope="module")
+def heard(tmp_path_factory):
+    """Powers of the direct path and the reflections at the floor and the cabinet, at 240 positions."""
+    folder = tmp_path_factory.mktemp("twin") / "heard"
+    return bisplat.simulate_rssi(PLACE, folder, GATEWAYS, n=240, shadowing_db=1, propagation=ONCE)
+
+
+@pytest.fixture(scope="module")
+def fitted(heard):
+    """The twin of a description whose gateways are 3 cm off along each axis, fitted to 60 of the powers."""
+    described = replace(heard, gateway_positions=heard.gateway_positions + np.array([0.03, -0.03, 0.03]))
+    twin = TwinPowers(PLACE, described, PLACES, ONCE)
+    twin.fit(KnownPowers.of(described, np.arange(60)))
+    return twin
+
+
+def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(heard, fitted):
+    kriging = PowerField()
+    kriging.fit(KnownPowers.of(heard, np.arange(60)))
+    test = slice(60, None)
+    scores = {
+        method: score_powers(method.predict(heard.positions[test]), heard.rssi_dbm[test], heard.floor_dbm)
+        for method in (kriging, fitted)
+    }
+    assert scores[fitted]["error_median_db"] < 0.75 * scores[kriging]["error_median_db"]
+    assert 0.8 <= scores[fitted]["coverage_90"] <= 0.95
+    assert scores[fitted]["interval_median_db"] < 0.75 * scores[kriging]["interval_median_db"]
+
+
+def test_a_description_of_another_place_does_no_harm(heard):
+    """It has no cabinet, its floor is 4 m lower, and a wall of metal is not there in truth."""
+    floor = SceneObject("floor", sheet((-9, -9, -4), (18, 0, 0), (0, 18, 0)), "concrete")
+    wall = SceneObject("wall", sheet((-9, -3, -4), (18, 0, 0), (0, 0, 9)), "metal")
+    other = replace(PLACE, objects=(floor, wall))
+    errors = []
+    for method in (PowerField(), TwinPowers(other, heard, PLACES, ONCE)):
+        method.fit(KnownPowers.of(heard, np.arange(60)))
+        found = method.predict(heard.positions[60:])
+        errors.append(score_powers(found, heard.rssi_dbm[60:], heard.floor_dbm)["error_median_db"])
+    assert errors[1] < 1.15 * errors[0]
+
+
+def test_powers_at_other_positions_are_not_kept(heard):
+    twin = TwinPowers(PLACE, heard, PLACES, DIRECT)
+    assert twin._dataset.rssi_dbm.size == 0 and len(heard) == 240
+
+
+def test_where_no_path_leads_the_trend_stays_in_its_range(heard, fitted):
+    behind = np.array([[2.0, 1.75, 1.5]])  # inside the cabinet of metal
+    found = fitted.predict(behind)
+    assert np.isfinite(found.median).all() and (found.median > heard.rssi_dbm.min() - 40).all()
+    assert (found.low < found.median).all() and (found.median < found.high).all()
+
+
+def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
+    monkeypatch.setattr(TwinPowers.__init__, "__defaults__", (PLACES, DIRECT))
+    comparison = bisplat.compare_powers(
+        heard, ["mean", "twin"], split="random", train_size=12, scene=replace(PLACE, name="hall")
+    )
+    assert {row["label"] for row in comparison} == {"mean", "twin"} and comparison.facts()["scene"] == "hall"
+    assert comparison.predicted["twin, 12"].low is not None
+    fitted = bisplat.fit_powers(heard, "twin", known=np.arange(12), scene=PLACE)
+    assert bisplat.coverage_map(fitted, step=0.5).width is not None
+
+
+@pytest.mark.parametrize(
+    ("methods", "scene", "error", "expected"),
+    [
+        (["twin"], None, ParameterError, "scene: expected the scene that the method twin traces, found none"),
+        ({"rays": "twin"}, None, ParameterError, "scene: expected the scene that the method twin traces, found none"),
+        (["mean"], "closet", ParameterError, "scene: expected the method twin with it, .* found mean"),
+        ("twin", "closet", ParameterError, "methods: expected a list of names"),
+        (None, "nowhere", InputError, "nowhere"),
+        (["twin"], replace(PLACE, frequency=2.4e9), InputError, "^small: expected a scene of the dataset's wavelength"),
+        (None, 3, ParameterError, "scene: expected"),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, error, expected):
+    with pytest.raises(error, match=expected):
+        bisplat.compare_powers(heard, methods, split="random", scene=scene)
+
+
+def test_a_gateway_inside_an_object_is_refused(heard):
+    inside = replace(heard, gateway_positions=np.array([[2.0, 1.75, 1.5], [2.5, -2.0, 1.4]]))
+    with pytest.raises(InputError, match="heard: gateway door"):
+        bisplat.compare_powers(inside, ["twin"], split="random", scene=PLACE)
+
+
+def test_without_the_ray_tracer_all_else_works(heard, monkeypatch):
+    monkeypatch.setattr(extras, "find_spec", lambda module: None)
+    assert len(bisplat.compare_powers(heard, ["mean"], split="random")) == 1
+    with pytest.raises(InputError, match=r"the method twin needs Sionna RT, .* pip install 'bisplat-wrf\[rays\]'"):
+        bisplat.compare_powers(heard, ["twin"], split="random", scene=PLACE)
