@@ -10,8 +10,8 @@ in the described, the corrected and the true scene, of the method ``twin``, and 
 Band: the closet by rays, with diffraction and a third reflection that the twin does not follow, and an SNR of 20 dB.
 Only the gateway's pose is wrong: its position by a given distance in a random direction within the room, and its
 orientation by 2° about each axis (standard deviation). The pose is corrected by responses at the carrier or at four
-subcarriers over 20 MHz, from the same number of spectra or of complex numbers. A search has converged if it ends within
-5 cm.
+subcarriers over 20 MHz, from the same number of spectra or of complex numbers, or over 20 kHz, in which all delays look
+alike. A search has converged if it ends within 5 cm.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Study:
     """Numbers of known and tested powers, and of wrong descriptions.
 
     ``poses``: for each row of the band the error of the position (m), the numbers of spectra and of subcarriers, 1 for
-    the carrier alone, and the number of draws.
+    the carrier alone, and the number of draws. ``narrow``: the same over 20 kHz instead of 20 MHz, without delays.
     """
 
     known: int = 80
@@ -84,11 +84,12 @@ class Study:
         *((far, *use, 3) for far in (0.3, 1.0) for use in ((5, 1), (20, 1), (5, 4))),
         *((1.0, *use, 8) for use in ((2, 1), (8, 1), (2, 4))),
     )
+    narrow: tuple[tuple[float, int, int, int], ...] = ((1.0, 2, 4, 8),)
     propagation: Propagation = Propagation(max_depth=2, rays=100_000, diffraction=False)
 
 
 LEAST = Propagation(max_depth=0, rays=1000, diffraction=False)
-SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), LEAST)
+SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), ((0.1, 2, 4, 1),), LEAST)
 
 
 def measured_powers(work: Path, study: Study) -> tuple[RssiDataset, Float[np.ndarray, "G 3"]]:
@@ -189,19 +190,20 @@ def rms(values: Float[np.ndarray, " n"]) -> float:
 
 def of_band(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     """Rows of the part on a band: figures of each draw."""
-    scene, band = load_scene("closet"), Band(20e6, 16)
+    scene = load_scene("closet")
     most = max(spectra for _, spectra, _, _ in study.poses)
     richer = replace(
         study.propagation, max_depth=study.propagation.max_depth + 1, diffraction=study.propagation.max_depth > 0
     )
-    data = simulate(
-        "closet", work / "band", max(most, 4), seed=1, bandwidth=band.bandwidth, subcarriers=band.subcarriers,
-        measurement=Measurement(snr_db=20), propagation=richer,
-    )  # fmt: skip
-    for far, spectra, subcarriers, draws in study.poses:
-        row = f"band, {100 * far:.0f} cm off, {spectra} spectra × {subcarriers}"
-        use = (spectra, subcarriers, study.propagation)
-        yield row, [of_pose(scene, data, far, draw, *use) for draw in range(draws)]
+    for band, poses, over in ((Band(20e6, 16), study.poses, ""), (Band(20e3, 16), study.narrow, " over 20 kHz")):
+        data = simulate(
+            "closet", work / f"band{over}", max(most, 4), seed=1, bandwidth=band.bandwidth,
+            subcarriers=band.subcarriers, measurement=Measurement(snr_db=20), propagation=richer,
+        )  # fmt: skip
+        for far, spectra, subcarriers, draws in poses:
+            row = f"band, {100 * far:.0f} cm off, {spectra} spectra × {subcarriers}{over}"
+            use = (spectra, subcarriers, study.propagation)
+            yield row, [of_pose(scene, data, far, draw, *use) for draw in range(draws)]
 
 
 def of_pose(
