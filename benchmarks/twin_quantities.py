@@ -8,9 +8,10 @@ properties of materials by 20 % (standard deviations). The scores are median abs
 in the described, the corrected and the true scene, of the method ``twin``, and of methods that know no scene.
 
 Band: the closet by rays, with diffraction and a third reflection that the twin does not follow, and an SNR of 20 dB.
-Only the gateway's pose is wrong: its position by a given distance in a random direction, and its orientation by 2°
-about each axis (standard deviation). The pose is corrected by responses at the carrier or at four subcarriers over 20
-MHz, from the same number of spectra or of complex numbers. A search has converged if it ends within 5 cm.
+Only the gateway's pose is wrong: its position by a given distance in a random direction within the room, and its
+orientation by 2° about each axis (standard deviation). The pose is corrected by responses at the carrier or at four
+subcarriers over 20 MHz, from the same number of spectra or of complex numbers, or over 20 kHz, in which all delays look
+alike. A search has converged if it ends within 5 cm.
 """
 
 from __future__ import annotations
@@ -35,10 +36,11 @@ from learn.twin.calibrate import calibrate_by
 from learn.twin.calibrate_powers import calibrate_powers_by, of_gateways, traced_powers
 from learn.twin.described_gateways import described_gateways
 from learn.twin.power_likelihood import PowerLikelihood
+from scenes.checks.validation import is_valid
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns, vary
+from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.generation.simulation import simulate
@@ -69,22 +71,25 @@ Figures = dict[str, float]
 
 @dataclass(frozen=True)
 class Study:
-    """Numbers of known and tested powers, and of wrong descriptions; the same of the band, with its errors (m).
+    """Numbers of known and tested powers, and of wrong descriptions.
 
-    ``uses``: for each row of the band its numbers of spectra and of subcarriers, 1 for the carrier alone.
+    ``poses``: for each row of the band the error of the position (m), the numbers of spectra and of subcarriers, 1 for
+    the carrier alone, and the number of draws. ``narrow``: the same over 20 kHz instead of 20 MHz, without delays.
     """
 
     known: int = 80
     tested: int = 150
     wrong: int = 2
-    draws: int = 3
-    distances: tuple[float, ...] = (0.3, 1.0)
-    uses: tuple[tuple[int, int], ...] = ((5, 1), (20, 1), (5, 4))
+    poses: tuple[tuple[float, int, int, int], ...] = (
+        *((far, *use, 3) for far in (0.3, 1.0) for use in ((5, 1), (20, 1), (5, 4))),
+        *((1.0, *use, 8) for use in ((2, 1), (8, 1), (2, 4))),
+    )
+    narrow: tuple[tuple[float, int, int, int], ...] = ((1.0, 2, 4, 8),)
     propagation: Propagation = Propagation(max_depth=2, rays=100_000, diffraction=False)
 
 
 LEAST = Propagation(max_depth=0, rays=1000, diffraction=False)
-SMALLEST = Study(5, 4, 1, 1, (0.1,), ((2, 1), (2, 4)), LEAST)
+SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), ((0.1, 2, 4, 1),), LEAST)
 
 
 def measured_powers(work: Path, study: Study) -> tuple[RssiDataset, Float[np.ndarray, "G 3"]]:
@@ -185,24 +190,20 @@ def rms(values: Float[np.ndarray, " n"]) -> float:
 
 def of_band(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     """Rows of the part on a band: figures of each draw."""
-    scene, band = load_scene("closet"), Band(20e6, 16)
-    most = max(spectra for spectra, _ in study.uses)
+    scene = load_scene("closet")
+    most = max(spectra for _, spectra, _, _ in study.poses)
     richer = replace(
         study.propagation, max_depth=study.propagation.max_depth + 1, diffraction=study.propagation.max_depth > 0
     )
-    data = simulate(
-        "closet", work / "band", max(most, 4), seed=1, bandwidth=band.bandwidth, subcarriers=band.subcarriers,
-        measurement=Measurement(snr_db=20), propagation=richer,
-    )  # fmt: skip
-    for far in study.distances:
-        for spectra, subcarriers in study.uses:
-            yield (
-                f"band, {100 * far:.0f} cm off, {spectra} spectra × {subcarriers}",
-                [
-                    of_pose(scene, data, far, draw, spectra, subcarriers, study.propagation)
-                    for draw in range(study.draws)
-                ],
-            )
+    for band, poses, over in ((Band(20e6, 16), study.poses, ""), (Band(20e3, 16), study.narrow, " over 20 kHz")):
+        data = simulate(
+            "closet", work / f"band{over}", max(most, 4), seed=1, bandwidth=band.bandwidth,
+            subcarriers=band.subcarriers, measurement=Measurement(snr_db=20), propagation=richer,
+        )  # fmt: skip
+        for far, spectra, subcarriers, draws in poses:
+            row = f"band, {100 * far:.0f} cm off, {spectra} spectra × {subcarriers}{over}"
+            use = (spectra, subcarriers, study.propagation)
+            yield row, [of_pose(scene, data, far, draw, *use) for draw in range(draws)]
 
 
 def of_pose(
@@ -211,9 +212,7 @@ def of_pose(
     """Error of the pose after its correction."""
     tolerances = Tolerances(position=far / 3**0.5, rotation=2, objects=0, materials=0)
     which = unknowns(scene, tolerances)
-    off = np.random.default_rng(draw).normal(size=len(which))
-    off[:3] *= far / np.linalg.norm(off[:3])
-    off[3:] *= which[-1].tolerance
+    off = wrong_poses(scene, which, far, draw + 1)[draw]
     if subcarriers == 1:
         data = replace(data, band=None, band_responses=None)
     begun = time.perf_counter()
@@ -226,6 +225,20 @@ def of_pose(
         "orientation off, °": float(np.degrees(turned)),
         "seconds": time.perf_counter() - begun,
     }
+
+
+def wrong_poses(scene: Scene, which: list[Unknown], far: float, count: int) -> list[Float[np.ndarray, " n"]]:
+    """The first few drawn errors of the pose that leave the gateway in the open, within the room."""
+    (low, high), found, seed = scene.bounds, [], 0
+    while len(found) < count:
+        off = np.random.default_rng(seed).normal(size=len(which))
+        off[:3] *= far / np.linalg.norm(off[:3])
+        off[3:] *= which[-1].tolerance
+        wrong = vary(scene, which, off)
+        if is_valid(wrong) and np.all((low < wrong.gateway.position) & (wrong.gateway.position < high)):
+            found.append(off)
+        seed += 1
+    return found
 
 
 def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:

@@ -61,18 +61,31 @@ def first_guess(
     deviations = [which[number].tolerance for number in of_pose]
     compared = evenly(np.arange(len(positions)), COMPARED)
     found = np.concatenate([responses_of(each, which, positions[compared], guesses) for each in band], axis=-1)
-    wanted = measured[compared]
-    alike = np.abs(np.einsum("gkm,km->gk", found, wanted.conj()))
-    if flips:
-        alike = np.maximum(alike, np.abs(np.einsum("gkm,km->gk", found, wanted[:, ::-1])))
-    size = np.linalg.norm(found, axis=-1) * np.linalg.norm(wanted, axis=-1)
-    score = np.divide(alike, size, out=np.zeros_like(alike), where=size > 0) ** 2
-    unlikely = 2 * counted * np.log(np.maximum(1 - score.mean(axis=1), LEAST_MISFIT))
+    unlikely = misfits(found, measured[compared], flips, counted)
     unlikely += ((guesses[:, of_pose] / deviations) ** 2).sum(axis=1)
     for guess in guesses[unlikely.argsort(kind="stable")]:
         if is_valid(vary(scene, which, guess)):
             return guess
     return guesses[0]
+
+
+def misfits(
+    found: Complex[np.ndarray, "G K M"], measured: Complex[np.ndarray, "K M"], flips: bool, counted: int
+) -> Float[np.ndarray, " G"]:
+    """−2 log of the likelihood of each guess, 2 N log(1 − s), as ``first_guess`` has it.
+
+    Args:
+        found: responses for each guess.
+        measured: element responses.
+        flips: whether these may be flipped.
+        counted: N.
+    """
+    alike = np.abs(np.einsum("gkm,km->gk", found, measured.conj()))
+    if flips:
+        alike = np.maximum(alike, np.abs(np.einsum("gkm,km->gk", found, measured[:, ::-1])))
+    size = np.linalg.norm(found, axis=-1) * np.linalg.norm(measured, axis=-1)
+    score = np.divide(alike, size, out=np.zeros_like(alike), where=size > 0) ** 2
+    return 2 * counted * np.log(np.maximum(1 - score.mean(axis=1), LEAST_MISFIT))
 
 
 def guessed_poses(which: Sequence[Unknown]) -> Float[np.ndarray, "G n"]:

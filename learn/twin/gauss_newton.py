@@ -11,15 +11,16 @@ from jaxtyping import Complex, Float
 from scipy.linalg import cho_factor
 
 from learn.twin.alignment import aligned_to, unexplained, without_own_phase
+from learn.twin.far_guess import far_guess, is_far
 from learn.twin.first_guess import first_guess
-from learn.twin.linearised import CARRIER, by_materials, linearised, over_band
+from learn.twin.linearised import CARRIER, by_materials, linearised, moved, over_band
 from learn.twin.posterior import Quadratic, correlation, unlikelihood
 from scenes.checks.validation import is_valid
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import Unknown, vary
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.tracer import Found, Tracer
+from simulate.rays.tracer import Tracer
 
 ROUNDS = 24
 """Largest number of times that one search traces the scene."""
@@ -103,11 +104,16 @@ def most_likely(
         raise InputError(f"{scene.name}: expected paths from the gateway to the positions of the spectra, found none")
     counted = min(measured.size, COUNTED)
     found = search.from_start(tracer, np.zeros(len(which)), phases_known, counted)
-    guess = first_guess(band, which, positions, measured, search.flips, counted)
+    far = is_far(scene, which)
+    if far:
+        guess = far_guess(tracer, ratios, which, positions, measured, search.flips, counted)
+    else:
+        guess = first_guess(band, which, positions, measured, search.flips, counted)
     where = [number for number, each in enumerate(which) if each.kind == "position"]
     elsewhere = np.linalg.norm((guess - found.values)[where]) > APART * scene.wavelength
     if guess.any() and (elsewhere or not where):
-        nearby = moved(tracer, vary(scene, which, guess), search.region)
+        there = vary(scene, which, guess)
+        nearby = Tracer(there, propagation, search.region) if far else moved(tracer, there, search.region)
         other = search.from_start(nearby, guess, phases_known, counted)
         found = min(found, other, key=lambda end: end.unlikely)
     aligned, _ = aligned_to(measured, described, phases_known, search.flips)
@@ -243,14 +249,3 @@ def halved_to_valid(
     while step.any() and not reaches(values + step):
         step = np.where(np.abs(step) > TINY, step / 2, 0)
     return step
-
-
-def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
-    """A tracer of a scene that differs a little from another tracer's; it reuses the chains that are still valid."""
-    edges, old = tracer.edges, tracer.ray_scene
-    new = Tracer(scene, old.propagation, region, found=tracer.found)
-    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # objects that touched have come apart
-        return Tracer(scene, old.propagation, region)
-    if new.edges is None or edges is None or np.array_equal(new.edges.faces, edges.faces):
-        return new
-    return Tracer(scene, old.propagation, region, found=Found(tracer.found.reflected, None))

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Complex, Float
 
+from scenes.scene.description import Scene
 from scenes.scene.unknowns import OF_MATERIALS, Unknown, vary
 from simulate.rays.derivatives import derivatives
-from simulate.rays.tracer import Tracer
+from simulate.rays.tracer import Found, Tracer
 
 STEP = 0.02
 """Step of the finite differences, in the logarithm of a material's property."""
@@ -32,6 +33,17 @@ def over_band(tracer: Tracer, ratios: Sequence[float]) -> list[Tracer]:
         return tracer.at_frequency(vary(tracer.ray_scene.description, frequency, np.log([ratio])))
 
     return [tracer if ratio == 1 else at(ratio) for ratio in ratios]
+
+
+def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
+    """A tracer of a scene that differs a little from another tracer's; it reuses the chains that are still valid."""
+    edges, old = tracer.edges, tracer.ray_scene
+    new = Tracer(scene, old.propagation, region, found=tracer.found)
+    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # objects that touched have come apart
+        return Tracer(scene, old.propagation, region)
+    if new.edges is None or edges is None or np.array_equal(new.edges.faces, edges.faces):
+        return new
+    return Tracer(scene, old.propagation, region, found=Found(tracer.found.reflected, None))
 
 
 def linearised(

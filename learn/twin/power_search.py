@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.twin.first_guess import guessed_poses, responses_of
-from learn.twin.gauss_newton import ROUNDS, SMALL, TINY, halved_to_valid, moved
-from learn.twin.linearised import by_materials, linearised
+from learn.twin.gauss_newton import ROUNDS, SMALL, TINY, halved_to_valid
+from learn.twin.linearised import by_materials, linearised, moved
 from learn.twin.posterior import Quadratic, correlation
 from learn.twin.power_likelihood import DB, PowerFit, PowerLikelihood
 from scenes.checks.validation import is_valid

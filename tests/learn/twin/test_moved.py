@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.twin.gauss_newton import moved
+from learn.twin.linearised import moved
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
 from simulate.rays.core.propagation import Propagation

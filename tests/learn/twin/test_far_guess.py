@@ -1,0 +1,96 @@
+"""A gateway that is several half wavelengths from its described place is found."""
+
+import numpy as np
+import pytest
+
+from learn.twin import far_guess as far_guess_module
+from learn.twin.far_guess import _responses, elements_of, far_guess, inside, is_far, kept_apart
+from learn.twin.first_guess import responses_of
+from learn.twin.gauss_newton import most_likely
+from learn.twin.linearised import over_band
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import unknowns, vary
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
+from tests.small_scene import CABINET, small_scene
+
+PROPAGATION = Propagation(max_depth=1, rays=20_000, diffraction=False)
+POSITIONS = np.random.default_rng(0).uniform((2.0, -0.5, 1.0), (3.0, 0.5, 1.6), (12, 3))
+OFF = np.array([-0.4, 0.5, -0.3, 0.04, -0.03, 0.05])
+FAR = Tolerances(position=0.4, rotation=2.0, objects=0, materials=0)
+
+
+@pytest.fixture(scope="module")
+def far():
+    """The small scene as described, 70 cm off, what may be wrong, and the responses over a band in the true one."""
+    true, ratios = small_scene(CABINET), (0.99, 1.01)
+    measured = [each.responses(POSITIONS).astype(complex) for each in over_band(Tracer(true, PROPAGATION), ratios)]
+    which = unknowns(true, FAR)
+    return vary(true, which, -OFF), which, ratios, np.concatenate(measured, axis=1)
+
+
+def test_responses_far_away_are_those_of_paths_to_the_same_images():
+    """They match what is traced there, up to amplitudes; lengths to first order do not."""
+    scene, which = small_scene(), unknowns(small_scene(), FAR)
+    expected = Tracer(vary(scene, which, OFF), PROPAGATION).responses(POSITIONS)
+    tracer = Tracer(scene, PROPAGATION)
+    (found,) = _responses([tracer], POSITIONS, elements_of(scene, which, OFF[None]))
+    first_order = responses_of(tracer, which, POSITIONS, OFF[None])
+
+    def alike(responses):
+        return abs(np.vdot(responses, expected)) / np.linalg.norm(responses) / np.linalg.norm(expected)
+
+    assert alike(found[0]) > 0.998 and alike(first_order[0]) < 0.97
+
+
+def test_elements_are_those_of_the_varied_scene():
+    scene, which = small_scene(), unknowns(small_scene(), Tolerances(objects=0.03))
+    values = np.concatenate([OFF, np.full(len(which) - 6, 0.1)])
+    expected = Tracer(vary(scene, which, values), PROPAGATION).elements.positions
+    np.testing.assert_allclose(elements_of(scene, which, values[None])[0], expected, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_the_guess_is_near_the_true_pose(far, monkeypatch):
+    monkeypatch.setattr(far_guess_module, "KEPT", 3)
+    described, which, ratios, measured = far
+    turned = measured * np.exp(2j * np.arange(12))[:, None]
+    guess = far_guess(Tracer(described, PROPAGATION), ratios, which, POSITIONS, turned, False, counted=160)
+    assert np.linalg.norm(guess[:3] - OFF[:3]) < 0.08
+
+
+@pytest.mark.slow
+def test_the_pose_is_found_from_far_away(far):
+    described, which, ratios, measured = far
+    found = most_likely(described, which, PROPAGATION, POSITIONS, measured, True, ratios=ratios)
+    np.testing.assert_allclose(found.values, OFF, atol=0.003)
+
+
+def test_where_no_path_reaches_the_guess_is_the_description(monkeypatch):
+    monkeypatch.setattr(far_guess_module, "DRAWN", 3)
+    scene, which = small_scene(CABINET), unknowns(small_scene(CABINET), FAR)
+    behind = np.array([[2.0, 2.5, 1.2]])
+    tracer = Tracer(scene, Propagation(max_depth=0, rays=1000, diffraction=False), np.vstack([behind, behind]))
+    assert not far_guess(tracer, (1.0,), which, behind, np.ones((1, 16), complex), False, counted=16).any()
+
+
+def test_only_guesses_inside_are_drawn_for_a_gateway_inside():
+    scene, which = small_scene(CABINET), unknowns(small_scene(CABINET), FAR)
+    guesses = np.zeros((3, 6))
+    guesses[1, 2], guesses[2, 2] = -2.0, 1.0  # below the floor, and below the cabinet's top
+    assert inside(scene, which, guesses).tolist() == [True, False, True]
+    above = vary(scene, which, np.array([0, 0, 3.0, 0, 0, 0]))
+    assert inside(above, which, guesses).all()
+
+
+def test_guesses_that_are_kept_lie_apart_and_are_few():
+    line = np.linspace(0, 5, 51)[:, None]
+    kept = kept_apart(line, [0], 0.45, lambda guess: guess[0] > 0.25)
+    np.testing.assert_allclose(np.ravel(kept), 0.3 + 0.5 * np.arange(far_guess_module.KEPT))
+
+
+def test_a_pose_is_far_if_it_may_be_half_a_wavelength_off():
+    scene = small_scene()
+    far, near = (unknowns(scene, Tolerances(position=share * scene.wavelength, objects=0)) for share in (0.51, 0.49))
+    assert is_far(scene, far) and not is_far(scene, near)
+    assert not is_far(scene, unknowns(scene, Tolerances(position=0, objects=1.0)))  # objects may, the gateway may not
