@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Complex, Float
-from scipy.linalg import cholesky, solve, solve_triangular
+from scipy.linalg import cholesky, solve_triangular
 from scipy.spatial.distance import cdist
 
 from learn.models.image_strengths import expected_amplitudes
@@ -15,7 +15,7 @@ BY_REFERENCE, IN_ONE, IN_TWO = 10, 20, 20
 with those in two."""
 
 OF_REST, NUGGET = 2.0, 0.3
-"""Length over which the rest is alike, wavelengths, and its nugget."""
+"""Length over which what the images leave is alike, wavelengths, and its nugget."""
 
 IMAGES, REST = 0.7, 0.3
 """Shares of the interference that the images and the rest have at the start of the search."""
@@ -34,7 +34,7 @@ TINY = 1e-14
 
 
 class PowerImages:
-    """The fields of G gateways as sums of waves of the gateways and their mirror images, and kriging of the rest.
+    """The fields of G gateways as sums of waves of the gateways and their mirror images.
 
     A received power P = |y|² has no phase. But of the field y of a gateway, the direct wave w₀ x₀ is known up to its
     level, and it is mostly the strongest. It interferes with the waves of the mirror images, as the reference wave does
@@ -74,8 +74,8 @@ class PowerImages:
             positions: known positions, metres, world frame.
             powers: received powers, dBm.
         """
-        self._places = positions
-        self._alike = self._correlation(positions)
+        apart = cdist(positions, positions) / self._wavelength
+        self._alike = np.sinc(2 * apart) * np.exp(-apart / OF_REST)
         self.images = images_in_one_plane(self._gateways, self._region, self._wavelength)
         waves = self.images.waves(positions, self._wavelength)
         magnitudes = 10 ** (powers.T / 20)
@@ -92,13 +92,12 @@ class PowerImages:
         self._variances = np.concatenate([self._variances[:, strong], added], axis=1)
         self.amplitudes = np.concatenate([self.amplitudes[:, strong], np.zeros_like(added)], axis=1)
         self._improve(self.images.waves(positions, self._wavelength), IN_TWO)
-        self._krige()
 
     def _start(self, waves: Complex[np.ndarray, "G n J"]) -> None:
         """Amplitudes by interference with the direct wave, the first image."""
         direct = waves[:, :, :1]
         interference = np.clip(((self._magnitudes / np.abs(direct[:, :, 0])) ** 2 - 1) / 2, DARKEST, BRIGHTEST)
-        root = cholesky(self._alike + NUGGET * np.eye(len(self._places)), lower=True)
+        root = cholesky(self._alike + NUGGET * np.eye(len(self._alike)), lower=True)
         data = solve_triangular(root, interference.T, lower=True).T
         parts = [
             solve_triangular(root, _parts(each / one), lower=True) for each, one in zip(waves, direct, strict=True)
@@ -146,14 +145,6 @@ class PowerImages:
         shared = np.sqrt(squares.sum(axis=0) / np.maximum(ratios.sum(axis=0), 1e-12))
         self._variances = np.tile(np.maximum(shared, TINY), (len(squares), 1))
 
-    def _krige(self) -> None:
-        """The weights by which the known magnitudes add to the waves what these do not explain."""
-        fields = np.einsum("gnj,gj->gn", self.images.waves(self._places, self._wavelength), self.amplitudes)
-        phases = _phases(fields)
-        rest = self._magnitudes - np.abs(fields)
-        weights = [solve(self._of_rest(phase), each, assume_a="pos") for phase, each in zip(phases, rest, strict=True)]
-        self._weights = phases * np.stack(weights)
-
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         """Received powers, dBm.
 
@@ -161,14 +152,8 @@ class PowerImages:
             positions: metres, world frame.
         """
         fields = np.einsum("gnj,gj->gn", self.images.waves(positions, self._wavelength), self.amplitudes)
-        fields = fields + self._weights @ self._correlation(positions).T
         powers = np.abs(fields) ** 2 + IN_FADES * self._noise[:, None]
         return 10 * np.log10(np.maximum(powers, TINY) * self._levels[:, None] ** 2).T
-
-    def _correlation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K n"]:
-        """Correlation of the rest at some positions and at the known ones."""
-        apart = cdist(positions, self._places) / self._wavelength
-        return np.sinc(2 * apart) * np.exp(-apart / OF_REST)
 
     def _of_rest(self, phases: Complex[np.ndarray, " n"]) -> Float[np.ndarray, "n n"]:
         """Covariance of the rest's part in phase with the field."""
