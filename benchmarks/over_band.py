@@ -19,6 +19,9 @@ from ledger.printing import print_figures
 SIZES = (50, 200, 800)
 """Numbers of training positions; a ninth as many are known besides, for validation."""
 
+LEARNED, LEARNED_SIZES, MINUTES = ("mlp-responses", "bisplat-aperture"), (200, 800), 2.0
+"""Networks, the numbers of training positions at which they are compared (split random), and minutes of training."""
+
 COLUMNS = {
     "known": "known",
     "snr_median_db": "SNR, median, dB",
@@ -56,9 +59,13 @@ def main(
         else:
             make_benchmark("csi-lab", folder)
             band, sizes = folder / "band", SIZES
+        learned_sizes, minutes = (sizes, 0.01) if smallest else (LEARNED_SIZES, MINUTES)
+        compared = [("random", compare_band(band, split="random", train_size=sizes))]
+        compared += [("random", compare_band(band, LEARNED, split="random", train_size=learned_sizes, budget=minutes))]
+        compared += [("blocked", compare_band(band, split="blocked", train_size=sizes))]
         table: dict[str, dict[str, Any]] = {}
-        for split in ("random", "blocked"):
-            for row in compare_band(band, split=split, train_size=sizes):
+        for split, rows in compared:
+            for row in rows:
                 of_row = {name: row[key] for key, name in COLUMNS.items() if row[key] is not None}
                 shown = {name: float(f"{value:.3g}") if name != "known" else value for name, value in of_row.items()}
                 table[f"{split}, {row['train_size']}, {row['label']}"] = shown

@@ -109,7 +109,7 @@ class PowerImages:
         for _ in range(BY_REFERENCE):
             self._step(list(zip(parts, data, strict=True)))
         self.amplitudes[:, 0] += 1
-        self._variances[:, 0] = np.abs(self.amplitudes[:, 0]) ** 2
+        self._variances[:, 0] = np.maximum(np.abs(self.amplitudes[:, 0]) ** 2, TINY)
         self._noise = self._noise * np.median(np.abs(direct[:, :, 0]) ** 2, axis=1)
 
     def _improve(self, waves: Complex[np.ndarray, "G n J"], iterations: int) -> None:
@@ -123,7 +123,7 @@ class PowerImages:
                 white = solve_triangular(root, values, lower=True)
                 equations.append((white[:, 1:], white[:, 0]))
             self._step(equations)
-            self._variances[:, 0] = np.abs(self.amplitudes[:, 0]) ** 2
+            self._variances[:, 0] = np.maximum(np.abs(self.amplitudes[:, 0]) ** 2, TINY)
             powers = self._variances * (np.abs(waves) ** 2).mean(axis=1)
             used = (powers > WEAKEST * powers.max(axis=1, keepdims=True)).any(axis=0)
             used[0] = True

@@ -29,7 +29,7 @@ def test_scores_by_hand():
 def test_every_method_is_scored_on_the_same_powers(hall):
     comparison = bisplat.compare_powers(hall)
     assert [row["label"] for row in comparison] == [
-        *("mean", "nearest", "inverse-distance", "log-distance", "mri", "kriging", "helmholtz")
+        *("mean", "nearest", "inverse-distance", "log-distance", "mri", "kriging", "helmholtz", "mirror-images")
     ]
     assert len({(row["powers"], row["not_received"]) for row in comparison}) == 1
     truth = hall.rssi_dbm[hall.test]
@@ -39,7 +39,7 @@ def test_every_method_is_scored_on_the_same_powers(hall):
     best = comparison.table()[0]
     assert best["error_median_db"] < 2 and best["received_rightly"] > 0.8
     stated = {row["label"] for row in comparison if row["coverage_90"] is not None}
-    assert stated == {"log-distance", "mri", "kriging", "helmholtz"}
+    assert stated == {"log-distance", "mri", "kriging", "helmholtz", "mirror-images"}
 
 
 def test_guard_leaves_fewer_known(hall):
