@@ -113,37 +113,33 @@ def _write(
     quick = None if beamformed is None else beamformed.beamforming.quick(positions)
     if beamformed is None or quick is None:
         found, responses = model.predict(positions)
-        spectra[:] = (_grey_levels(found) if spectra.dtype == np.uint8 else found).cpu().numpy()
-        return responses, _finite(found).cpu().numpy()
+        return responses, _write_numbers(found.cpu().numpy(), spectra)
     responses = beamformed.responses(positions)
     if beamformed.add_others is None:
         return responses, quick.write(as_complex(responses), spectra)
-    numbers = spectra if spectra.dtype == np.float32 else np.empty(spectra.shape, np.float32)
-    finite = quick.write(as_complex(responses), numbers, beamformed.weight)
-    beamformed.add_others(positions, numbers)
+    mean = spectra if spectra.dtype == np.float32 else np.empty(spectra.shape, np.float32)
+    quick.write(as_complex(responses), mean, beamformed.weight)
+    beamformed.add_others(positions, mean)
+    return responses, _write_numbers(mean, spectra)
+
+
+def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) -> Bool[np.ndarray, " B"]:
+    """Write numbers 0…1 into an array, as grey levels if it holds these. Return which spectra are finite."""
+    finite = np.ones(len(numbers), bool)
     for first in range(0, len(numbers), PREDICT_AT_ONCE["cpu"]):  # so few that they stay in a cache
         some = slice(first, first + PREDICT_AT_ONCE["cpu"])
-        mean = numbers[some]
-        finite[some] = np.isfinite(mean.sum(axis=(1, 2)))
-        if spectra.dtype == np.uint8:  # not by PyTorch, whose threads would wait for each other
-            np.clip(mean, 0, 1, out=mean)
-            mean *= LARGEST_GREY
-            mean += 0.5
-            with np.errstate(invalid="ignore"):
-                spectra[some] = mean
-    return responses, finite
-
-
-def _finite(spectra: Float[torch.Tensor, "B 90 360"]) -> Bool[torch.Tensor, " B"]:
-    """Which spectra are finite."""
-    finite = spectra.flatten(1).sum(dim=1).isfinite()  # one pass, and a second one where a sum is not finite
-    finite[~finite] = spectra[~finite].isfinite().flatten(1).all(dim=1)
+        each = numbers[some]
+        with np.errstate(over="ignore", invalid="ignore"):  # which are not finite is told
+            whole = np.isfinite(each.sum(axis=(1, 2)))  # one pass, and a second one where a sum is not finite
+            whole[~whole] = np.isfinite(each[~whole]).all(axis=(1, 2))
+            finite[some] = whole
+            if spectra.dtype == np.uint8:
+                each = np.clip(each, 0, 1)
+                each *= LARGEST_GREY
+                each += 0.5
+            if numbers is not spectra:
+                spectra[some] = each
     return finite
-
-
-def _grey_levels(spectra: Float[torch.Tensor, "B 90 360"]) -> UInt8[torch.Tensor, "B 90 360"]:
-    """The grey levels of numbers 0…1."""
-    return spectra.clamp(0, 1).mul_(LARGEST_GREY).add_(0.5).to(torch.uint8)
 
 
 def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
