@@ -10,6 +10,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
+from learn.models.kept import Kept
 from learn.models.networks import ResidualFFN
 from learn.models.path_delays import PathDelays
 from learn.models.primitives import SCALE_LEAST, SCALE_MOST, Primitives
@@ -74,7 +75,7 @@ class BiSplatAperture(ResponseNetwork):
     ):
         super().__init__(region, beamformer, wavelength)
         self.ordered = ordered
-        self._kept: dict[str, tuple[list[tuple[int, int]], Tensor]] = {}
+        self._kept: dict[str, Kept[Tensor]] = {}
         azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
         self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
         self.register_buffer("elevations", torch.from_numpy(elevations).float(), persistent=False)
@@ -142,12 +143,7 @@ class BiSplatAperture(ResponseNetwork):
         weights = list(self.parameters())
         if any(each.is_inference() for each in weights):  # these do not tell whether they have changed
             return compute()
-        state = [(each.data_ptr(), each._version) for each in weights]
-        known, found = self._kept.get(compute.__name__, (None, None))
-        if found is None or known != state:
-            found = compute()
-            self._kept[compute.__name__] = state, found
-        return found
+        return self._kept.setdefault(compute.__name__, Kept()).of(weights, compute)
 
     def _depth(self) -> Float[Tensor, " N_p"]:
         return self.primitives.depth if self.ordered else torch.zeros_like(self.primitives.depth)
