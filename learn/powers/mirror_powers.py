@@ -38,22 +38,19 @@ class MirrorPowers(ExplainedPowers):
     def fit(self, known: KnownPowers) -> None:
         count = len(known.positions)
         self._images: list[PowerImages] = []
-        self._left_out: Float[np.ndarray, "n G"] = np.zeros_like(known.powers)
+        self._of_known = np.zeros_like(known.powers)
         if count >= LEAST_KNOWN:
             for fold in range(FOLDS):
                 part = np.arange(count) % FOLDS == fold
                 self._images = _found(known, np.flatnonzero(~part))
-                self._left_out[part] = self._explained(known.positions[part])
+                self._of_known[part] = self._explained(known.positions[part])
             self._images = _found(known, np.arange(count))
         super().fit(known)
 
     def _explained(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         if not self._images:
-            return np.zeros((len(positions), self._left_out.shape[1]))
+            return np.zeros((len(positions), self._of_known.shape[1]))
         return np.concatenate([each.predict(positions) for each in self._images], axis=1)
-
-    def _explained_known(self) -> Float[np.ndarray, "n G"]:
-        return self._left_out[self._chosen]
 
 
 def _found(known: KnownPowers, members: Int[np.ndarray, " m"]) -> list[PowerImages]:

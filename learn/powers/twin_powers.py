@@ -102,6 +102,7 @@ class TwinPowers(ExplainedPowers):
         traced = self._gains(known.positions)
         least = np.where(traced > NO_PATHS, traced, np.inf).min(axis=0)
         self._least = np.where(np.isfinite(least), least, 0.0)
+        self._of_known = np.maximum(traced, self._least)
         self._wider = _widening(found, float(counts @ (~np.isnan(known.powers[used])).sum(axis=1)))
         super().fit(known)
 
