@@ -115,7 +115,11 @@ def second_images(
         gateway, which are shifted along an axis.
     """
     gateway = first.middles[0]
-    strongest = [_strongest(first, strengths, axis, APART * wavelength) for axis in range(3)]
+    strongest = []
+    for axis in range(3):
+        along = first.signs[:, axis] < 0
+        places = first.middles[along, axis]
+        strongest.append(places[strongest_apart(places, strengths[along], APART * wavelength)])
     perpendicular, parallel = [], []
     for one, other in combinations(range(3), 2):
         for a, b in product(strongest[one], strongest[other]):
@@ -142,12 +146,16 @@ def plane_distances(wavelength: float) -> Float[np.ndarray, " P"]:
     return growth * np.expm1(np.arange(count) * STEP * wavelength / growth)
 
 
-def _strongest(images: Images, strengths: Float[np.ndarray, " J"], axis: int, apart: float) -> list[float]:
-    """The coordinates of the strongest images along an axis, which are some distance apart, metres."""
-    along = np.flatnonzero(images.signs[:, axis] < 0)
-    chosen: list[float] = []
-    for index in along[np.argsort(-strengths[along], kind="stable")]:
-        place = float(images.middles[index, axis])
-        if strengths[index] > 0 and all(abs(place - other) > apart for other in chosen):
-            chosen.append(place)
+def strongest_apart(
+    coordinates: Float[np.ndarray, " n"], strengths: Float[np.ndarray, " n"], apart: float
+) -> list[int]:
+    """Indices of the strongest of some points on an axis, which are more than ``apart`` from each other.
+
+    >>> strongest_apart(np.array([0.0, 0.1, 2.0]), np.array([1.0, 3.0, 2.0]), apart=1.0)
+    [1, 2]
+    """
+    chosen: list[int] = []
+    for index in np.argsort(-strengths, kind="stable").tolist():
+        if strengths[index] > 0 and all(abs(coordinates[index] - coordinates[other]) > apart for other in chosen):
+            chosen.append(index)
     return chosen[:STRONGEST]

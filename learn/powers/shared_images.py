@@ -7,9 +7,9 @@ from itertools import combinations, product
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Complex, Float
+from jaxtyping import Bool, Complex, Float, Int
 
-from learn.models.mirror_images import APART, STRONGEST, image_waves, plane_distances
+from learn.models.mirror_images import APART, image_waves, plane_distances, strongest_apart
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class SharedImages:
 
     middles: Float[np.ndarray, "G J 3"]
     sent: Bool[np.ndarray, "G J"]
-    axes: np.ndarray
+    axes: Int[np.ndarray, " J"]
     planes: Float[np.ndarray, " J"]
 
     def of(self, which: Bool[np.ndarray, " J"]) -> SharedImages:
@@ -107,7 +107,10 @@ def images_in_two_planes(
     """
     count = len(gateways)
     perpendicular, parallel = [], []
-    strongest = [_strongest(first, strengths, axis, APART * wavelength / 2) for axis in range(3)]
+    strongest = []
+    for axis in range(3):
+        along = np.flatnonzero(first.axes == axis)
+        strongest.append(along[strongest_apart(first.planes[along], strengths[along], APART * wavelength / 2)])
     for one, other in combinations(range(3), 2):
         for a, b in product(strongest[one], strongest[other]):
             middles = gateways.copy()
@@ -122,13 +125,3 @@ def images_in_two_planes(
         parallel.append(SharedImages(middles, np.ones((count, len(shifts)), bool), *nowhere))
     none = first.of(np.zeros(len(first.planes), bool))
     return together(none, *perpendicular), together(*parallel)
-
-
-def _strongest(images: SharedImages, strengths: Float[np.ndarray, " J"], axis: int, apart: float) -> list[int]:
-    """The strongest images in planes perpendicular to an axis, which are some distance apart, metres."""
-    along = np.flatnonzero(images.axes == axis)
-    chosen: list[int] = []
-    for index in along[np.argsort(-strengths[along], kind="stable")]:
-        if all(abs(images.planes[index] - images.planes[other]) > apart for other in chosen):
-            chosen.append(int(index))
-    return chosen[:STRONGEST]
