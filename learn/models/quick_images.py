@@ -42,22 +42,10 @@ def _add_up(positions, elements, amplitudes, responses):
                 away = math.sqrt(dx * dx + dy * dy + dz * dz)
                 half = np.pi * (away - np.floor(away + 0.5))
                 u = half * half
-                c = COSINE[7]
-                s = SINE[7]
-                c = c * u + COSINE[6]
-                s = s * u + SINE[6]
-                c = c * u + COSINE[5]
-                s = s * u + SINE[5]
-                c = c * u + COSINE[4]
-                s = s * u + SINE[4]
-                c = c * u + COSINE[3]
-                s = s * u + SINE[3]
-                c = c * u + COSINE[2]
-                s = s * u + SINE[2]
-                c = c * u + COSINE[1]
-                s = s * u + SINE[1]
-                c = c * u + COSINE[0]
-                s = (s * u + SINE[0]) * half
+                c = s = 0.0
+                for n in range(7, -1, -1):  # Horner's scheme
+                    c, s = c * u + COSINE[n], s * u + SINE[n]
+                s *= half
                 magnitude = 1 / max(away, STEP)
                 cosine, sine = magnitude * (1 - 2 * s * s), magnitude * (2 * s * c)
                 real += cosine * amplitudes[0, j] + sine * amplitudes[1, j]
