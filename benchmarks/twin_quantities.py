@@ -31,7 +31,7 @@ from ledger.printing import print_figures
 from learn.powers.known_powers import KnownPowers
 from learn.powers.power_methods import POWER_METHODS
 from learn.powers.power_scores import score_powers
-from learn.powers.twin_powers import TwinPowers
+from learn.powers.twin_powers import FOLLOWED, TwinPowers
 from learn.twin.calibrate import calibrate_by
 from learn.twin.calibrate_powers import calibrate_powers_by, of_gateways, traced_powers
 from learn.twin.described_gateways import described_gateways
@@ -75,6 +75,7 @@ class Study:
 
     ``poses``: for each row of the band the error of the position (m), the numbers of spectra and of subcarriers, 1 for
     the carrier alone, and the number of draws. ``narrow``: the same over 20 kHz instead of 20 MHz, without delays.
+    ``propagation``: what rays follow, except those of the method ``twin``, which follow ``by_twin``.
     """
 
     known: int = 80
@@ -86,10 +87,11 @@ class Study:
     )
     narrow: tuple[tuple[float, int, int, int], ...] = ((1.0, 2, 4, 8),)
     propagation: Propagation = Propagation(max_depth=2, rays=100_000, diffraction=False)
+    by_twin: Propagation = FOLLOWED
 
 
 LEAST = Propagation(max_depth=0, rays=1000, diffraction=False)
-SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), ((0.1, 2, 4, 1),), LEAST)
+SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), ((0.1, 2, 4, 1),), LEAST, LEAST)
 
 
 def measured_powers(work: Path, study: Study) -> tuple[RssiDataset, Float[np.ndarray, "G 3"]]:
@@ -164,7 +166,7 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     of_twins = []
     for place, wrong, _ in wrongs:
         begun = time.perf_counter()
-        twin = TwinPowers(place, wrong, WRONG, followed)
+        twin = TwinPowers(place, wrong, WRONG, study.by_twin)
         twin.fit(KnownPowers.of(wrong, np.arange(known)))
         found_by = score_powers(twin.predict(data.positions[-tested:]), data.rssi_dbm[-tested:], data.floor_dbm)
         of_twins.append(
