@@ -147,11 +147,10 @@ def chosen(models: tuple[str, ...]) -> dict[str, Size]:
 
     from learn.training.registry import MODELS
 
-    found = {name: size for name, size in PAPER_SIZE.items() if not models or name in models}
+    found = PAPER_SIZE
     if not torch.cuda.is_available():
-        reduced = {name: Size(name, dict(MODELS[name].options_without_gpu)) for name in REDUCED if name in found}
-        found |= {f"{name} (reduced)": size for name, size in reduced.items()}
-    return found
+        found = found | {f"{name} (reduced)": Size(name, dict(MODELS[name].options_without_gpu)) for name in REDUCED}
+    return {label: size for label, size in found.items() if not models or label in models}
 
 
 def main(
@@ -168,7 +167,7 @@ def main(
     Args:
         dataset: dataset folder.
         folder: folder that keeps the runs.
-        models: names of the models to train (default: all, and on a CPU the reduced ones, too).
+        models: labels of the rows to train, such as bisplat or "swiftwrf (reduced)" (default: all).
         at_once: number of trainings that run at the same time.
         minutes: how long each model is trained, while the others are trained, too.
         smallest: only test the benchmark, in seconds; its figures mean nothing.

@@ -79,7 +79,7 @@ def scores(dataset: Dataset, kind: SplitKind, size: int | None) -> dict[str, flo
     found: dict[str, float | str] = {}
     for name, make in BASELINES.items():
         if name == "kriging-responses" and dataset.responses is None:
-            continue  # needs the phases retrieved first, which takes long and gains nothing
+            continue  # needs recorded responses
         method = make()
         method.fit(task)
         found[name] = median(method.predict(positions))

@@ -8,12 +8,11 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from learn.baselines.array_ceiling import has_ceiling
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.task import Method, Task
+from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.phase_retrieval import retrieve_responses
 
 
 class MeanPicture:
@@ -50,32 +49,23 @@ class Kriging(MeanPicture):
 
 
 NO_RESPONSES = (
-    "this method needs recorded responses, or a uniform planar array behind whose pictures they are found, which the "
-    "dataset has not"
+    "this method needs recorded responses with their phases, which the dataset has not; those behind pictures have "
+    "phases of their own each, and may be flipped"
 )
 """Why ``KrigingResponses`` cannot be used on a dataset, for the user."""
 
 
 class KrigingResponses(MeanPicture):
-    """Kriging of the element responses.
-
-    If the dataset has no responses, the method uses those that reproduce its spectra best. Their common phase is
-    unknown. It is chosen such that the element with the largest mean magnitude has phase zero.
-    """
+    """Kriging of the recorded element responses."""
 
     def unsuited(self, dataset: Dataset) -> str | None:
         """As for ``TrainedModel``."""
-        return None if has_ceiling(dataset) else NO_RESPONSES
+        return None if dataset.responses is not None else NO_RESPONSES
 
     def fit(self, task: Task) -> None:
-        responses = task.responses
-        if responses is None:
-            responses = retrieve_responses(task.spectra, task.beamformer).responses
-            strongest_element = responses[:, np.abs(responses).mean(axis=0).argmax()]
-            responses = responses * np.exp(-1j * np.angle(strongest_element))[:, None]
-            norm = np.linalg.norm(responses, axis=1, keepdims=True)
-            responses /= np.where(norm > 0, norm, 1)  # a picture of a single grey level has responses of 0
-        self._predict = krige_responses(task.positions, responses, task.beamformer, task.seed)
+        if task.responses is None:
+            raise InputError(NO_RESPONSES)
+        self._predict = krige_responses(task.positions, task.responses, task.beamformer, task.seed)
 
 
 BASELINES: dict[str, Callable[[], Method]] = {

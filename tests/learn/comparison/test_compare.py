@@ -464,14 +464,26 @@ def test_finding_phases_is_part_of_the_budget(tiny, tmp_path, monkeypatch):
     assert read_training(tmp_path / "run").seconds >= 60
 
 
-@pytest.mark.parametrize("name", sorted(set(method_names()) - {"bisplat-plus", "nerf2", "mirror-images"}))
+NEED_RESPONSES = {"mirror-images", "kriging-responses"}
+
+
+@pytest.mark.parametrize("name", sorted(set(method_names()) - {"bisplat-plus", "nerf2"} - NEED_RESPONSES))
 def test_every_method_fits_and_predicts(tiny, tmp_path, name):
-    dataset = read_dataset(tiny)  # without responses, which mirror-images needs
+    dataset = read_dataset(tiny)  # without responses
     task = Task(dataset, "files", 0, None, 0, INSTANT, None, tmp_path / "run")
     method = method_named(name)()
     method.fit(task)
     pictures = method.predict(dataset.positions[task.parts.test])
     assert pictures.shape == (5, 90, 360) and np.isfinite(pictures).all()
+
+
+@pytest.mark.parametrize("name", sorted(NEED_RESPONSES))
+def test_methods_that_need_responses_are_left_out_where_a_dataset_has_pictures_alone(tiny, tmp_path, capsys, name):
+    compared = compare(tiny, ("nearest", name), budget=INSTANT, output=tmp_path / "out")
+    assert name not in {row["label"] for row in compared}
+    assert f"left out {name}: " in capsys.readouterr().err
+    with pytest.raises(InputError, match=f"{name}: .*needs.* responses"):
+        compare(tiny, (name,), budget=INSTANT, output=tmp_path / "alone")
 
 
 # Kriging
