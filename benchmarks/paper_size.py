@@ -69,7 +69,10 @@ def device() -> str:
 
 
 def timed_alone(dataset: Path, folder: Path, size: Size, steps: int) -> dict[str, float]:
-    """Milliseconds of a training step, and spectra predicted per second."""
+    """Milliseconds of a training step, spectra predicted per second, and what a prediction's networks compute."""
+    import torch
+    from torch.utils.flop_counter import FlopCounterMode
+
     from learn.training.train import train
 
     run = train(dataset, folder, model=size.model, split="random", options=size.options, steps=steps)
@@ -78,9 +81,12 @@ def timed_alone(dataset: Path, folder: Path, size: Size, steps: int) -> dict[str
     began = time.perf_counter()
     run.predict(positions)
     predicted = time.perf_counter() - began
+    with FlopCounterMode(display=False) as counter:
+        run.model(torch.from_numpy(positions[:1]).float().to(next(run.model.parameters()).device))
     kept = json.loads((folder / "training.json").read_text())
     return {
         "parameters": sum(each.numel() for each in run.model.parameters()),
+        "GFLOP per spectrum": round(counter.get_total_flops() / 1e9, 2),  # matrix products; splatting is not counted
         "ms per step alone": round(1e3 * kept["seconds"] / steps, 1),
         "spectra per second": round(PREDICTED / predicted),
     }
