@@ -22,7 +22,6 @@ changed.
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 from pathlib import Path
@@ -35,7 +34,6 @@ from matplotlib.figure import Figure
 from learn.reports.method_styles import line_styles
 from learn.rooms.compare_rooms import GIVEN, compare_rooms
 from learn.rooms.room_methods import USUAL
-from scenes.files.atomic import write_atomically
 from simulate.dataset.room_settings import Setting
 from simulate.dataset.rooms_folder import Rooms
 from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
@@ -98,14 +96,12 @@ def rooms_of(folder: Path, setting: Setting, size: Size) -> Rooms:
 
 
 def measured(folder: Path, rooms: Rooms, part: Part, minutes: float) -> Rows:
-    """The rows of a part in the rooms of a setting; kept ones if there are any."""
-    numbers = "-".join(map(str, part.given))
-    kept = folder / f"{rooms.setting}-{part.method}-{numbers}-{part.tested}.json"
-    if not kept.is_file():
-        found = compare_rooms(rooms, [part.method], given=part.given, test_rooms=part.tested, budget=minutes)
-        write_atomically(kept, json.dumps(found.rows).encode())
-    rows: Rows = json.loads(kept.read_text())
-    return rows
+    """The rows of a part in the rooms of a setting; those that the folder has are not measured again."""
+    output = folder / f"compared-{rooms.setting}-{part.tested}"
+    compared = compare_rooms(
+        rooms, [part.method], given=part.given, test_rooms=part.tested, budget=minutes, output=output
+    )
+    return [row for row in compared.rows if row["label"] == part.method and row["train_size"] in part.given]
 
 
 def named(setting: Setting, label: str, rows: Rows) -> Scores:

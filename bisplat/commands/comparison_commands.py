@@ -57,7 +57,7 @@ ComparedFolder = Annotated[
     Positional[Path], arg(help="NeRF² dataset folder, one of powers (RSSI) or channels (CSI), or one of bisplat rooms.")
 ]
 
-CONTINUED = "received powers or channels, found spectra, whose results are continued"
+CONTINUED = "received powers or channels, found {}, whose results are continued"
 """Why --force is refused."""
 
 
@@ -86,12 +86,13 @@ def compare(
         over_band: score responses over the band of a dataset, instead of spectra.
         given: of rooms, numbers of known spectra in a test room (default: 5 10 25 50 100).
         test_rooms: of rooms, number of test rooms, the last ones (default: a quarter).
-        force: replace existing output files of received powers, channels, responses or rooms.
+        force: replace existing output files of received powers, channels or responses.
     """
     if is_rooms(dataset):
         refuse_given(["--over-band"], f"a dataset of spectra with a band, found the rooms of {dataset}")
         refuse_given(["--scene"], f"received powers (RSSI), found the rooms of {dataset}")
-        compare_in_rooms(dataset, models, given, test_rooms, test_spectra, seeds, budget, output, force, json)
+        refuse_given(["--force", "--no-force"], CONTINUED.format("rooms"))
+        compare_in_rooms(dataset, models, given, test_rooms, test_spectra, seeds, budget, output, json)
         return
     refuse_given(["--given", "--test-rooms"], f"a folder of bisplat rooms, found {dataset}")
     if over_band:
@@ -102,7 +103,7 @@ def compare(
     if is_rssi(dataset) or is_csi(dataset):
         compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, scene=scene), output, force, json)
         return
-    refuse_given(["--force", "--no-force"], CONTINUED)
+    refuse_given(["--force", "--no-force"], CONTINUED.format("spectra"))
     refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     if output is None and not dataset.is_dir():
         raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
@@ -177,7 +178,7 @@ def sweep(
     if is_rssi(dataset) or is_csi(dataset):
         sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, force, json)
         return
-    refuse_given(["--force", "--no-force"], CONTINUED)
+    refuse_given(["--force", "--no-force"], CONTINUED.format("spectra"))
     refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     from learn.comparison.sweep import SWEPT
     from learn.comparison.sweep import sweep as sweep_sizes

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from tyro.conf import arg
 
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import printable
-from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
 from simulate.dataset.room_settings import Outline, Setting
-
-if TYPE_CHECKING:
-    from learn.rooms.room_comparison import RoomComparison
 
 
 def rooms(
@@ -61,7 +57,6 @@ def compare_in_rooms(
     seeds: int,
     budget: float,
     output: Path | None,
-    force: bool,
     json: bool,
 ) -> None:
     """Compare methods in the test rooms of a folder, and print the table.
@@ -74,8 +69,7 @@ def compare_in_rooms(
         test_spectra: largest number of test spectra in a room. None: all.
         seeds: number of fits of each method.
         budget: training time of each method that learns in other rooms, minutes.
-        output: folder for results.json, table.tex, table.csv and the figure. None: nothing is written.
-        force: existing files may be replaced.
+        output: folder for the rows, results.json, table.tex, table.csv and the figure. None: nothing is written.
         json: print all scores as JSON.
     """
     refuse_given(["--split", "--guard"], "a dataset, found rooms, in each of which known spectra are drawn at random")
@@ -86,26 +80,20 @@ def compare_in_rooms(
     if methods and not learning:
         refuse_given(["--budget"], f"a method that learns in other rooms, found {', '.join(methods)}")
 
-    def compared() -> RoomComparison:
-        return compare_rooms(
-            folder,
-            methods or None,
-            given=given or None,
-            test_rooms=test_rooms,
-            test_spectra=test_spectra,
-            seeds=seeds,
-            budget=budget,
-        )
-
-    if output is None:
-        refuse_given(["--force", "--no-force"], "--output beside it, found none")
-        comparison = compared()
-    else:
+    comparison = compare_rooms(
+        folder,
+        methods or None,
+        given=given or None,
+        test_rooms=test_rooms,
+        test_spectra=test_spectra,
+        seeds=seeds,
+        budget=budget,
+        output=output,
+    )
+    if output is not None:
         from learn.reports.rooms_report import write_room_comparison
 
-        with new_folder(output, force) as unfinished:
-            comparison = compared()
-            write_room_comparison(comparison, unfinished)
+        write_room_comparison(comparison, output)
     if json:
         print(json_format.dumps(comparison.facts(), indent=2))
     else:

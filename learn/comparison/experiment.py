@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import json
-import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,6 +20,7 @@ from msgspec import Meta, Struct
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.comparison.baseline_methods import KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
+from learn.comparison.kept_rows import KeptRows, row_name
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
 from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, read_protocol, without_fingerprint
 from learn.comparison.scores_file import write_scores
@@ -34,17 +34,11 @@ from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path, require_whole, require_within, require_word
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_file import parse_json
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
-from scenes.files.schema import conform
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
-
-LARGEST_RESULTS = 64 * MEGABYTE
-"""Largest size of results.jsonl, bytes; a row takes about 400."""
 
 
 class Row(Struct, frozen=True, kw_only=True):
@@ -68,6 +62,7 @@ class Experiment:
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
+        self.kept = KeptRows(folder, Row)
         self._mean_picture_ssim: dict[int | None, float] = {}  # by the number of training spectra
 
     @cached_property
@@ -90,19 +85,6 @@ class Experiment:
         """Distances from the test positions to the nearest ones of the whole known part."""
         positions = self.dataset.positions
         return SplitDistances.between(positions[self.parts.known], positions[self.test], self.dataset.wavelength)
-
-    @property
-    def rows(self) -> list[dict[str, Any]]:
-        """The rows measured so far, in the order in which they were measured."""
-        path = self.folder / "results.jsonl"
-        if not os.path.lexists(path):
-            return []
-        rows = []
-        for number, line in enumerate(read_text(path, "a JSON object per line", LARGEST_RESULTS).splitlines(), start=1):
-            place = f"{path}, line {number}"
-            rows.append(parse_json(line, place, "the scores of a method", nan=True))
-            conform(rows[-1], Row, place)
-        return rows
 
     def measure(
         self, methods: Mapping[str, Callable[[], Method]], seeds: int, sizes: Sequence[int | None] = (None,)
@@ -139,7 +121,7 @@ class Experiment:
         name, method = row_name(key), built(label, make)
         own = is_own(method)
         source = source_hash(method) if own else None
-        if self._is_measured(key, own, source):
+        if self.kept.is_measured(key, name, own, source):
             return
         say(name)
         # An own class has a folder for each version, so that none goes on with the weights of another one.
@@ -179,7 +161,7 @@ class Experiment:
     def measure_ceiling(self) -> None:
         """Measure the row of the array's ceiling, a bound that is fitted to the test spectra themselves."""
         key = {"label": CEILING, "seed": 0, "train_size": None}
-        if self._row(key) is not None:
+        if self.kept.row(key) is not None:
             return
         if not has_ceiling(self.dataset):
             say(f"the array's ceiling is left out: {NO_CEILING}")
@@ -189,30 +171,6 @@ class Experiment:
         recorded = None if self.dataset.responses is None else self.dataset.responses[test]
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
         self._keep(key, test, score(bound, truth, self.dataset.grid, self.dataset.array), {})
-
-    def _row(self, key: dict[str, Any]) -> dict[str, Any] | None:
-        """The row with this label, seed and size. None: it has not been measured."""
-        return next((row for row in self.rows if key.items() <= row.items()), None)
-
-    def _is_measured(self, key: dict[str, Any], own: bool, source: str | None) -> bool:
-        """Whether a row has been measured; not if its class has been edited since. What is decided is said.
-
-        Args:
-            key: label, seed and size of the row.
-            own: whether the class is the user's.
-            source: hash of its source. None: it is not known.
-        """
-        row, name = self._row(key), row_name(key)
-        if row is None or not own:
-            return row is not None
-        if source is None:
-            say(f"{name}: measured before and kept; no source tells whether its class has changed since")
-        elif "source" not in row:
-            say(f"{name}: measured before and kept; an older version kept nothing that tells whether its class changed")
-        elif row["source"] != source:
-            say(f"{name}: its class or its settings have changed, so it is measured again and its old row is replaced")
-            return False
-        return True
 
     def _ssim_of_mean_picture(self, task: Task) -> float:
         """Median SSIM of the mean of a task's known spectra on the test spectra."""
@@ -237,12 +195,7 @@ class Experiment:
         write_scores(self.folder / "per_sample" / f"{row_name(key)}.csv", names, scores)
         distances = self._distances(test, key["train_size"]).facts()
         date = datetime.date.today().isoformat()
-        row = {**key, "test": len(test), **scores.summary(), **cost, **distances, "date": date}
-        path = self.folder / "results.jsonl"
-        rows, old = self.rows, self._row(key)
-        kept = [*rows, row] if old is None else [row if each == old else each for each in rows]
-        lines = [json.dumps(each) for each in kept]
-        write_atomically(path, ("\n".join(lines) + "\n").encode())
+        self.kept.keep(key, {"test": len(test), **scores.summary(), **cost, **distances, "date": date})
 
 
 @contextmanager
@@ -296,13 +249,3 @@ def begun(
         write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
         say_distances(distances)
         yield experiment
-
-
-def row_name(row: Mapping[str, Any]) -> str:
-    """Name of a row's file in per_sample/ and of its folder in runs/.
-
-    >>> row_name({"label": "bisplat without BST", "seed": 2, "train_size": 200})
-    'bisplat_without_BST-200-2'
-    """
-    size = "" if row["train_size"] is None else f"-{row['train_size']}"
-    return f"{row['label'].replace(' ', '_').replace('/', '_')}{size}-{row['seed']}"

@@ -14,7 +14,8 @@ from jaxtyping import Float
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.comparison.averages import averaged
 from learn.comparison.doubts import average_name, doubts_of, remark_on
-from learn.comparison.experiment import Experiment, row_name
+from learn.comparison.experiment import Experiment
+from learn.comparison.kept_rows import row_name
 from learn.comparison.protocol import Settings
 from learn.comparison.scores_file import read_scores
 from learn.data.split_distances import SplitDistances
@@ -82,7 +83,7 @@ class Comparison:
     def of(cls, experiment: Experiment) -> Comparison:
         """All rows that were measured in an experiment's folder, by this call and earlier ones."""
         data = experiment.dataset
-        return cls(experiment.folder, experiment.settings, experiment.rows, experiment.distances, data.array)
+        return cls(experiment.folder, experiment.settings, experiment.kept.rows, experiment.distances, data.array)
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from learn.comparison.experiment import row_name
+from learn.comparison.kept_rows import row_name
 from learn.comparison.table import Comparison
 from learn.reports.method_styles import line_styles
 from learn.reports.paper import COLUMN, at_paper_size, save

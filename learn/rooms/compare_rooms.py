@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int
 
+from learn.comparison.kept_rows import KeptRows, row_name
 from learn.comparison.makers import check_effort, makers
-from learn.comparison.own_method import built, checked_spectra, named
+from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
 from learn.data.metrics import ssim
 from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.room_comparison import RoomComparison
 from learn.rooms.room_methods import ROOM_METHODS, USUAL, RoomMethod
+from learn.rooms.room_protocol import RoomProtocol, fingerprint, kept_in
 from learn.training.own_class import own_class
+from learn.training.training_file import device_name
 from scenes.files.errors import (
     InputError,
     ParameterError,
@@ -55,6 +58,7 @@ def compare_rooms(
     seed: int = 0,
     seeds: int = 1,
     budget: float = 5.0,
+    output: Path | str | None = None,
 ) -> RoomComparison:
     """Score methods in rooms in which they were not trained.
 
@@ -83,13 +87,16 @@ def compare_rooms(
         seed: seed of the choice of test spectra.
         seeds: number of fits of each method, with seeds 0, 1, …; each knows other spectra.
         budget: training time of each method that learns in other rooms, minutes.
+        output: folder that keeps each row as soon as it is measured, in results.jsonl. The same call again measures
+            those that are missing. None: nothing is kept.
 
     Returns:
-        The scores.
+        The scores, with those that the output has from earlier calls.
 
     Raises:
         InputError: the folder cannot be read, rooms have different arrays or frequencies, or a room has too few
-            spectra; or something went wrong in a method of your own.
+            spectra; or the output has a comparison with other settings, or other files; or something went wrong in a
+            method of your own.
         ParameterError: a method is unknown, or learns in other rooms where there are none, or another argument is out
             of its range.
 
@@ -124,14 +131,23 @@ def compare_rooms(
     # A room keeps its test spectra, however many rooms are test rooms.
     tested = [_parts(datasets[name], test_spectra, [seed, rooms.names.index(name)]) for name in test]
     sizes = _sizes(given, [(datasets[name], len(others)) for name, (_, others) in zip(test, tested, strict=True)])
+    protocol = RoomProtocol(
+        rooms=str(rooms.folder.resolve()),
+        setting=rooms.setting,
+        test_rooms=test_rooms,
+        test_spectra=test_spectra,
+        seed=seed,
+        minutes=budget,
+        device=device_name(),
+        rooms_sha256=fingerprint(list(datasets.values())),
+    )
     learned_in, tested_in = [datasets[name] for name in training], [datasets[name] for name in test]
     parts = list(zip(tested_in, tested, strict=True))
-    rows = [
-        row
-        for number in range(seeds)
-        for label, make in chosen.items()
-        for row in _rows(label, make, learned_in, parts, sizes, number, budget)
-    ]
+    with kept_in(None if output is None else Path(output), protocol) as kept:
+        for number in range(seeds):
+            for label, make in chosen.items():
+                _measure(label, make, learned_in, parts, sizes, number, budget, kept)
+        rows = kept.rows
     return RoomComparison(
         folder=rooms.folder, setting=rooms.setting, training=training, test=test, minutes=budget, rows=rows
     )
@@ -193,7 +209,7 @@ def _sizes(given: Sequence[int] | None, rooms: Sequence[tuple[Dataset, int]]) ->
     return sorted(given)
 
 
-def _rows(
+def _measure(
     label: str,
     make: Callable[[], Any],
     training: Sequence[Dataset],
@@ -201,27 +217,31 @@ def _rows(
     sizes: Sequence[int],
     seed: int,
     minutes: float,
-) -> Iterator[dict[str, Any]]:
-    """The rows of a method with one seed."""
-    say(f"{label}, seed {seed}")
+    kept: KeptRows,
+) -> None:
+    """Measure the missing rows of a method with one seed."""
     method = built(label, make, "methods")
+    own = is_own(method)
+    source = source_hash(method) if own else None
+    keys: list[dict[str, Any]] = [{"label": label, "seed": seed, "train_size": size} for size in sizes]
+    missing = [key for key in keys if not kept.is_measured(key, row_name(key), own, source)]
+    if not missing:
+        return
+    say(f"{label}, seed {seed}")
     if hasattr(method, "learn"):
         with named(label, method, "learn to learn from rooms"):
             method.learn(training, minutes, seed)
-    for size in sizes:
+    for key in missing:
         scores, began = [], time.perf_counter()
         for dataset, (test, others) in tested:
-            known = np.random.default_rng([seed, len(others)]).permutation(others)[:size]
+            known = np.random.default_rng([seed, len(others)]).permutation(others)[: key["train_size"]]
             with named(label, method, "fit to learn from what is known"):
                 method.fit(KnownInRoom(dataset, known, seed))
             with named(label, method, "predict to return predictions"):
                 predicted = checked_spectra(label, method.predict(dataset.positions[test]), len(test))
             scores.append(ssim(predicted, dataset.spectra[test]))
         together = np.concatenate(scores)
-        yield {
-            "label": label,
-            "seed": seed,
-            "train_size": size,
+        row = {
             "spectra": len(together),
             "ssim_mean": round(float(together.mean()), 4),
             "ssim_median": round(float(np.median(together)), 4),
@@ -229,3 +249,4 @@ def _rows(
             "steps": getattr(method, "steps", None),
             "seconds": round((time.perf_counter() - began) / len(tested), 3),
         }
+        kept.keep(key, row if source is None else {**row, "source": source})

@@ -22,7 +22,7 @@ class RoomComparison(AveragedTable):
     A row has "label", the name of the method, "seed", "train_size", the number L of known spectra in each test room,
     "spectra", the number of test spectra of all test rooms together, "ssim_mean" and "ssim_median" over them, "rooms",
     the median SSIM in each test room, "steps" of training in other rooms (None: it has none), and "seconds", the mean
-    time of the fit and the predictions in a test room.
+    time of the fit and the predictions in a test room. A row of your own class also has "source", a hash of its source.
 
     Attributes:
         folder: the folder of the rooms.

@@ -360,7 +360,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "rooms": (*PATH, "nowhere", data), "methods": NAMES[:6],
                 "given": ("x", 3, [], [0], [2, 2], [99], [1.5]),
                 "test_rooms": (*WHOLE[:6], 2), "test_spectra": WHOLE[:5], "seed": SEED, "seeds": WHOLE,
-                "budget": (*NUMBER, 0),
+                "budget": (*NUMBER, 0), "output": PATH,
             },
         ),
         "compare_powers": Call(

@@ -169,4 +169,55 @@ def test_the_command_writes_its_files(rooms, capsys, tmp_path, monkeypatch):
     assert facts["setting"] == "layout" and set(facts["methods"]) == {"mean, 3", "mean, 5", "nearest, 3", "nearest, 5"}
     assert json.loads((tmp_path / "out" / "results.json").read_text())["methods"] == facts["methods"]
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert {"results.json", "rooms.pdf", "rooms.png", "table.csv", "table.tex"} == names
+    kept = {"protocol.json", "results.jsonl"}
+    assert {"results.json", "rooms.pdf", "rooms.png", "table.csv", "table.tex"} | kept == names
+
+
+class StopsAtFive(Truth):
+    """Cannot be fitted to five known spectra."""
+
+    def fit(self, room):
+        if len(room.known) == 5:
+            raise RuntimeError("stopped")
+        super().fit(room)
+
+
+def test_an_interrupted_comparison_goes_on_with_the_missing_rows(rooms, tmp_path):
+    output = tmp_path / "kept"
+    with pytest.raises(bisplat.InputError, match="found RuntimeError: stopped"):
+        bisplat.compare_rooms(rooms, {"a": Truth, "b": StopsAtFive}, given=[3, 5], output=output)
+    assert [json.loads(line)["label"] for line in (output / "results.jsonl").read_text().splitlines()] == [
+        "a",
+        "a",
+        "b",
+    ]
+    Truth.learned, Truth.seen = [], []
+    rows = bisplat.compare_rooms(rooms, {"a": Truth, "nearest": "nearest"}, given=[3, 5], seeds=2, output=output).rows
+    assert [(row["label"], row["seed"], row["train_size"]) for row in rows] == [
+        ("a", 0, 3), ("a", 0, 5), ("b", 0, 3), ("nearest", 0, 3), ("nearest", 0, 5),
+        ("a", 1, 3), ("a", 1, 5), ("nearest", 1, 3), ("nearest", 1, 5),
+    ]  # fmt: skip
+    assert len(Truth.learned) == 1 and len(Truth.seen) == 2  # with the second seed alone
+    again = bisplat.compare_rooms(rooms, ["nearest"], given=[3], output=output)
+    assert again.rows == rows and len(Truth.seen) == 2
+
+
+def test_an_edited_class_is_measured_again(rooms, tmp_path, monkeypatch):
+    hashes = iter(["first", "second"])
+    monkeypatch.setattr(compare_module, "source_hash", lambda method: next(hashes))
+    Truth.seen = []
+    for _ in range(2):
+        rows = bisplat.compare_rooms(rooms, {"a": Truth}, given=[3], output=tmp_path / "kept").rows
+    assert len(Truth.seen) == 2 and [row["source"] for row in rows] == ["second"]
+
+
+def test_a_comparison_of_other_settings_or_rooms_is_not_continued(rooms, tmp_path):
+    folder = shutil.copytree(rooms.folder, tmp_path / "rooms")
+    output = tmp_path / "kept"
+    bisplat.compare_rooms(folder, ["mean"], given=[3], output=output)
+    with pytest.raises(bisplat.InputError, match="an earlier comparison in rooms with test_rooms 2, found one with"):
+        bisplat.compare_rooms(folder, ["mean"], given=[3], test_rooms=2, output=output)
+    other = sorted((folder / "room-000" / "spectrum").iterdir())
+    shutil.copyfile(other[0], other[1])
+    with pytest.raises(bisplat.InputError, match=r"expected a comparison in the rooms of .*, found other spectra"):
+        bisplat.compare_rooms(folder, ["mean"], given=[3], output=output)

@@ -105,4 +105,4 @@ def test_rows_are_checked(tmp_path, tiny, line, sentence):
     experiment = Experiment(write(tmp_path, "protocol.json", PROTOCOL), tiny, SETTINGS)
     write(tmp_path, "results.jsonl", json.dumps(ROW | {"ssim_median": float("nan")}) + "\n" + line + "\n")
     with pytest.raises(InputError, match=f"results.jsonl, line 2: {sentence}"):
-        _ = experiment.rows
+        _ = experiment.kept.rows

@@ -1,0 +1,96 @@
+"""The rows of a comparison in a file, each kept as soon as it is measured, so that none is measured twice."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct
+
+from scenes.files.atomic import write_atomically
+from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.json_file import parse_json
+from scenes.files.plain_text import say
+from scenes.files.schema import conform
+
+RESULTS = "results.jsonl"
+"""Name of the file."""
+
+LARGEST_RESULTS = 64 * MEGABYTE
+"""Largest size of the file, bytes; a row takes about 400."""
+
+
+class KeptRows:
+    """The rows in ``results.jsonl``, a JSON object per line.
+
+    A row has a *key*, some of its entries, such as label, seed and number of training spectra. No two rows have the
+    same.
+
+    Args:
+        folder: the folder of the file.
+        schema: the entries that every row has.
+    """
+
+    def __init__(self, folder: Path, schema: type[Struct]):
+        self.path, self._schema = folder / RESULTS, schema
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The rows measured so far, in the order in which they were measured.
+
+        Raises:
+            InputError: the file has something else.
+        """
+        if not os.path.lexists(self.path):
+            return []
+        rows = []
+        lines = read_text(self.path, "a JSON object per line", LARGEST_RESULTS).splitlines()
+        for number, line in enumerate(lines, start=1):
+            place = f"{self.path}, line {number}"
+            rows.append(parse_json(line, place, "the scores of a method", nan=True))
+            conform(rows[-1], self._schema, place)
+        return rows
+
+    def row(self, key: dict[str, Any]) -> dict[str, Any] | None:
+        """The row with this key. None: it has not been measured."""
+        return next((row for row in self.rows if key.items() <= row.items()), None)
+
+    def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None) -> bool:
+        """Whether a row has been measured; not if its class has been edited since. What is decided is said.
+
+        Args:
+            key: the row's key.
+            name: what it is called.
+            own: whether the class is the user's.
+            source: hash of its source. None: it is not known.
+        """
+        row = self.row(key)
+        if row is None or not own:
+            return row is not None
+        if source is None:
+            say(f"{name}: measured before and kept; no source tells whether its class has changed since")
+        elif "source" not in row:
+            say(f"{name}: measured before and kept; an older version kept nothing that tells whether its class changed")
+        elif row["source"] != source:
+            say(f"{name}: its class or its settings have changed, so it is measured again and its old row is replaced")
+            return False
+        return True
+
+    def keep(self, key: dict[str, Any], row: dict[str, Any]) -> None:
+        """Write a row with its key to the file, in place of an old one with this key."""
+        rows, old, new = self.rows, self.row(key), {**key, **row}
+        kept = [*rows, new] if old is None else [new if each == old else each for each in rows]
+        write_atomically(self.path, ("\n".join(json.dumps(each) for each in kept) + "\n").encode())
+
+
+def row_name(row: Mapping[str, Any]) -> str:
+    """Name of a row's file in per_sample/ and of its folder in runs/.
+
+    >>> row_name({"label": "bisplat without BST", "seed": 2, "train_size": 200})
+    'bisplat_without_BST-200-2'
+    """
+    size = "" if row["train_size"] is None else f"-{row['train_size']}"
+    return f"{row['label'].replace(' ', '_').replace('/', '_')}{size}-{row['seed']}"

@@ -1,0 +1,104 @@
+"""The folder of a comparison in rooms: what all its rows have in common, and the rows that are measured so far."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct, to_builtins
+
+from learn.comparison.kept_rows import KeptRows
+from learn.comparison.protocol import PROTOCOL
+from scenes.files.atomic import require_writable, write_atomically
+from scenes.files.errors import InputError
+from scenes.files.json_file import read_json
+from scenes.files.output_folder import own_folder
+from scenes.files.schema import conform
+from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.room_settings import Setting
+
+
+class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Settings that all rows have in common. The file protocol.json records them.
+
+    Attributes:
+        rooms: absolute path of the folder of rooms.
+        setting: what differs from room to room.
+        test_rooms: number of test rooms.
+        test_spectra: largest number of test spectra in a room. None: all of them.
+        seed: seed of the choice of test spectra.
+        minutes: training time of each method that learns in other rooms.
+        device: name of the GPU, or number of CPU threads, on which methods are trained.
+        rooms_sha256: fingerprint of all spectra.
+    """
+
+    rooms: str
+    setting: Setting
+    test_rooms: Annotated[int, Meta(ge=1)]
+    test_spectra: Annotated[int, Meta(ge=1)] | None
+    seed: Annotated[int, Meta(ge=0)]
+    minutes: Annotated[float, Meta(gt=0)]
+    device: str
+    rooms_sha256: str
+
+
+class RoomRow(Struct, frozen=True, kw_only=True):
+    """The entries that every row has. The others are described in ``RoomComparison``."""
+
+    label: str
+    seed: Annotated[int, Meta(ge=0)]
+    train_size: Annotated[int, Meta(ge=1)]
+    spectra: Annotated[int, Meta(ge=1)]
+    ssim_mean: float
+    ssim_median: float
+    seconds: float
+
+
+@contextmanager
+def kept_in(output: Path | None, protocol: RoomProtocol) -> Iterator[KeptRows]:
+    """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it.
+
+    Args:
+        output: the folder. None: a temporary one.
+        protocol: the settings.
+
+    Raises:
+        InputError: the folder has a comparison with other settings or of other spectra, or other files, or another
+            process writes to it.
+    """
+    if output is None:
+        with tempfile.TemporaryDirectory(prefix="bisplat-") as temporary:
+            yield KeptRows(Path(temporary), RoomRow)
+        return
+    require_writable(output / PROTOCOL)
+    given = to_builtins(protocol)
+    with own_folder(output, "comparison in rooms", PROTOCOL, _without_fingerprint(given), _read_settings):
+        if (output / PROTOCOL).exists() and _read(output / PROTOCOL)["rooms_sha256"] != protocol.rooms_sha256:
+            raise InputError(f"{output}: expected a comparison in the rooms of {protocol.rooms}, found other spectra")
+        write_atomically(output / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
+        yield KeptRows(output, RoomRow)
+
+
+def fingerprint(rooms: Sequence[Dataset]) -> str:
+    """A hash of the names, positions and pictures of all rooms."""
+    return hashlib.sha256("".join(room.fingerprint for room in rooms).encode()).hexdigest()
+
+
+def _read(path: Path) -> dict[str, Any]:
+    content = read_json(path, "the settings of a comparison in rooms")
+    conform(content, RoomProtocol, str(path))
+    return content
+
+
+def _read_settings(path: Path) -> dict[str, Any]:
+    return _without_fingerprint(_read(path))
+
+
+def _without_fingerprint(settings: dict[str, Any]) -> dict[str, Any]:
+    """The settings without the fingerprint, which has a sentence of its own."""
+    return {key: value for key, value in settings.items() if key != "rooms_sha256"}
