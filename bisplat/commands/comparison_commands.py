@@ -15,6 +15,7 @@ from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force
 from bisplat.commands.rooms_command import compare_in_rooms
 from bisplat.commands.simulate_command import Output
+from learn.comparison.protocol import PROTOCOL
 from learn.data.splits import SplitKind
 from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
@@ -110,7 +111,7 @@ def compare(
     if output is None:
         raise InputError("-o: expected a folder for the results beside spectra, found none")
     if models:
-        _refuse_idle_budget(models)
+        _refuse_idle_budget(models, output)
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison
 
@@ -186,14 +187,19 @@ def sweep(
 
     models = models or SWEPT
     if init is None:
-        _refuse_idle_budget(models)
+        _refuse_idle_budget(models, output)
     comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())
 
 
-def _refuse_idle_budget(models: Sequence[str]) -> None:
-    """Refuse a training time if no model is trained by steps. Classes of the user may be."""
+def _refuse_idle_budget(models: Sequence[str], output: Path) -> None:
+    """Refuse a training time if no model is trained by steps. Classes of the user may be.
+
+    Who adds such a model to an experiment has to state the experiment's training time, however.
+    """
+    if (output / PROTOCOL).is_file():
+        return
     by_steps = [name for name in models if ":" in name or (name in MODELS and MODELS[name].by_steps is not None)]
     if not by_steps:
         refuse_given(["--budget"], f"a model trained by steps, found {', '.join(models) or 'none'}")

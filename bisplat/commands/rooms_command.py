@@ -10,6 +10,7 @@ from tyro.conf import arg
 
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
+from learn.comparison.protocol import PROTOCOL
 from scenes.files.errors import printable
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
@@ -77,7 +78,8 @@ def compare_in_rooms(
     from learn.rooms.room_methods import ROOM_METHODS
 
     learning = [name for name in methods if ":" in name or hasattr(ROOM_METHODS.get(name), "learn")]
-    if methods and not learning:
+    continued = output is not None and (output / PROTOCOL).is_file()  # its training time has to be stated again
+    if methods and not learning and not continued:
         refuse_given(["--budget"], f"a method that learns in other rooms, found {', '.join(methods)}")
 
     comparison = compare_rooms(

@@ -34,7 +34,7 @@ class AveragedTable:
         Returns:
             A dictionary for each method and size, in the order in which they were measured, with "seeds", their number,
             and, of several, the standard deviation of the score ``RANKED_BY``, as "error_spread_db" of powers,
-            "snr_spread_db" of channels and "ssim_spread" of spectra.
+            "snr_spread_db" of channels and "ssim_mean_spread" in rooms.
         """
         return averaged(self.rows, ("label", "train_size"), self.RANKED_BY)
 

@@ -9,12 +9,12 @@ import numpy as np
 
 
 def spread_of(key: str) -> str:
-    """Key of the standard deviation over the seeds of a median; other keys stay as they are.
+    """Key of the standard deviation of a score over the seeds.
 
-    >>> spread_of("ssim_median"), spread_of("error_median_db")
-    ('ssim_spread', 'error_spread_db')
+    >>> spread_of("ssim_median"), spread_of("error_median_db"), spread_of("ssim_mean")
+    ('ssim_spread', 'error_spread_db', 'ssim_mean_spread')
     """
-    return key.replace("median", "spread")
+    return key.replace("median", "spread") if "median" in key else f"{key}_spread"
 
 
 def averaged(rows: Sequence[Mapping[str, Any]], names: Sequence[str], ranked_by: str) -> list[dict[str, Any]]:

@@ -34,6 +34,9 @@ KNOWN: dict[str, tuple[str, Any, str]] = {
 }
 """Colour, dash and marker of the methods of this package."""
 
+ALSO_CALLED = {"mean": "mean-picture"}
+"""Other names of methods, those in rooms and for powers."""
+
 _COLOURS = ("#e377c2", "#393b79", "#637939", "#8c6d31", "#843c39", "#00b3a4", "#f0a30a", "#5254a3")
 _OTHERS = [
     (colour, dash, marker)
@@ -70,7 +73,7 @@ def line_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     taken: set[int] = set()
     for label in sorted(set(labels), key=method_name):
-        name = method_name(label)
+        name = ALSO_CALLED.get(method_name(label), method_name(label))
         if name == CEILING:
             found[label] = CEILING_STYLE
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from learn.comparison.doubts import FEW_STEPS, average_name, doubts_of
@@ -42,7 +43,11 @@ def _provenance(comparison: RoomComparison) -> Provenance:
         model=", ".join(dict.fromkeys(row["label"] for row in comparison)),
         dataset=name,
         split=f"setting {comparison.setting}",
-        spectra=f"{len(comparison.training)} training rooms, {len(comparison.test)} test rooms, {spectra} test spectra",
+        spectra=f"{_rooms(comparison.training, 'training')}, {_rooms(comparison.test, 'test')}, {spectra} test spectra",
         distances="the known spectra of a test room are drawn at random",
         seed="0" if seeds == 1 else f"0 to {seeds - 1}",
     )
+
+
+def _rooms(names: Sequence[str], kind: str) -> str:
+    return f"1 {kind} room" if len(names) == 1 else f"{len(names)} {kind} rooms"

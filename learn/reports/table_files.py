@@ -57,7 +57,7 @@ def write_tables(
 
     Args:
         rows: numbers by key, by the name of the row. Of several seeds, "ssim_spread" follows "ssim_median" after ±, and
-            so for other medians.
+            so for other scores.
         columns: headings with units, by the keys of the columns. Columns without any number are left out.
         folder: folder to write to; it must exist.
         provenance: where the scores come from.
@@ -100,7 +100,7 @@ def _cell(row: Mapping[str, Any], key: str) -> str:
     if value is None:
         return "--"
     text = f"{value:,.0f}" if key in ("parameters", "training_seconds") else f"{value:.3f}"
-    spread = row.get(spread_of(key)) if spread_of(key) != key else None
+    spread = row.get(spread_of(key))
     return text if spread is None else rf"{text} $\pm$ {spread:.3f}"
 
 
@@ -108,9 +108,8 @@ def _csv(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str]) -> s
     keys = []
     for key in columns:
         keys.append(key)
-        spread = spread_of(key)
-        if spread != key and any(row.get(spread) is not None for row in rows.values()):
-            keys.append(spread)
+        if any(row.get(spread_of(key)) is not None for row in rows.values()):
+            keys.append(spread_of(key))
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["method", *keys])

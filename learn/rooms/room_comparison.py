@@ -47,7 +47,7 @@ class RoomComparison(AveragedTable):
         "steps": "steps",
         "seconds": "seconds",
     }
-    RANKED_BY: ClassVar[str] = "ssim_median"
+    RANKED_BY: ClassVar[str] = "ssim_mean"
 
     folder: Path
     setting: Setting

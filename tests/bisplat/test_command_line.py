@@ -432,6 +432,16 @@ def test_steps_of_a_model_that_takes_none_are_refused(command, tiny, tmp_path):
     assert_one_sentence(err, "--steps", "expected a model trained by steps, found helmholtz")
 
 
+def test_a_baseline_is_added_to_an_experiment_with_its_training_time(command, tiny, tmp_path):
+    words = ["compare", tiny, "-o", tmp_path / "out", "--budget", "0.001", "--models"]
+    status, _, err = command(*words, "nearest")
+    assert status == 1 and "--budget: expected a model trained by steps, found nearest" in err
+    assert command(*words, "mlp")[0] == 0
+    assert command(*words, "nearest")[0] == 0
+    lines = (tmp_path / "out" / "results.jsonl").read_text().splitlines()
+    assert {json.loads(line)["label"] for line in lines} == {"mlp", "nearest", "array's ceiling"}
+
+
 def test_folder_that_is_no_run_is_one_sentence(command, tiny, tmp_path):
     for arguments in (("evaluate", tiny), ("predict", tiny, "--positions", "p.csv", "-o", tmp_path / "out.npz")):
         status, _, err = command(*arguments)

@@ -13,6 +13,7 @@ import torch
 import bisplat
 import learn.rooms.compare_rooms as compare_module
 from bisplat.__main__ import main
+from learn.reports.rooms_report import write_room_comparison
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.neighbour_attention import AttentionOverNeighbours, NeighbourAttention, RoomTensors
 from learn.rooms.room_methods import TwinInRoom
@@ -169,6 +170,11 @@ def test_the_command_writes_its_files(rooms, capsys, tmp_path, monkeypatch):
     assert facts["setting"] == "layout" and set(facts["methods"]) == {"mean, 3", "mean, 5", "nearest, 3", "nearest, 5"}
     assert json.loads((tmp_path / "out" / "results.json").read_text())["methods"] == facts["methods"]
     names = {path.name for path in (tmp_path / "out").iterdir()}
+    # Another method is added with the same training time, although it has none.
+    words = ["compare", str(rooms.folder), "-o", str(tmp_path / "out"), "--models", "inverse-distance", "--given", "3"]
+    monkeypatch.setattr(sys, "argv", ["bisplat", *words, "--budget", "5", "--json"])
+    main()
+    assert len(json.loads(capsys.readouterr().out)["methods"]) == 5
     kept = {"protocol.json", "results.jsonl"}
     assert {"results.json", "rooms.pdf", "rooms.png", "table.csv", "table.tex"} | kept == names
 
@@ -221,3 +227,15 @@ def test_a_comparison_of_other_settings_or_rooms_is_not_continued(rooms, tmp_pat
     shutil.copyfile(other[0], other[1])
     with pytest.raises(bisplat.InputError, match=r"expected a comparison in the rooms of .*, found other spectra"):
         bisplat.compare_rooms(folder, ["mean"], given=[3], output=output)
+
+
+def test_seeds_have_a_spread_and_a_single_one_has_no_bars(rooms, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("matplotlib.axes.Axes.errorbar", lambda *_, yerr, **__: drawn.append(yerr))
+    for seeds in (1, 2):
+        comparison = bisplat.compare_rooms(rooms, ["nearest"], given=[3, 5], seeds=seeds, test_spectra=3)
+        write_room_comparison(comparison, tmp_path)
+    scores = [row["ssim_mean"] for row in comparison if row["train_size"] == 3]
+    assert drawn[0] is None
+    np.testing.assert_allclose(drawn[1][0], np.std(scores, ddof=1), atol=1e-9)
+    assert "± seeds" in comparison.cells()[0]
