@@ -69,7 +69,8 @@ def main(
         positions, candidates = 1, 20_011
         effort = usual = Propagation(max_depth=1, rays=10_000, diffraction=False)
     tracer = Tracer(scene, usual)
-    ray_scene, chains, sources = tracer.ray_scene, tracer._chains, tracer.elements
+    ray_scene, chains, sources = tracer.ray_scene, tracer.found.reflected, tracer.elements
+    assert chains is not None
     search = replace(ray_scene, propagation=effort)
     targets = transmitter_antennas(scene, place(scene, "uniform", 50, 7)[:positions])
     lacking, extra = [], []

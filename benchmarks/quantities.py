@@ -34,7 +34,7 @@ from simulate.generation.same_array import with_same_array
 from simulate.spectra.band import Band
 
 if TYPE_CHECKING:
-    from simulate.rays.tracer import Found
+    from simulate.rays.chain_solver import Found
 
 BAND = Band(20e6, 64)
 TEN = tuple(float(each) for each in np.linspace(0.902e9, 0.928e9, 10))

@@ -53,8 +53,8 @@ from scenes.scene.materials import p2040_material as p2040_material
 from scenes.scene.materials import p2040_materials as p2040_materials
 from scenes.scene.orientation import facing as facing
 from scenes.scene.tolerances import Tolerances as Tolerances
+from scenes.storage.scene_writing import write_scene as write_scene
 from scenes.storage.scene_yaml import load_scene as load_scene
-from scenes.storage.scene_yaml import write_scene as write_scene
 from simulate.csi.csi_dataset import CsiDataset as CsiDataset
 from simulate.csi.csi_dataset import read_csi as read_csi
 from simulate.dataset.dataset_folder import Dataset as Dataset

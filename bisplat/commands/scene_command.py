@@ -107,8 +107,8 @@ def scene(
     from scenes.scene.antennas import Gateway, Transmitter
     from scenes.scene.frequency import read_frequency
     from scenes.scene.orientation import facing
-    from scenes.storage.scene_files import file_stem
-    from scenes.storage.scene_yaml import load_scene, write_scene
+    from scenes.storage.scene_writing import file_stem, write_scene
+    from scenes.storage.scene_yaml import load_scene
 
     importable = is_importable(scene)
     if importable:

@@ -22,7 +22,8 @@ from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
-from scenes.storage.scene_yaml import load_scene, write_scene
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.engines.rays_engine import Rays
 

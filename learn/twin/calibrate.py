@@ -30,7 +30,8 @@ from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns
-from scenes.storage.scene_yaml import load_scene, write_scene
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.fixed_array import require_fixed_array
 from simulate.positions.given_positions import MOST_POSITIONS, reach_warning

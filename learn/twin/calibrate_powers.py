@@ -29,7 +29,7 @@ from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.positions.given_positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer

@@ -9,8 +9,9 @@ from jaxtyping import Complex, Float
 
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import OF_MATERIALS, Unknown, vary
+from simulate.rays.chain_solver import Found
 from simulate.rays.derivatives import derivatives
-from simulate.rays.tracer import Found, Tracer
+from simulate.rays.tracer import Tracer
 
 STEP = 0.02
 """Step of the finite differences, in the logarithm of a material's property."""

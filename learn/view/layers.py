@@ -20,7 +20,7 @@ from scenes.browser.scene_view import add_gateway, add_region, set_up
 from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:
-    from simulate.rays.tracer import TracedPath
+    from simulate.rays.traced_path import TracedPath
 
 PATHS_SHOWN = 40
 """Largest number of traced paths that are drawn, the strongest ones."""

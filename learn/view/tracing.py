@@ -17,7 +17,8 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a scene does not need
-    from simulate.rays.tracer import TracedPath, Tracer
+    from simulate.rays.traced_path import TracedPath
+    from simulate.rays.tracer import Tracer
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from scenes.files.errors import InputError, printable
 from scenes.scene.description import Scene
 from scenes.scene.materials import material_names, p2040_material
 from scenes.scene.orientation import facing
-from scenes.storage.scene_files import FilesInTheWay, digest, yaml_of
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import FilesInTheWay, digest, write_scene, yaml_of
 
 Triple = tuple[float, float, float]
 CHOSEN = (255, 140, 0)

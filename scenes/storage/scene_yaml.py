@@ -1,4 +1,4 @@
-"""Read and write a scene: a YAML file and its meshes."""
+"""Read a scene: a built-in one by its name, or a YAML file and its meshes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,7 @@ from msgspec.structs import asdict
 
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
-from scenes.files.atomic import write_atomically
-from scenes.files.errors import (
-    InputError,
-    ParameterError,
-    cut,
-    did_you_mean,
-    named,
-    require_instance,
-    require_path,
-)
-from scenes.files.folder_lock import locked
+from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
 from scenes.files.input_file import beside
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
@@ -43,7 +33,6 @@ from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
 from scenes.scene.orientation import Quaternion, Vector3
 from scenes.scene.shapes import union
-from scenes.storage.scene_files import FilesInTheWay, digest, digest_of_file, mesh_names, ply_of, yaml_of
 
 T = TypeVar("T")
 
@@ -92,9 +81,6 @@ def load_scene(name_or_path: str | Path) -> Scene:
         known = ", ".join(BUILT_IN)
         raise InputError(f"{cut(text)}: expected a .yaml file or one of {known}, found another kind of file")
     raise InputError(f"unknown scene {named(text)}; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)")
-
-
-# --- reading -----------------------------------------------------------------------------------------------
 
 
 class Region(Struct, forbid_unknown_fields=True):
@@ -288,55 +274,3 @@ def read_scene(path: str | Path) -> Scene:
     for sentence in doubts(scene):
         say(f"warning: {source}: {sentence}")
     return scene
-
-
-# --- writing -----------------------------------------------------------------------------------------------
-
-
-def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str] | None = None) -> Path:
-    """Write a scene to a folder, as a YAML file and a mesh for each object.
-
-    The files are ``scene.yaml`` and ``meshes/NAME.ply``. ``load_scene`` reads back an equal scene, and the same scene
-    always gives the same bytes. The YAML file is written last and atomically, so a folder with a ``scene.yaml`` is
-    complete. Existing meshes with the same content are kept.
-
-    Args:
-        scene: the scene.
-        folder: output folder, created if it does not exist. It must not contain a ``scene.yaml``, nor meshes of the
-            same names with other content.
-        replaceable: SHA-256 digests (hexadecimal) of files that may be replaced, by path. A file with another digest
-            is not replaced.
-
-    Returns:
-        Path of the YAML file.
-
-    Raises:
-        InputError: the scene has an invalid value, another process is writing to the folder, or files would be
-            replaced. In the last case nothing is written, and the error's ``digests`` lists these files.
-
-    Example:
-        >>> import bisplat
-        >>> path = bisplat.write_scene(bisplat.load_scene("closet"), "closet")
-        >>> path.as_posix()
-        'closet/scene.yaml'
-        >>> bisplat.load_scene(path) == bisplat.load_scene("closet")
-        True
-    """
-    require_instance(Scene, scene=scene)
-    require_path(folder=folder)
-    folder = Path(folder)
-    path = folder / "scene.yaml"
-    validate(scene, str(path))
-    meshes = {folder / name: item.mesh for name, item in zip(mesh_names(scene), scene.objects, strict=True)}
-    with locked(folder):
-        found = {file: sha256 for file in (path, *meshes) if (sha256 := digest_of_file(file)) is not None}
-        kept = {file for file in found if file in meshes and found[file] == digest(ply_of(meshes[file]))}
-        allowed = replaceable or {}
-        in_the_way = {file: found[file] for file in found if file not in kept and found[file] != allowed.get(file)}
-        if in_the_way:
-            raise FilesInTheWay(in_the_way)
-        for file, mesh in meshes.items():
-            if file not in kept:
-                write_atomically(file, ply_of(mesh))
-        write_atomically(path, yaml_of(scene))
-    return path

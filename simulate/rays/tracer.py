@@ -8,69 +8,27 @@ at 915 MHz is in the near field, where a single point with plane-wave phases (``
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from itertools import chain
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Float
 
 from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance, require_seed, shown
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
 from simulate.positions.given_positions import check_points
-from simulate.rays.core.band_sum import BandSum
+from simulate.rays.chain_solver import ChainSolver, Found
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.ray_tracer import PathsBuffer
-from simulate.rays.core.reflection_chains import (
-    Chains,
-    find_chains,
-    reflected,
-)
-from simulate.rays.core.sionna_paths import fields, refine, shoot, terms, with_materials_of
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
-from simulate.rays.core.solution import Solution
-from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import Paths, Terms
+from simulate.rays.core.terms import Terms
 from simulate.rays.core.transmissions import with_transmissions
-from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.diffraction.search import find_diffracted_chains
-from simulate.rays.diffraction.solve import EdgeScene, diffracted
 from simulate.rays.scattering.scattered import Scattering
+from simulate.rays.shooting_solver import ShootingSolver
+from simulate.rays.traced_path import TracedPath, strongest_first
 from simulate.spectra.band import Band
-
-MEMORY = 2_000_000_000
-"""Most bytes of candidate paths where rays are shot for each batch of transmitters."""
-
-BYTES_PER_CANDIDATE = 250
-
-
-class TracedPath(NamedTuple):
-    """A path between an element of the gateway and a transmitter.
-
-    Attributes:
-        vertices: the element, the points of interaction and the transmitter; metres, world frame, [vertices, 3].
-        response: complex contribution a e^{−j2πfτ} of the path to the element's response.
-    """
-
-    vertices: Float[np.ndarray, "vertices 3"]
-    response: complex
-
-
-class Found(NamedTuple):
-    """The chains that a tracer found, for another tracer of the same scene and propagation.
-
-    Attributes:
-        reflected: chains of reflections, which name the scene's planes; None if rays are shot for every batch instead.
-        diffracted: chains with diffractions; None if diffraction is not followed.
-        edges: the edges that the chains with diffractions name, for a scene whose objects have not moved. None: they
-            are found again.
-    """
-
-    reflected: Chains | None
-    diffracted: DiffractedChains | None
-    edges: Edges | None = None
 
 
 class Tracer:
@@ -134,41 +92,27 @@ class Tracer:
             region = check_points(check_array("region", region, (2, 3), "two corners x, y, z"), "region")
         self.ray_scene = RayScene.of(scene, propagation)
         self.elements = gateway_antennas(scene)
-        self._elements = gateway_antennas(self.ray_scene.description)
+        self._elements = gateway_antennas(self.ray_scene.description)  # in coordinates of the ray scene
+        offsets = self._elements.positions - np.asarray(self.ray_scene.description.gateway.position)
+        self._middle_index = np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True)
+        self._middle = self._elements.subset(self._middle_index)
         self._seed = seed
         self.method = "shooting" if propagation.sionna else "chains"
         self._region = scene.transmitter.region if region is None else region
-        region = self._region - self.ray_scene.origin
-        if self.method == "chains":
-            self._surfaces = Surfaces(self.ray_scene)
-            if found is not None and found.reflected is not None:
-                self._chains = found.reflected
-            else:
-                self._chains = find_chains(self.ray_scene, region, seed, report)
+        self._solver: ChainSolver | ShootingSolver
+        if propagation.sionna:
+            self._solver, self._found = ShootingSolver(self.ray_scene, len(self.elements), seed), Found(None, None)
         else:
-            bytes_per_ray = BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * len(self.elements)
-            self._batch_size = MEMORY // (bytes_per_ray * propagation.rays)
-            if not self._batch_size:
-                raise ParameterError(
-                    "rays",
-                    f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since with "
-                    f"Sionna's path solver every ray may become a path, found {propagation.rays:,}",
-                )
-        self._diffracted: DiffractedChains | None = None
-        own = self.method == "chains" and propagation.max_depth > 0
-        self._scattering = Scattering(self.ray_scene, seed) if own and propagation.diffuse else None
-        if own and propagation.diffraction:
-            self._edge_scene = EdgeScene(self.ray_scene, None if found is None else found.edges)
-            self._diffracted = found.diffracted if found is not None else None
-            if self._diffracted is None:
-                self._diffracted = find_diffracted_chains(self._edge_scene, self._chains, region, seed, report)
+            region = self._region - self.ray_scene.origin
+            self._solver = ChainSolver(self.ray_scene, region, seed, report, found)
+            self._found = self._solver.found
+        scatters = propagation.diffuse and not propagation.sionna and propagation.max_depth > 0
+        self._scattering = Scattering(self.ray_scene, seed) if scatters else None
 
     @property
     def found(self) -> Found:
         """The chains that were found, to be passed as ``found`` to another tracer of the same scene."""
-        if self.method != "chains":
-            return Found(None, None)
-        return Found(self._chains, self._diffracted)
+        return self._found._replace(edges=None)  # in that scene, objects may have moved
 
     def at_frequency(self, scene: Scene) -> Tracer:
         """The tracer of the same scene at another frequency. It follows the same chains, so nothing is searched.
@@ -191,20 +135,17 @@ class Tracer:
                 f"expected frequencies at which the same objects are conductors, found that they differ between "
                 f"{own.frequency / 1e6:g} and {scene.frequency / 1e6:g} MHz; simulate them one by one",
             )
-        found = self.found._replace(edges=self.edges)
-        return Tracer(scene, self.ray_scene.propagation, self._region, self._seed, found=found)
+        return Tracer(scene, self.ray_scene.propagation, self._region, self._seed, found=self._found)
 
     @property
     def edges(self) -> Edges | None:
         """The edges of the scene that diffract; None if diffraction is not followed."""
-        return None if self._diffracted is None else self._edge_scene.edges
+        return self._found.edges
 
     @property
     def chains(self) -> int:
         """Number of chains. Those without diffraction come first. If rays are shot, they count as one chain."""
-        if self.method != "chains":
-            return 1
-        return len(self._chains) + (0 if self._diffracted is None else len(self._diffracted))
+        return self._solver.chains
 
     def responses(
         self, positions: Float[np.ndarray, "K 3"], factors: Complex[np.ndarray, " chains"] | None = None
@@ -223,16 +164,16 @@ class Tracer:
         Returns:
             Complex responses, not normalised, complex64, [K, elements].
         """
-        positions = check_points(positions)
+        targets = self._targets(check_points(positions))
         if factors is not None:
             factors = check_array("factors", factors, (self.chains,), f"a factor for each of {self.chains} chains", "c")
-        result = np.zeros((len(positions), len(self.elements)), np.complex128)
-        for start, chain, paths in self._found(self._elements, positions):
+        result = np.zeros((len(targets), len(self.elements)), np.complex128)
+        for chains, paths in self._solver.paths(self._elements, targets):
             if factors is not None:
-                paths = paths._replace(responses=paths.responses * factors[chain])
-            paths.add_to(result[start:])
+                paths = paths._replace(responses=paths.responses * factors[chains])
+            paths.add_to(result)
         if self._scattering is not None:
-            result += self._scattering.responses(self._elements, self._targets(positions))
+            result += self._scattering.responses(self._elements, targets)
         return result.astype(np.complex64)
 
     def band_responses(
@@ -256,19 +197,11 @@ class Tracer:
         """
         positions = check_points(positions)
         require_instance(Band, band=band)
-        if self.method != "chains":
+        if isinstance(self._solver, ShootingSolver):
             raise ParameterError("band", "expected no band where Sionna's path solver is used (sionna)")
         frequencies = band.frequencies(self.ray_scene.description.frequency)
         targets = self._targets(positions)
-        # No leg of a path is longer than the scene, and a path has one leg more than interactions.
-        antennas = np.vstack([self._elements.positions, targets.positions, self.ray_scene.description.bounds])
-        diagonal = float(np.linalg.norm(np.ptp(antennas, axis=0)))
-        longest = diagonal * (self.ray_scene.propagation.max_depth + 1)
-        sum_over_paths = BandSum(frequencies, len(positions), len(self.elements), longest)
-        surfaces = [Surfaces(self.ray_scene, frequency) for frequency in sum_over_paths.solved]
-        for solution in self._solved(self._elements, targets, surfaces):
-            sum_over_paths.add(solution)
-        result = sum_over_paths.total
+        result = self._solver.band_responses(self._elements, targets, frequencies)
         if self._scattering is not None:
             result += self._scattering.band_responses(self._elements, targets, frequencies)
         return result.astype(np.complex64)
@@ -295,16 +228,8 @@ class Tracer:
             require_instance(Scene, others=each)
         scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
         result = np.zeros((len(scenes), len(positions), len(self.elements)), np.complex128)
-        if self.method != "chains":
-            for start, targets, buffer in self._shot(self._elements, positions):
-                for total, scene in zip(result, scenes, strict=True):
-                    same = with_materials_of(buffer, self.ray_scene, scene)
-                    fields(scene, same, self._elements, targets).add_to(total[start:])
-            return result.astype(np.complex64)
-        surfaces = [Surfaces(each) for each in scenes]
-        for solution in self._solved(self._elements, self._targets(positions), surfaces):
-            for total, paths in zip(result, solution.paths, strict=True):
-                paths.add_to(total)
+        for index, paths in self._solver.paths_in(scenes, self._elements, self._targets(positions)):
+            paths.add_to(result[index])
         return result.astype(np.complex64)
 
     def responses_by_chain(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements chains"]:
@@ -334,45 +259,17 @@ class Tracer:
         self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
     ) -> Complex[np.ndarray, "K elements chains"]:
         result = np.zeros((len(positions), len(elements), self.chains), np.complex64)
-        for start, chain, paths in self._found(elements, positions):
-            np.add.at(result[start:], (paths.targets, paths.sources, chain), paths.responses)
+        for chains, paths in self._solver.paths(elements, self._targets(positions)):
+            np.add.at(result, (paths.targets, paths.sources, chains), paths.responses)
         return result
 
     @property
     def middle(self) -> Antennas:
         """The middle element of the array, which is the first of those nearest its centre."""
-        return self.elements.subset(np.array([self._middle_index]))
-
-    @property
-    def _middle(self) -> Antennas:
-        return self._elements.subset(np.array([self._middle_index]))
-
-    @property
-    def _middle_index(self) -> int:
-        offsets = self._elements.positions - np.asarray(self.ray_scene.description.gateway.position)
-        return int(np.argmin(np.linalg.norm(offsets, axis=1).round(6)))
+        return self.elements.subset(self._middle_index)
 
     def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:
         return transmitter_antennas(self.ray_scene.description, positions - self.ray_scene.origin)
-
-    def _found(
-        self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
-    ) -> Iterator[tuple[int, Int[np.ndarray, " paths"], Paths]]:
-        """Batches of paths: index of the batch's first position, chain of each path, paths."""
-        if self.method != "chains":
-            for start, targets, buffer in self._shot(elements, positions):
-                paths = fields(self.ray_scene, buffer, elements, targets)
-                yield start, np.zeros(len(paths.targets), np.int64), paths
-            return
-        for solution in self._solved(elements, self._targets(positions), [self._surfaces]):
-            yield 0, *solution.arriving()
-
-    def _solved(self, elements: Antennas, targets: Antennas, surfaces: Sequence[Surfaces]) -> Iterator[Solution]:
-        """The paths of all chains, of reflections first, with each of some sets of materials."""
-        yield from reflected(self.ray_scene, self._chains, elements, targets, surfaces)
-        if self._diffracted is not None:
-            for solution in diffracted(self._edge_scene, self._diffracted, elements, targets, surfaces):
-                yield solution._replace(chain=len(self._chains) + solution.chain)
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
         """The paths between one transmitter position and the array's middle element.
@@ -385,13 +282,8 @@ class Tracer:
             transmitter (metres, world frame, [vertices, 3]), and ``response``, its complex contribution a e^{−j2πfτ}
             to the element's response. The middle element is that of ``middle``.
         """
-        found = []
         place = check_array("position", position, (3,), "one position x, y, z")
-        for batch in self.middle_terms(check_points(place[None], "position")):
-            for vertices, response in zip(batch.vertices, batch.responses, strict=True):
-                moved = np.append(True, (np.diff(vertices, axis=0) != 0).any(axis=1))
-                found.append(TracedPath(vertices[moved], response))
-        return sorted(found, key=lambda path: -abs(path.response))
+        return strongest_first(self.middle_terms(check_points(place[None], "position")))
 
     def terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
         """The single paths behind ``responses``, in batches. Diffuse reflection is left out.
@@ -403,7 +295,8 @@ class Tracer:
             Batches of paths, each with the indices ``targets`` of the positions and ``sources`` of the elements, the
             complex ``responses``, and the ``vertices``, metres, world frame.
         """
-        return self._terms(self._elements, positions)
+        for batch in self._solver.terms(self._elements, self._targets(positions)):
+            yield self._placed(batch)
 
     def middle_terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
         """The single paths of the array's middle element, in batches, with those of diffuse reflection.
@@ -421,35 +314,11 @@ class Tracer:
                 batch = Terms(*(each[chosen] for each in batch))
                 yield batch._replace(sources=np.zeros_like(batch.sources))
             return
-        for solution in self._solved(self._middle, self._targets(positions), [self._surfaces]):
-            yield self._placed(with_transmissions(self.ray_scene, solution.terms()))
-        if self._scattering is not None:
-            for found in self._scattering.terms(self._middle, self._targets(positions)):
-                yield self._placed(with_transmissions(self.ray_scene, found))
-
-    def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
-        if self.method != "chains":
-            for start, targets, buffer in self._shot(elements, positions):
-                found = terms(self.ray_scene, buffer, elements, targets)
-                yield self._placed(found._replace(targets=found.targets + start))
-            return
-        for solution in self._solved(elements, self._targets(positions), [self._surfaces]):
-            yield self._placed(solution.terms())
+        targets = self._targets(positions)
+        diffuse = () if self._scattering is None else self._scattering.terms(self._middle, targets)
+        for batch in chain(self._solver.terms(self._middle, targets), diffuse):
+            yield self._placed(with_transmissions(self.ray_scene, batch))
 
     def _placed(self, found: Terms) -> Terms:
         """Paths with their vertices in the user's coordinates."""
         return found._replace(vertices=found.vertices + self.ray_scene.origin)
-
-    def _shot(
-        self, sources: Antennas, positions: Float[np.ndarray, "K 3"]
-    ) -> Iterator[tuple[int, Antennas, PathsBuffer]]:
-        """The valid paths that rays from every source find, in batches: index of the first target, targets, paths."""
-        propagation = self.ray_scene.propagation
-        targets = self._targets(positions)
-        for start in range(0, len(targets), self._batch_size):
-            batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
-            most_paths = propagation.rays * max(1, propagation.max_depth) * len(batch)
-            buffer = shoot(self.ray_scene, sources, batch, self._seed, most_paths)
-            buffer = refine(self.ray_scene, buffer, sources, batch)
-            buffer.discard_invalid()
-            yield start, batch, buffer

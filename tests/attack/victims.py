@@ -17,7 +17,7 @@ from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_writer import write_positions
 from simulate.rssi.given_powers import write_rssi
 from tests import corpus

@@ -15,7 +15,8 @@ from bisplat.__main__ import main
 from learn.training import by_steps
 from learn.training.lightning_module import Training
 from learn.training.run_folder import load_run
-from scenes.storage.scene_yaml import load_scene, write_scene
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 

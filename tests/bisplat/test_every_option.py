@@ -25,7 +25,7 @@ from bisplat.commands.command_groups import COMMANDS
 from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import box, sheet
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 from simulate.exchange.given_responses import write_dataset

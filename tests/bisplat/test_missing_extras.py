@@ -15,7 +15,7 @@ import pytest
 import bisplat
 from scenes.files import extras
 from scenes.places.lab import lab
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
 from simulate.engines.rays_engine import Rays
 from simulate.generation.request import Request

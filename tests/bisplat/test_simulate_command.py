@@ -11,7 +11,7 @@ import pytest
 
 from bisplat.__main__ import main
 from scenes.scene.orientation import facing
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 from tests.folders import contents

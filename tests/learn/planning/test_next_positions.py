@@ -19,7 +19,7 @@ from scenes.checks.occupancy import inside_object
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import box
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.positions.given_positions import read_points
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation

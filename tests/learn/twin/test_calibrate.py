@@ -19,7 +19,8 @@ from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
-from scenes.storage.scene_yaml import load_scene, write_scene
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray

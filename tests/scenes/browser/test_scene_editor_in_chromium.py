@@ -5,7 +5,8 @@ import pytest
 from playwright.sync_api import expect
 
 from scenes.scene.orientation import facing
-from scenes.storage.scene_yaml import load_scene, write_scene
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import load_scene
 
 pytestmark = pytest.mark.browser
 

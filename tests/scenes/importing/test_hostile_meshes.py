@@ -15,7 +15,8 @@ from scenes.importing.mesh_import import import_scene
 from scenes.importing.mitsuba_xml import read_mitsuba
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
-from scenes.storage.scene_yaml import read_scene, write_scene
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import read_scene
 from tests import hostile_files as hostile
 
 AT_ONCE = 5.0

@@ -19,7 +19,8 @@ from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box
-from scenes.storage.scene_yaml import load_scene, read_scene, write_scene
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import load_scene, read_scene
 
 GHZ = 3.5e9
 CONCRETE = '<bsdf type="diffuse" id="mat-itu_concrete"/>'

@@ -13,8 +13,8 @@ from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
 from scenes.scene.materials import RadioMaterial, p2040_material
 from scenes.scene.shapes import box
-from scenes.storage.scene_files import FilesInTheWay
-from scenes.storage.scene_yaml import load_scene, read_scene, write_scene
+from scenes.storage.scene_writing import FilesInTheWay, write_scene
+from scenes.storage.scene_yaml import load_scene, read_scene
 
 YARD = """\
 name: outdoors

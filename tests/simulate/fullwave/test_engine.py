@@ -20,7 +20,7 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave import all_elements, element_fields, gprmax, solver_runs

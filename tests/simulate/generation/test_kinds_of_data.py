@@ -19,9 +19,10 @@ from simulate.exchange.convert import convert
 from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
 from simulate.generation.reciprocal import element_offsets, reciprocal
 from simulate.generation.simulation import simulate
+from simulate.rays.chain_solver import Found
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.reflection_chains import reversed_chains
-from simulate.rays.tracer import Found, Tracer
+from simulate.rays.tracer import Tracer
 from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
 from tests.folders import contents

@@ -9,7 +9,7 @@ import pytest
 from bisplat.__main__ import main
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.shapes import sheet
-from scenes.storage.scene_yaml import write_scene
+from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import inspect
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation

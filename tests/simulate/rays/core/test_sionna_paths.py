@@ -37,7 +37,7 @@ def test_response_of_every_element_is_that_of_the_public_path_solver(
 
 def test_no_two_chains_of_a_room_are_the_same(room_tracer):
     """One chain per sequence of reflecting planes."""
-    found = room_tracer._chains
+    found = room_tracer.found.reflected
     assert len({tuple(planes) for planes in found}) == len(found) > 3
 
 
@@ -138,7 +138,7 @@ def test_chains_left_out_carry_next_to_nothing(room, room_positions, room_respon
     assert np.abs(everything - room_responses).max() < 1e-3 * np.abs(room_responses).max()
     monkeypatch.setattr(reflection_chains, "NEGLIGIBLE", 0.1)
     little = Tracer(room, two_bounces)
-    assert len(little._chains) < 4
+    assert len(little.found.reflected) < 4
     assert np.abs(little.responses(room_positions) - room_responses).max() > 1e-2 * np.abs(room_responses).max()
 
 

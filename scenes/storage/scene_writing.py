@@ -1,4 +1,4 @@
-"""The files of a scene's folder, scene.yaml and meshes: their names, their content, and conflicts with other files."""
+"""Write a scene to a folder, scene.yaml and meshes: their names, their content, and conflicts with other files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ import numpy as np
 import yaml
 from trimesh import Trimesh
 
-from scenes.files.errors import InputError
+from scenes.checks.validation import validate
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, require_instance, require_path
+from scenes.files.folder_lock import locked
 from scenes.files.input_file import require_regular
 from scenes.files.yaml_file import PlainDumper
 from scenes.scene.antennas import Gateway
@@ -40,6 +43,55 @@ class FilesInTheWay(InputError):
             f"{next(iter(digests))}: expected no file of this name, found one{others}; existing files are never "
             "overwritten, so give another folder"
         )
+
+
+def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str] | None = None) -> Path:
+    """Write a scene to a folder, as a YAML file and a mesh for each object.
+
+    The files are ``scene.yaml`` and ``meshes/NAME.ply``. ``load_scene`` reads back an equal scene, and the same scene
+    always gives the same bytes. The YAML file is written last and atomically, so a folder with a ``scene.yaml`` is
+    complete. Existing meshes with the same content are kept.
+
+    Args:
+        scene: the scene.
+        folder: output folder, created if it does not exist. It must not contain a ``scene.yaml``, nor meshes of the
+            same names with other content.
+        replaceable: SHA-256 digests (hexadecimal) of files that may be replaced, by path. A file with another digest
+            is not replaced.
+
+    Returns:
+        Path of the YAML file.
+
+    Raises:
+        InputError: the scene has an invalid value, another process is writing to the folder, or files would be
+            replaced. In the last case nothing is written, and the error's ``digests`` lists these files.
+
+    Example:
+        >>> import bisplat
+        >>> path = bisplat.write_scene(bisplat.load_scene("closet"), "closet")
+        >>> path.as_posix()
+        'closet/scene.yaml'
+        >>> bisplat.load_scene(path) == bisplat.load_scene("closet")
+        True
+    """
+    require_instance(Scene, scene=scene)
+    require_path(folder=folder)
+    folder = Path(folder)
+    path = folder / "scene.yaml"
+    validate(scene, str(path))
+    meshes = {folder / name: item.mesh for name, item in zip(mesh_names(scene), scene.objects, strict=True)}
+    with locked(folder):
+        found = {file: sha256 for file in (path, *meshes) if (sha256 := digest_of_file(file)) is not None}
+        kept = {file for file in found if file in meshes and found[file] == digest(ply_of(meshes[file]))}
+        allowed = replaceable or {}
+        in_the_way = {file: found[file] for file in found if file not in kept and found[file] != allowed.get(file)}
+        if in_the_way:
+            raise FilesInTheWay(in_the_way)
+        for file, mesh in meshes.items():
+            if file not in kept:
+                write_atomically(file, ply_of(mesh))
+        write_atomically(path, yaml_of(scene))
+    return path
 
 
 def file_stem(name: str) -> str:
