@@ -50,6 +50,16 @@ def test_no_package_imports_one_above_it(package, above):
             assert not [name for name in imported(path) if name.split(".")[0] in above], path
 
 
+def test_one_file_alone_imports_the_ray_tracer():
+    """Another import, before that file has found a suitable libLLVM, would make Dr.Jit abort the process."""
+    for path in FILES:
+        nodes = list(ast.walk(ast.parse((ROOT / path).read_text())))
+        names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+        names += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+        found = {name.split(".")[0] for name in names} & {"drjit", "mitsuba", "sionna"}
+        assert not found or path.name == "ray_tracer.py", path
+
+
 @pytest.mark.parametrize("path", FOLDERS, ids=str)
 def test_each_folder_says_what_belongs_in_it(path):
     if path.name != "templates":

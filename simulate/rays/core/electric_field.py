@@ -5,9 +5,7 @@ At each object the field is multiplied by the transmission coefficients of a sla
 
 from __future__ import annotations
 
-from sionna.rt.utils import phi_hat, rotation_matrix, theta_hat, theta_phi_from_unit_vec
-
-from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 
@@ -26,10 +24,10 @@ def pattern(antennas: Antennas, towards: mi.Vector3f) -> Field:
         towards: unit vectors away from them, world frame.
     """
     # Constants would be part of Dr.Jit's kernels, so a new orientation would compile the kernels again.
-    rotation = rotation_matrix(mi.Point3f(*(dr.opaque(mi.Float, float(angle)) for angle in antennas.angles)))
-    theta, phi = theta_phi_from_unit_vec(rotation.T @ towards)
+    rotation = rt_utils.rotation_matrix(mi.Point3f(*(dr.opaque(mi.Float, float(angle)) for angle in antennas.angles)))
+    theta, phi = rt_utils.theta_phi_from_unit_vec(rotation.T @ towards)
     c_theta, c_phi = antennas.pattern(theta, phi)
-    return composed(c_theta, rotation @ theta_hat(theta, phi), c_phi, rotation @ phi_hat(phi))
+    return composed(c_theta, rotation @ rt_utils.theta_hat(theta, phi), c_phi, rotation @ rt_utils.phi_hat(phi))
 
 
 def component(field: Field, axis: mi.Vector3f) -> mi.Complex2f:

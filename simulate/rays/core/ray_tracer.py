@@ -10,9 +10,19 @@ use_libllvm()
 import drjit as dr
 import mitsuba as mi
 import sionna.rt as rt
+import sionna.rt.utils as rt_utils
 from sionna.rt.path_solvers.field_calculator import FieldCalculator
 from sionna.rt.path_solvers.image_method import ImageMethod
 from sionna.rt.path_solvers.paths_buffer import PathsBuffer
 from sionna.rt.path_solvers.sb_deterministic import SBDeterministicCandidateGenerator
 
-__all__ = ["FieldCalculator", "ImageMethod", "PathsBuffer", "SBDeterministicCandidateGenerator", "dr", "mi", "rt"]
+__all__ = [
+    "FieldCalculator",
+    "ImageMethod",
+    "PathsBuffer",
+    "SBDeterministicCandidateGenerator",
+    "dr",
+    "mi",
+    "rt",
+    "rt_utils",
+]

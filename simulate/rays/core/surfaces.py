@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from sionna.rt.utils import itu_coefficients_single_layer_slab
 
 from scenes.scene.permittivity import conducting_objects, relative_permittivity
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 
 
 class Surfaces:
@@ -106,7 +105,8 @@ class Surfaces:
         item = dr.gather(mi.UInt, self._object, face, active)
         permittivity = mi.Complex2f(*(dr.gather(mi.Float, part, item, active) for part in self._permittivity))
         thickness = dr.gather(mi.Float, self._thickness, item, active)
-        return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, 2 * dr.pi / self.wavenumber)
+        wavelength = 2 * dr.pi / self.wavenumber
+        return rt_utils.itu_coefficients_single_layer_slab(cosine, permittivity, thickness, wavelength)
 
     def _turned(self, cosine: mi.Float, shortened: mi.Float) -> mi.Complex2f:
         """Phase factor of a way that is shorter by some metres along the normal."""

@@ -23,9 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sionna.rt.utils import fresnel
-
-from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 
 REACH = 0.5
 """Wavelengths. Ends with a longer detour have no effect."""
@@ -48,7 +46,7 @@ def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavenumber: mi.Flo
     for detour in detours:
         step = dr.select(detour >= 0, mi.Float(1), mi.Float(0))
         # Sionna's integral is the conjugate of ours, from 0 to |u|, over √(π/2).
-        half = dr.conj(fresnel(wavenumber * dr.abs(detour))) * (2 * step - 1)
+        half = dr.conj(rt_utils.fresnel(wavenumber * dr.abs(detour))) * (2 * step - 1)
         integral = 0.5 + mi.Complex2f(0.5, 0.5) * half
         felt = dr.clip(1 - wavenumber * dr.abs(detour) / (2 * dr.pi * REACH), 0, 1)
         share = excess / (excess + dr.abs(detour) + 1e-9)

@@ -12,9 +12,7 @@ belongs to an electric field along the edge (soft), D_h to one across it (hard).
 
 from __future__ import annotations
 
-from sionna.rt.utils import cot_times_f_utd
-
-from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 
 
 def transition_pairs(
@@ -36,7 +34,7 @@ def transition_pairs(
             turns = dr.round((beta + sign * dr.pi) / (2 * dr.pi * n))
             a = 2 * dr.square(dr.cos((2 * dr.pi * n * turns - beta) / 2))
             psi = (dr.pi + sign * beta) / (2 * n)
-            result += cot_times_f_utd(psi, wavenumber * length * a, n, wavenumber * length)
+            result += rt_utils.cot_times_f_utd(psi, wavenumber * length * a, n, wavenumber * length)
         return result
 
     return pair(phi - phi_source), pair(phi + phi_source)

@@ -16,12 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex, Int
-from sionna.rt.utils import phi_hat, theta_hat, theta_phi_from_unit_vec
 
 from simulate.rays.core.electric_field import Field, across, component, pass_through, pattern
 from simulate.rays.core.propagation import MOST_PASSES
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.scattering.patches import Patches
@@ -112,8 +111,8 @@ class PatchScene:
 
     def _fields(self, antennas, field, direction, weight, cosine) -> PatchFields:
         """Components along the spherical unit vectors of a direction, with the amplitude and phase of the way."""
-        theta, phi = theta_phi_from_unit_vec(direction)
-        parts = [weight * component(field, axis) for axis in (theta_hat(theta, phi), phi_hat(phi))]
+        theta, phi = rt_utils.theta_phi_from_unit_vec(direction)
+        parts = [weight * component(field, axis) for axis in (rt_utils.theta_hat(theta, phi), rt_utils.phi_hat(phi))]
         dr.eval(parts, cosine)
         shape = (len(antennas), len(self.patches))
         components = np.stack([(part.real.numpy() + 1j * part.imag.numpy()).reshape(shape) for part in parts], axis=-1)
