@@ -17,7 +17,7 @@ from learn.training.registry import model_class, model_entry
 from learn.training.run_folder import Run, load_run
 from learn.training.train import train_run, untrained_model
 from learn.training.training_file import TrainingFile, read_training
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 
 @dataclass

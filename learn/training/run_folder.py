@@ -33,7 +33,8 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, reason, require_instance, require_path, shown
 from scenes.files.input_file import MEGABYTE, require_regular
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.picture_files import what_is_at
 from simulate.positions.given_positions import check_points
 from simulate.spectra.beamformer import Beamformer

@@ -55,7 +55,8 @@ from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 
 PROCESSES_LEAST, NODES_MOST = 8, 1000

@@ -23,7 +23,7 @@ from learn.training.run_folder import build_model
 from learn.training.train import box_of
 from scenes.files.errors import InputError
 from scenes.storage.scene_yaml import write_scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
 from simulate.positions.given_positions import FARTHEST
 from simulate.spectra.beamformer import Beamformer

@@ -21,7 +21,8 @@ from learn.training.run_folder import load_run, save_weights
 from learn.training.train import box_of
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError, ParameterError
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from tests import corpus
 
 pytestmark = pytest.mark.usefixtures("small_models")

@@ -17,7 +17,7 @@ from learn.training.registry import MODELS
 from learn.training.run_folder import build_model
 from learn.training.train import box_of
 from scenes.files.errors import ParameterError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification
