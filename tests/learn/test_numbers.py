@@ -19,8 +19,7 @@ from learn.training.config import Config
 from learn.training.lightning_module import Spectra, Training
 from learn.training.prediction import predict
 from learn.training.registry import MODELS, model_entry
-from learn.training.run_folder import build_model
-from learn.training.train import box_of
+from learn.training.untrained_model import box_of, build_model
 from scenes.files.errors import InputError
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset import Dataset
