@@ -39,7 +39,7 @@ from learn.evaluation.crossvalidate import correlation
 from learn.evaluation.engines import compare_engines
 from scenes.places.closet import closet
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave.run_plan import default_cell
 from simulate.fullwave.stored_field import read_stored_field

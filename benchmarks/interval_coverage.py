@@ -34,7 +34,8 @@ from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index
 from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate

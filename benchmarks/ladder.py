@@ -30,7 +30,8 @@ from learn.data.metrics import ssim
 from learn.data.splits import BLOCK, EVERY, split
 from learn.models.kriged_field import KrigedField
 from learn.training.prediction import predict
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 MOST_TESTED = 300

@@ -21,7 +21,8 @@ from ledger.printing import print_figures
 from tyro.conf import Positional
 
 from learn.data.metrics import ssim
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.generation.simulation import simulate
 
 MODELS = ("bisplat-aperture", "mlp-responses")

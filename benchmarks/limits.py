@@ -29,7 +29,8 @@ from tyro.conf import Positional
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind, split
 from learn.models.kriged_field import KrigedField
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 NEAREST = 1, 2, 3, 4, 8, 16, 32

@@ -33,7 +33,7 @@ from learn.reports.figures import draw_examples
 from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
 from scenes.places.workshop import workshop
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate

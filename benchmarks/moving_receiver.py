@@ -25,7 +25,7 @@ from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.spectrum import spectrum_of

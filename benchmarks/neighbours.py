@@ -20,7 +20,8 @@ from ledger.smallest_room import smallest_room
 
 from learn.data.metrics import ssim
 from learn.evaluation.engines import scene_for_rays
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate

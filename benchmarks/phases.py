@@ -30,7 +30,8 @@ from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import fit_to_pictures, retrieved_responses
 from learn.training.prediction import predict
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.generation.simulation import simulate
 
 KNOWN = (50, 100, 150, 300, 600)

@@ -33,7 +33,7 @@ from learn.planning.planned_fields import Field, fields_of_model, fields_of_scen
 from learn.training.prediction import predict
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field

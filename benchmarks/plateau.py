@@ -24,7 +24,8 @@ from tyro.conf import Positional
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import split
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 TESTED = 300

@@ -32,7 +32,8 @@ from scenes.scene.description import Scene
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.spectrum import evenly, spectrum_of

@@ -41,7 +41,8 @@ from learn.expectation.mean_spacing import Shape, Spacing
 from learn.training.prediction import predict
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.positions.placement import free_positions

@@ -19,7 +19,8 @@ from tyro.conf import Positional
 from learn.data.split_distances import SplitDistances
 from learn.data.splits import SplitKind, split
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.positions.placement import place
 from simulate.spectra.spectrum import evenly

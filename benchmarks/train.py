@@ -73,8 +73,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     from learn.models.steps import Steps
     from learn.training.config import Config
     from learn.training.lightning_module import Spectra, Training
-    from learn.training.run_folder import build_model
-    from learn.training.train import box_of
+    from learn.training.untrained_model import box_of, build_model
 
     torch.manual_seed(0)
     config = Config(dataset=str(dataset.folder), model=name, options=options)

@@ -44,7 +44,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import OF_POSE, Unknown, unknowns, vary
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.generation.simulation import simulate
 from simulate.spectra.measurement import Measurement
 

@@ -57,7 +57,7 @@ from scenes.storage.scene_writing import write_scene as write_scene
 from scenes.storage.scene_yaml import load_scene as load_scene
 from simulate.csi.csi_dataset import CsiDataset as CsiDataset
 from simulate.csi.csi_dataset import read_csi as read_csi
-from simulate.dataset.dataset_folder import Dataset as Dataset
+from simulate.dataset.dataset import Dataset as Dataset
 from simulate.dataset.dataset_folder import read_dataset as read_dataset
 from simulate.engines.fullwave_engine import FullWave as FullWave
 from simulate.engines.rays_engine import Rays as Rays

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 

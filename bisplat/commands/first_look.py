@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from learn.reports.figures import draw_spectra
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.beamformer import Beamformer

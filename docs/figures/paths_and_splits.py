@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 import bisplat
 from learn.data.splits import split
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.positions.placement import PATH_STEP, place
 
 COUNT = 600

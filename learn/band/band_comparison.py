@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.comparison.score_table import Measure, ScoreTable
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -16,7 +16,8 @@ from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 
 
 def compare_band(

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 
 @dataclass(frozen=True)

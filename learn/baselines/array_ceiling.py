@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Complex, Float
 
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses

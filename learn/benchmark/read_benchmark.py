@@ -15,7 +15,8 @@ from learn.benchmark.frozen import require_frozen
 from scenes.files.errors import InputError, ParameterError, did_you_mean, require_path, shown
 from scenes.scene.frequency import read_frequency
 from simulate.csi.csi_dataset import CsiDataset, read_csi
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.index_files import read_index
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 

@@ -17,7 +17,8 @@ from learn.data.scorable import require_some, varies
 from learn.powers.power_scores import score_powers
 from scenes.files.errors import require_path
 from simulate.csi.csi_dataset import CsiDataset
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.rssi.rssi_dataset import RssiDataset
 
 

@@ -16,7 +16,7 @@ from learn.models.model_options import OPTION_MOST
 from learn.models.steps import STEPS_MOST
 from learn.training.registry import check_options
 from scenes.files.errors import ParameterError, require_whole, shown
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 APERTURE: dict[str, dict[str, Any]] = {
     "with TX-PE": {"encoding": "octaves"},

@@ -11,8 +11,9 @@ from jaxtyping import Float
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.task import Method, Task
+from learn.data.comparable_phases import no_comparable_phases
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 
 class MeanPicture:
@@ -48,23 +49,16 @@ class Kriging(MeanPicture):
         self._predict = krige_spectra(task.positions, task.spectra, task.seed)
 
 
-NO_RESPONSES = (
-    "this method needs recorded responses with their phases, which the dataset has not; those behind pictures have "
-    "phases of their own each, and may be flipped"
-)
-"""Why ``KrigingResponses`` cannot be used on a dataset, for the user."""
-
-
 class KrigingResponses(MeanPicture):
     """Kriging of the recorded element responses."""
 
     def unsuited(self, dataset: Dataset) -> str | None:
         """As for ``TrainedModel``."""
-        return None if dataset.responses is not None else NO_RESPONSES
+        return no_comparable_phases(dataset) if dataset.responses is None else None
 
     def fit(self, task: Task) -> None:
         if task.responses is None:
-            raise InputError(NO_RESPONSES)
+            raise InputError(no_comparable_phases(task.dataset))
         self._predict = krige_responses(task.positions, task.responses, task.beamformer, task.seed)
 
 

@@ -11,7 +11,7 @@ from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.data.splits import SplitKind
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
 """Names of methods, or a dictionary from labels to methods; ``compare`` describes both."""

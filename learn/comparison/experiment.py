@@ -36,7 +36,8 @@ from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path, require_whole, require_within, require_word
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 

@@ -24,7 +24,7 @@ from scenes.files.plain_text import say
 
 if TYPE_CHECKING:
     from simulate.csi.csi_dataset import CsiDataset
-    from simulate.dataset.dataset_folder import Dataset
+    from simulate.dataset.dataset import Dataset
     from simulate.rssi.rssi_dataset import RssiDataset
 
 

@@ -14,7 +14,7 @@ from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
 from learn.training.registry import DEFAULT_MODEL
 from learn.training.run_folder import Run, load_run
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 SWEPT = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance")
 """Methods that are compared if none are named."""

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.data.splits import Split, SplitKind, split
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import spectrum_of
 

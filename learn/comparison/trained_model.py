@@ -15,9 +15,10 @@ from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
 from learn.training.registry import model_class, model_entry
 from learn.training.run_folder import Run, load_run
-from learn.training.train import train_run, untrained_model
+from learn.training.train import train_run
 from learn.training.training_file import TrainingFile, read_training
-from simulate.dataset.dataset_folder import Dataset
+from learn.training.untrained_model import untrained_model
+from simulate.dataset.dataset import Dataset
 
 
 @dataclass

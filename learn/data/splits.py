@@ -30,7 +30,7 @@ from simulate.positions.given_positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.csi.csi_dataset import CsiDataset
-    from simulate.dataset.dataset_folder import Dataset
+    from simulate.dataset.dataset import Dataset
     from simulate.rssi.rssi_dataset import RssiDataset
 
     Recorded = Dataset | RssiDataset
@@ -128,7 +128,7 @@ def split(
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
     from simulate.csi.csi_dataset import CsiDataset  # these are slow to import
-    from simulate.dataset.dataset_folder import Dataset
+    from simulate.dataset.dataset import Dataset
     from simulate.dataset.fixed_array import require_fixed_end
     from simulate.rssi.rssi_dataset import RssiDataset
 

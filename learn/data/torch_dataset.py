@@ -10,7 +10,7 @@ from jaxtyping import Int
 from torch.utils import data
 
 from scenes.files.errors import ParameterError, require_instance, shown
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import spectrum_of
 
 

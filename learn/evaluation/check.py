@@ -21,7 +21,8 @@ from scenes.scene.orientation import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.csi.csi_check import CsiCheck, check_csi
 from simulate.dataset.bearings import bearing_of
-from simulate.dataset.dataset_folder import Dataset, inspect
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
 from simulate.dataset.folder_kinds import is_rooms, is_rssi, not_spectra
 from simulate.rssi.rssi_check import RssiCheck, check_rssi
@@ -107,7 +108,7 @@ class Check:
         azimuths = "metadata" if known.grid_source == "metadata" else "assumed"
         responses = "no" if dataset.responses is None else "yes"
         if dataset.retrieved is not None:
-            recorded = dataset.metadata.get("phases") == "per-position"
+            recorded = dataset.phases_recorded_per_position
             responses = f"{'yes' if recorded else 'found behind the pictures'}, each with a phase of its own"
         return {
             "spectra": str(len(dataset.names)),

@@ -14,7 +14,8 @@ from learn.evaluation.crossvalidate import correlation
 from scenes.files.errors import InputError, require_whole
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import read_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.fixed_array import require_fixed_array
 from simulate.generation.same_array import with_same_array
 from simulate.positions.given_positions import MOST_POSITIONS

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 LEAKING_SSIM = 0.9

@@ -16,7 +16,7 @@ from learn.localisation.locate import Place, locate
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly
 
 LOCATED = 200

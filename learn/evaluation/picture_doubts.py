@@ -8,7 +8,7 @@ from dataclasses import asdict
 import numpy as np
 
 from simulate.dataset.bearings import bearing_of
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.element_array import uniform
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.few_elements import too_few_elements

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from learn.localisation.locate_tags import LEAST_READS, MOST_ANTENNAS
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly
 
 
@@ -50,7 +50,7 @@ def track_of(dataset: Dataset) -> Track:
     """
     elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
     if dataset.moving == "transmitter":
-        recorded = dataset.metadata.get("phases") == "per-position"  # and not found from pictures
+        recorded = dataset.phases_recorded_per_position
         responses = dataset.retrieved if dataset.responses is None and recorded else dataset.responses
         if responses is None:
             raise InputError(f"{dataset.folder}: expected recorded responses, found pictures alone")

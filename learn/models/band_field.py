@@ -17,7 +17,7 @@ from learn.models.deviation_curve import normal_curve, on_curve
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
 from learn.models.vecchia import FAR, NUGGET_LEAST, fit_covariance
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
 FITTED_TO = 64

@@ -18,7 +18,7 @@ from learn.models.loss import coarse_loss
 from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
 WEAK = 0.1

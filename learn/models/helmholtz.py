@@ -20,7 +20,7 @@ from learn.models.quadrature import Quadrature
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.smooth_field import SmoothField
 from learn.models.stacking import LEAST_DISTANCE, best_weights, by_distance, left_out_by_distance, left_out_by_kriging
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly, spectrum_of

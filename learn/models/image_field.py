@@ -11,6 +11,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
+from learn.data.comparable_phases import no_comparable_phases
 from learn.models.base import runs_compiled
 from learn.models.capabilities import PredictsResponses
 from learn.models.image_search import ImageSearch, offsets_of, waves_of
@@ -18,7 +19,7 @@ from learn.models.kriged_field import KrigedField
 from learn.models.mirror_images import image_waves
 from learn.models.wall_angle import angle_of_walls, frame_of_walls, in_frame
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly
 
@@ -105,10 +106,8 @@ class ImageField(PredictsResponses):
     @classmethod
     def unsuited(cls, dataset: Dataset) -> str | None:
         """Why the images cannot be found in a dataset: it has no responses, or another end moves."""
-        if dataset.responses is None:
-            apart = dataset.metadata.get("phases") == "per-position"
-            found = "phases that cannot be compared between positions" if apart else "pictures alone"
-            return f"expected element responses with their phases, which tell mirror images, found {found}"
+        if dataset.responses is None:  # their phases tell mirror images
+            return no_comparable_phases(dataset)
         if dataset.moving != "transmitter":
             found = "a receiver that moves" if dataset.moving == "receiver" else "both ends moving"
             return f"expected a transmitter that moves before a gateway that stands still, found {found}"

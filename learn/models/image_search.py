@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from learn.models.base import Report, SpectrumModel
 from learn.models.image_strengths import Strengths, log_likelihood, most_likely
 from learn.models.mirror_images import Images, gateway_and_first_images, image_waves, second_images, together
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 ITERATIONS, ROUGH = 30, 4
 """Iterations of ``most_likely`` for the images in one plane, and again with those in two; or for a likelihood alone."""

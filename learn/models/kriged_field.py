@@ -18,7 +18,7 @@ from learn.models.kept import Kept
 from learn.models.leg_times import leg_times
 from learn.models.quadrature import Quadrature
 from learn.models.vecchia import fit_covariance
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

@@ -9,7 +9,7 @@ from jaxtyping import Complex, Float, Int
 
 from learn.models.kriged_field import KrigedField
 from learn.models.phase_synchronisation import Covariance, synchronised
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import spectrum_of

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import LearnsBand, SamplesOneField
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 
 def suit_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:

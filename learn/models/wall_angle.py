@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 COARSE = 5
 """Step of the angles that are tried first, degrees. Around the best one, whole degrees are tried."""

@@ -20,7 +20,7 @@ from learn.powers.fit_powers import fit_powers
 from learn.powers.power_field import PowerField
 from learn.training.run_folder import Run
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly

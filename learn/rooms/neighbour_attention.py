@@ -23,7 +23,7 @@ from torch.nn.functional import avg_pool2d, pad
 from learn.models.loss import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
 from learn.rooms.known_in_room import KnownInRoom
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 POOLED = 6

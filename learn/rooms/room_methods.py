@@ -24,7 +24,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.engines.rays_engine import Rays
 
 WRONG_BY = Tolerances(position=0.03, rotation=2.0, objects=0.03, materials=0.2)

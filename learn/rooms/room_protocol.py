@@ -19,7 +19,7 @@ from scenes.files.errors import InputError
 from scenes.files.json_file import read_json
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.dataset.room_settings import Setting
 
 

@@ -22,7 +22,7 @@ from learn.training.by_steps import epochs_of, interrupts, quiet_trainer
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra, Training
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 SLOWER, LEAST_TIMED, MOST_TIMED, SECONDS = 2, 3, 100, 1.0
 """The first steps are slower, and are not timed. Then so many steps are timed, or for so many seconds if there is time

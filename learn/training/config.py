@@ -27,7 +27,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_kind
 
 if TYPE_CHECKING:  # a slow import that the command line's help does not need
-    from simulate.dataset.dataset_folder import Dataset
+    from simulate.dataset.dataset import Dataset
 
 PACKAGE = "bisplat-wrf"
 

@@ -15,7 +15,7 @@ from learn.training.prediction import uncertainty
 from learn.training.run_folder import Run, stated_deviation
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 

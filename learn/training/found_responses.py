@@ -25,7 +25,7 @@ from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
 from learn.training.prediction import predict
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 

@@ -18,7 +18,7 @@ from learn.models.deviation_curve import size_of
 from learn.models.kriged_field import KrigedField
 from learn.training.deviation import Gaps, pixel_errors
 from learn.training.prediction import predict, uncertainty
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 RADII = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)

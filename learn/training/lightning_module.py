@@ -20,7 +20,7 @@ from learn.models.capabilities import HasOwnLoss, PredictsResponses
 from learn.models.loss import composite_loss
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 WARM_UP = 0.05

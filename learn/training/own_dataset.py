@@ -6,7 +6,7 @@ from pathlib import Path
 
 from learn.data.same_receiver import in_megahertz, other_array, other_frequency
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
 

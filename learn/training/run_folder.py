@@ -27,47 +27,21 @@ from learn.training.config import Config, of_another_version, read_config
 from learn.training.deviation import Deviation, nearest_known, reach
 from learn.training.own_dataset import require_same_spectra
 from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
-from learn.training.registry import check_options, model_class, model_entry
+from learn.training.registry import model_entry
 from learn.training.training_file import read_known_positions, read_training
+from learn.training.untrained_model import build_model
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, cut, reason, require_instance, require_path, shown
+from scenes.files.errors import InputError, ParameterError, cut, require_instance, require_path, shown
 from scenes.files.input_file import MEGABYTE, require_regular
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.picture_files import what_is_at
 from simulate.positions.given_positions import check_points
 from simulate.spectra.beamformer import Beamformer
 
 LARGEST_WEIGHTS = 40_000 * MEGABYTE
 """Largest size of weights.safetensors, bytes; kriging of spectra keeps 32 kB of each known picture."""
-
-
-def build_model(
-    config: Config, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float
-) -> SpectrumModel:
-    """Build the untrained model of a run.
-
-    Args:
-        config: settings of the run, of which ``model`` and ``options`` are used.
-        region: corners (min, max) of the box of training positions, metres, world frame.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-
-    Raises:
-        ParameterError: the model is unknown, lacks one of the options, or an option is out of its range.
-        InputError: the model cannot be built with these values of its options.
-    """
-    check_options(config.model, config.options)
-    build: Any = model_class(config.model)
-    try:
-        return build(region, beamformer, wavelength, **{**model_entry(config.model).options, **config.options})
-    except InputError:
-        raise
-    except (ValueError, TypeError, ArithmeticError, AssertionError, RuntimeError) as error:
-        raise InputError(
-            f"model {config.model}: expected options that it can be built with, found {shown(config.options)} "
-            f"({reason(error)})"
-        ) from error
 
 
 @dataclass(frozen=True)

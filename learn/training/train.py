@@ -11,9 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import lightning as L
-import numpy as np
 import torch
-from jaxtyping import Float
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 
@@ -26,7 +24,6 @@ from learn.models.capabilities import FitsInClosedForm, unsuited
 from learn.models.quadrature import quadrature
 from learn.models.retrieved_field import not_retrieved
 from learn.models.steps import MINUTES_MOST, Processes, Steps
-from learn.models.suited_to import suit_to
 from learn.training.budget import Timed, timed
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
@@ -36,8 +33,9 @@ from learn.training.lightning_module import Spectra
 from learn.training.own_dataset import require_same_receiver, require_same_spectra
 from learn.training.presets import PRESETS, PresetName, in_words
 from learn.training.registry import DEFAULT_MODEL, check_options, model_class, model_entry
-from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
+from learn.training.run_folder import Run, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
+from learn.training.untrained_model import untrained_model
 from learn.training.validation_scores import told, validate
 from scenes.files.atomic import require_writable
 from scenes.files.errors import (
@@ -54,8 +52,8 @@ from scenes.files.errors import (
 from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.files.plain_text import say
-from scenes.scene.shapes import bounding_box
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 
 PROCESSES_LEAST, NODES_MOST = 8, 1000
@@ -314,26 +312,3 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
     told(validation.deviation, len(parts.validation))
     write_training(folder, 0, time.perf_counter() - began, *validation, dataset.positions[parts.known])
     save_weights(folder, model)
-
-
-def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumModel:
-    """The untrained model of a run, for a dataset and its split.
-
-    Args:
-        config: settings of the run.
-        dataset: the dataset, to which the model is suited (``learn.models.suited_to``).
-        parts: its split.
-    """
-    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
-    suit_to(model, dataset, parts.train)
-    return model
-
-
-def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
-    """Corners (min, max) of the bounding box of positions, metres. An extent below 1 mm becomes 1 mm.
-
-    Args:
-        positions: positions, metres.
-    """
-    low, high = bounding_box(positions)
-    return np.stack([low, np.maximum(high, low + 1e-3)])

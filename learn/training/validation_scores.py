@@ -15,7 +15,7 @@ from learn.training.gaps import errors_over_gaps, interpolates, knowing_nothing
 from learn.training.lightning_module import Spectra
 from learn.training.prediction import predict, uncertainty
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 

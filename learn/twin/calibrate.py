@@ -32,7 +32,8 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.fixed_array import require_fixed_array
 from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import AngularGrid, direction
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.element_array import uniform

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 
 def require_fixed_array(dataset: Dataset, what: str) -> None:

@@ -10,7 +10,7 @@ from scenes.files.npz_file import Expected, read_npz, write_arrays
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.files.temporary import remove_left
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.dataset.responses_file import LARGEST_NPZ
 from simulate.positions.given_positions import read_points
 from simulate.spectra.element_array import require_planar

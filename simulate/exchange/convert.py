@@ -21,7 +21,8 @@ from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from scenes.scene.antennas import Gateway
 from simulate.dataset.bearings import bearing_of, turns_of
-from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies
 from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions

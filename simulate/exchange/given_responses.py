@@ -19,7 +19,8 @@ from scenes.files.errors import InputError, ParameterError, require_instance, re
 from scenes.files.output_folder import new_folder
 from scenes.scene.antennas import Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency
-from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_writer import (
     encode_picture,
     write_gateway,

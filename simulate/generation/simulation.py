@@ -14,7 +14,8 @@ from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.engine import Engine, Machines
 from simulate.engines.engine_table import ENGINES, engine_class
 from simulate.engines.rays_engine import Rays

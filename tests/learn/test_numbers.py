@@ -19,11 +19,10 @@ from learn.training.config import Config
 from learn.training.lightning_module import Spectra, Training
 from learn.training.prediction import predict
 from learn.training.registry import MODELS, model_entry
-from learn.training.run_folder import build_model
-from learn.training.train import box_of
+from learn.training.untrained_model import box_of, build_model
 from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
 from simulate.positions.given_positions import FARTHEST
 from simulate.spectra.beamformer import Beamformer

@@ -12,7 +12,7 @@ from scenes.files.errors import InputError, require_flag, require_instance, requ
 from scenes.files.input_file import what_is_at
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.metadata import read_metadata_file
 from simulate.engines.rays_engine import Rays

@@ -482,7 +482,7 @@ def test_methods_that_need_responses_are_left_out_where_a_dataset_has_pictures_a
     compared = compare(tiny, ("nearest", name), budget=INSTANT, output=tmp_path / "out")
     assert name not in {row["label"] for row in compared}
     assert f"left out {name}: " in capsys.readouterr().err
-    with pytest.raises(InputError, match=f"{name}: .*needs.* responses"):
+    with pytest.raises(InputError, match=f"{name}: expected element responses with their phases, found pictures"):
         compare(tiny, (name,), budget=INSTANT, output=tmp_path / "alone")
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from learn.data.splits import split
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 
 KINDS = ("files", "random", "blocked")
 

@@ -20,7 +20,7 @@ from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.fullwave import run_plan, solved_field
 from simulate.fullwave.dipole import free_space_response
 from simulate.fullwave.stored_field import StoredField

@@ -18,7 +18,8 @@ from learn.training.prediction import predict
 from learn.training.run_folder import load_run
 from learn.training.train import train
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import spectrum_of
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of, plane_waves
 

@@ -15,7 +15,7 @@ from learn.models.kriged_field import KrigedField
 from learn.models.mlp import ResponseMLP
 from learn.training.train import train
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.spectrum import spectrum_of
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of

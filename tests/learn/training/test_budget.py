@@ -12,8 +12,7 @@ from learn.training import budget, presets
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
 from learn.training.lightning_module import Training
-from learn.training.run_folder import build_model
-from learn.training.train import box_of
+from learn.training.untrained_model import box_of, build_model
 from scenes.files.errors import InputError, ParameterError
 
 

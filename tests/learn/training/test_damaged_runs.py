@@ -18,10 +18,11 @@ from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.training.config import Config, write_config
 from learn.training.run_folder import load_run, save_weights
-from learn.training.train import box_of
 from learn.training.training_file import read_training
+from learn.training.untrained_model import box_of
 from scenes.files.errors import InputError, ParameterError
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from tests import corpus
 
 pytestmark = pytest.mark.usefixtures("small_models")

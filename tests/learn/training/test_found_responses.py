@@ -14,10 +14,9 @@ from learn.models.phase_synchronisation import flipped
 from learn.training.config import Config
 from learn.training.found_responses import learned_responses
 from learn.training.registry import MODELS
-from learn.training.run_folder import build_model
-from learn.training.train import box_of
+from learn.training.untrained_model import box_of, build_model
 from scenes.files.errors import ParameterError
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification

@@ -21,7 +21,8 @@ from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_writing import write_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from scenes.scene.orientation import facing
 from simulate.dataset.bearings import Turn, bearing_of, turns_of
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification

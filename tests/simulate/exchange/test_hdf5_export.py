@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.exchange import hdf5_export
 from simulate.exchange.hdf5_export import export_hdf5

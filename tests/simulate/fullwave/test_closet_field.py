@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.places.closet import closet
-from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset import Dataset
 from simulate.fullwave import solved_field
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
