@@ -36,6 +36,10 @@ Split = Annotated[
 ]
 Guard = Annotated[float, arg(help="known positions nearer than this to a test position are left out, wavelengths.")]
 Budget = Annotated[float, arg(help="training time of each model that is trained in steps, minutes.")]
+TrainingSteps = Annotated[
+    int | None,
+    arg(help="of spectra: training steps of each such model, instead of --budget. The same on every machine."),
+]
 Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
 Models = Annotated[
     tuple[str, ...],
@@ -69,6 +73,7 @@ def compare(
     split: Split = "files",
     guard: Guard = 0.0,
     budget: Budget = 5.0,
+    steps: TrainingSteps = None,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
     over_band: bool = False,
@@ -90,6 +95,7 @@ def compare(
         force: replace existing output files of received powers, channels or responses.
     """
     if is_rooms(dataset):
+        refuse_given(["--steps"], f"spectra of one place, found the rooms of {dataset}")
         refuse_given(["--over-band"], f"a dataset of spectra with a band, found the rooms of {dataset}")
         refuse_given(["--scene"], f"received powers (RSSI), found the rooms of {dataset}")
         refuse_given(["--force", "--no-force"], CONTINUED.format("rooms"))
@@ -97,11 +103,13 @@ def compare(
         return
     refuse_given(["--given", "--test-rooms"], f"a folder of bisplat rooms, found {dataset}")
     if over_band:
+        refuse_given(["--steps"], "spectra, found responses over a band")
         if is_rssi(dataset) or is_csi(dataset):
             refuse_given(["--over-band"], "a dataset of spectra with a band, found powers or channels")
         compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, over_band=True), output, force, json)
         return
     if is_rssi(dataset) or is_csi(dataset):
+        refuse_given(["--steps"], "spectra, found powers or channels")
         compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, scene=scene), output, force, json)
         return
     refuse_given(["--force", "--no-force"], CONTINUED.format("spectra"))
@@ -110,12 +118,14 @@ def compare(
         raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
     if output is None:
         raise InputError("-o: expected a folder for the results beside spectra, found none")
+    if steps is not None:
+        refuse_given(["--budget"], "none beside --steps")
     if models:
-        _refuse_idle_budget(models, output)
+        _refuse_idle_training(models, output)
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison
 
-    comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output, guard)
+    comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output, guard, steps)
     write_comparison(comparison, output)
     print_averages("comparison", comparison.table(), json, comparison.remark())
     print(printable(f"table: {output / 'table.html'}"), file=sys.stderr)
@@ -159,6 +169,7 @@ def sweep(
     split: Split = "files",
     guard: Guard = 0.0,
     budget: Budget = 5.0,
+    steps: TrainingSteps = None,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
     init: Path | None = None,
@@ -177,6 +188,7 @@ def sweep(
         force: replace existing output files of received powers or channels.
     """
     if is_rssi(dataset) or is_csi(dataset):
+        refuse_given(["--steps"], "spectra, found powers or channels")
         sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, force, json)
         return
     refuse_given(["--force", "--no-force"], CONTINUED.format("spectra"))
@@ -186,23 +198,25 @@ def sweep(
     from learn.reports.comparison_report import write_sweep
 
     models = models or SWEPT
+    if steps is not None:
+        refuse_given(["--budget"], "none beside --steps")
     if init is None:
-        _refuse_idle_budget(models, output)
-    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard)
+        _refuse_idle_training(models, output)
+    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard, steps)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())
 
 
-def _refuse_idle_budget(models: Sequence[str], output: Path) -> None:
-    """Refuse a training time if no model is trained by steps. Classes of the user may be.
+def _refuse_idle_training(models: Sequence[str], output: Path) -> None:
+    """Refuse a training time or a number of steps if no model is trained by steps. Classes of the user may be.
 
-    Who adds such a model to an experiment has to state the experiment's training time, however.
+    Who adds such a model to an experiment has to state the experiment's own ones, however.
     """
     if (output / PROTOCOL).is_file():
         return
     by_steps = [name for name in models if ":" in name or (name in MODELS and MODELS[name].by_steps is not None)]
     if not by_steps:
-        refuse_given(["--budget"], f"a model trained by steps, found {', '.join(models) or 'none'}")
+        refuse_given(["--budget", "--steps"], f"a model trained by steps, found {', '.join(models) or 'none'}")
 
 
 def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, remark: str | None = None) -> None:

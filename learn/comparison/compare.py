@@ -26,6 +26,7 @@ def compare(
     test_spectra: int | None = None,
     output: Path | str | None = None,
     guard: float = 0.0,
+    steps: int | None = None,
 ) -> Comparison:
     """Fit and score methods on one split, and measure the array's ceiling.
 
@@ -53,6 +54,8 @@ def compare(
         output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
             path is ``Comparison.folder``.
         guard: known positions nearer than this to a test position are left out, wavelengths.
+        steps: number of training steps of each model that is trained by steps, instead of the budget. The same on
+            every machine.
 
     Returns:
         All rows measured in the folder.
@@ -60,8 +63,8 @@ def compare(
     Raises:
         InputError: the dataset cannot be read; or ``output`` holds an experiment with other settings or other files, or
             another process writes to it.
-        ParameterError: a method is unknown or lacks ``fit``, or ``budget``, ``seeds`` or ``test_spectra`` is out of its
-            range.
+        ParameterError: a method is unknown or lacks ``fit``, or ``budget``, ``steps``, ``seeds`` or ``test_spectra`` is
+            out of its range.
 
     Example:
         >>> import numpy as np
@@ -81,9 +84,12 @@ def compare(
         >>> "ssim_median" in pandas.DataFrame(comparison)
         True
     """
-    check_effort(budget, seeds)
+    check_effort(budget, seeds, steps)
     methods = spectrum_makers(method_names() if models is None else models)
-    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra, guard=guard) as experiment:
+    minutes = budget if steps is None else None
+    with begun(
+        dataset, split, output, minutes=minutes, steps=steps, test_spectra=test_spectra, guard=guard
+    ) as experiment:
         experiment.measure(methods, seeds)
         experiment.measure_ceiling()
         return Comparison.of(experiment)

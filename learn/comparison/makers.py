@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from learn.comparison.own_method import built
-from learn.models.steps import MINUTES_MOST
+from learn.models.steps import MINUTES_MOST, STEPS_MOST
 from learn.training.own_class import own_class
 from scenes.files.errors import (
     ParameterError,
@@ -103,13 +103,15 @@ def trained_by_steps(make: Callable[[], Any]) -> bool:
     return bool(getattr(make, "by_steps", False))
 
 
-def check_effort(budget: float, seeds: int) -> None:
-    """Refuse a budget or a number of seeds that is out of its range.
+def check_effort(budget: float, seeds: int, steps: int | None = None) -> None:
+    """Refuse a budget, a number of steps or a number of seeds that is out of its range.
 
     Raises:
         ParameterError: ``budget`` is not above 0 and at most ``MINUTES_MOST``, or ``seeds`` is not a whole number from
-            1 to ``SEEDS_MOST``.
+            1 to ``SEEDS_MOST``, or ``steps`` one from 1 to ``STEPS_MOST``.
     """
+    if steps is not None:
+        require_whole(1, STEPS_MOST, steps=steps)
     require_positive(budget=budget)
     require_within(0, MINUTES_MOST, "minutes", budget=budget)
     require_whole(1, SEEDS_MOST, seeds=seeds)

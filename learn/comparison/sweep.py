@@ -31,6 +31,7 @@ def sweep(
     init: Run | Path | str | None = None,
     output: Path | str | None = None,
     guard: float = 0.0,
+    steps: int | None = None,
 ) -> Comparison:
     """Fit and score methods on training parts of several sizes.
 
@@ -53,6 +54,8 @@ def sweep(
         output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
             path is ``Comparison.folder``.
         guard: known positions nearer than this to a test position are left out, wavelengths.
+        steps: number of training steps of each model that is trained by steps, instead of the budget. The same on
+            every machine.
 
     Returns:
         All rows measured in the folder. The entry "train_size" of a row is its number of training spectra.
@@ -60,21 +63,24 @@ def sweep(
     Raises:
         InputError: the dataset or the run cannot be read; a size is larger than the training part; or ``output`` holds
             an experiment with other settings or other files, or another process writes to it.
-        ParameterError: a method is unknown; ``sizes`` is empty or has a number twice; or a size, ``budget``, ``seeds``
-            or ``test_spectra`` is out of its range.
+        ParameterError: a method is unknown; ``sizes`` is empty or has a number twice; or a size, ``budget``, ``steps``,
+            ``seeds`` or ``test_spectra`` is out of its range.
 
     Example:
         >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))
         >>> [(row["label"], row["train_size"]) for row in comparison]
         [('nearest', 5), ('nearest', 10)]
     """
-    check_effort(budget, seeds)
+    check_effort(budget, seeds, steps)
     rising = checked_sizes("spectra", sizes=sizes)
     methods = spectrum_makers(models)
     if init is not None:
         run = init if isinstance(init, Run) else load_run(init)
         model, folder = run.config.model, run.folder
         methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
-    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra, guard=guard) as experiment:
+    minutes = budget if steps is None else None
+    with begun(
+        dataset, split, output, minutes=minutes, steps=steps, test_spectra=test_spectra, guard=guard
+    ) as experiment:
         experiment.measure(methods, seeds, rising)
         return Comparison.of(experiment)

@@ -46,14 +46,17 @@ _OTHERS = [
 THIS_RUN, DOUBTFUL = " (this run)", " †"
 """What follows a method's name in tables and figures: it is the run that the page is about; its scores are doubtful."""
 
+REDUCED = " (reduced)"
+"""What follows it where the model has a smaller size than the published one, for want of a GPU."""
+
 
 def method_name(label: str) -> str:
     """The name of a method without what tables and figures add to it.
 
-    >>> method_name("bisplat (this run)"), method_name("mlp †")
-    ('bisplat', 'mlp')
+    >>> method_name("bisplat (this run)"), method_name("mlp †"), method_name("nerf2 (reduced)")
+    ('bisplat', 'mlp', 'nerf2')
     """
-    return label.removesuffix(DOUBTFUL).removesuffix(THIS_RUN)
+    return label.removesuffix(DOUBTFUL).removesuffix(THIS_RUN).removesuffix(REDUCED)
 
 
 def line_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:

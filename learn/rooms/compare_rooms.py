@@ -27,6 +27,7 @@ from scenes.files.errors import (
     InputError,
     ParameterError,
     require_instance,
+    require_path,
     require_seed,
     require_whole,
     require_word,
@@ -110,6 +111,8 @@ def compare_rooms(
     """
     check_effort(budget, seeds)
     require_seed(seed=seed)
+    if output is not None:
+        require_path(output=output)
     require_instance(Rooms, str, PathLike, rooms=rooms)
     rooms = rooms if isinstance(rooms, Rooms) else read_rooms(rooms)
     chosen = makers(USUAL if methods is None else methods, _named, "methods")

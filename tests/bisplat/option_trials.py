@@ -68,6 +68,7 @@ LOCATED_POWERS = "learn.localisation.locate_powers:locate_powers"
 LOCATED = "learn.evaluation.locations:heard_by"
 CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
 COMPARED_POWERS = "learn.powers.compare_powers:compare_powers"
+COMPARED_SPECTRA = "learn.comparison.compare:compare"
 COMPARED_ROOMS = "learn.rooms.compare_rooms:compare_rooms"
 SIMULATED_ROOMS = "simulate.generation.simulated_rooms:simulate_rooms"
 COMPARED_CHANNELS = "learn.channels.compare_channels:compare_channels"
@@ -285,7 +286,7 @@ TRIALS: dict[str, list[Trial]] = {
     "compare": [
         *_trials(NEAREST, [("--models mean-picture", "--models nearest"), "--split random", "--seeds 2", "--json"]),
         *_trials(NEAREST, ["--test-spectra 1", ("-o out2", "-o out")]),
-        *_trials("compare data -o out --models mlp", ["--budget 1", "--guard 0.1"], "learn.comparison.compare:compare"),
+        *_trials("compare data -o out --models mlp", ["--budget 1", "--steps 2", "--guard 0.1"], COMPARED_SPECTRA),
         *_trials("compare heard -o out --models nearest", ["--force"], there="out/table.csv"),
         *_trials("compare heard", ["--models mean", "--split random", "--guard 0.1", "--seeds 2"], COMPARED_POWERS),
         *_trials("compare heard --models log:Own", ["--budget 1"], COMPARED_POWERS),
@@ -317,7 +318,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(SWEEP, [("--models mean-picture", "--models nearest"), ("--sizes 4", "--sizes 3")]),
         *_trials(SWEEP, ["--split random", "--seeds 2", "--test-spectra 1", "--json", ("-o out2", "-o out")]),
         *_trials(SWEEP, ["--init mlp", "--guard 0.1"], SWEPT),
-        *_trials("sweep data -o out --models mlp --sizes 3", ["--budget 1"], SWEPT),
+        *_trials("sweep data -o out --models mlp --sizes 3", ["--budget 1", "--steps 2"], SWEPT),
         *_trials(SWEEP_POWERS, ["--split random", "--guard 0.1", "--seeds 2"], COMPARED_POWERS),
         *_trials(SWEEP_POWERS, [("--sizes 4", "--sizes 3"), ("--models mri", "--models mean")], COMPARED_POWERS),
         *_trials("sweep heard -o out --models twin --sizes 3", ["--scene closet"], COMPARED_POWERS),

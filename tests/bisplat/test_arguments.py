@@ -64,7 +64,7 @@ class Call:
 
 CALLBACK = {"report": "a function, called while the work goes on"}
 COMPARED = {"split": WORD, "guard": (*NUMBER, -1), "test_spectra": WHOLE[:5], "output": PATH, "dataset": PATH}
-ALSO = {"seeds": WHOLE, "budget": (*NUMBER, 0, -1)}
+ALSO = {"seeds": WHOLE, "budget": (*NUMBER, 0, -1), "steps": WHOLE[:5]}
 
 
 def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dict[str, Call]:

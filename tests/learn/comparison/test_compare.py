@@ -455,6 +455,14 @@ def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
     assert seen[0].by_steps.steps == 360 and seen[0].seed == 7
 
 
+@pytest.mark.parametrize("function", [compare, partial(sweep, sizes=[10])])
+def test_steps_replace_the_budget(function, tiny, tmp_path):
+    rows = function(tiny, models=["mlp", "nearest"], steps=3, output=tmp_path / "out").rows
+    assert [row["steps"] for row in rows if row["label"] in ("mlp", "nearest")] == [3, None]
+    with pytest.raises(InputError, match=r"an earlier experiment with minutes 5.0, found one with minutes nothing"):
+        function(tiny, models=["nearest"], output=tmp_path / "out")
+
+
 def test_finding_phases_is_part_of_the_budget(tiny, tmp_path, monkeypatch):
     where = "learn.training.budget."
     monkeypatch.setattr(f"{where}learned_responses", lambda *_: Learned(None, seconds=60.0))
