@@ -266,7 +266,7 @@ class BandField(KrigedField):
             raise RuntimeError(f"components of shape {tuple(components.shape)}")
         self.components = torch.zeros(components.shape)
         self.powers, self.noises = torch.zeros(components.shape[1]), torch.zeros(components.shape[1])
-        numbers = 2 * len(self._elements) * components.shape[1]
+        numbers = 2 * self.beamforming.elements * components.shape[1]
         self.values, self.mean = torch.zeros(0, numbers), torch.zeros(numbers)
         points = state_dict.get("variances", self.variances)
         self.variances, self.deviations = torch.zeros(points.shape), torch.zeros(points.shape)

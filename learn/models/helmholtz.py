@@ -7,56 +7,27 @@ from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from learn.baselines.neighbours import NEIGHBOURS
-from learn.data.metrics import ssim_of_each
 from learn.models.band_field import BandField
-from learn.models.base import Beamformed, Report, SpectrumModel
+from learn.models.base import Beamformed, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
+from learn.models.mixture_weights import best_mixture
 from learn.models.quadrature import Quadrature
-from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
-from learn.models.smooth_field import SmoothField
-from learn.models.stacking import LEAST_DISTANCE, best_weights, by_distance, left_out_by_distance, left_out_by_kriging
+from learn.models.retrieved_field import RetrievedOnce
+from learn.models.stacking import LEAST_DISTANCE, by_distance
+from learn.models.ways import WAYS, Built, FieldFits, empty_field
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import evenly, spectrum_of
-
-WAYS = {
-    "responses": "kriging of responses",
-    "phases": "kriging of responses found from pictures",
-    "spectra": "kriging of spectra",
-    "smooth-spectra": "smooth kriging of spectra",
-    "inverse-distance": "inverse-distance weighting",
-    "field": "kriging of one field at the elements of all arrays",
-}
-"""Names of the ways of interpolation, for the user."""
 
 OF_BAND = "band.field."
 """Where the names of the buffers of the field over the band begin, in a file of weights."""
 
-LEFT_OUT = 64
-"""Largest number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
-
-FOLDS, FOLDED = 8, 300
-"""If few spectra are known, a covariance fitted to all of them predicts them too well. A way that is even then worse
-than inverse-distance weighting is dropped. For each other way, the known spectra are divided into parts, and the
-covariance is fitted once without each part, which it then predicts. There are FOLDED // n parts for n known samples (of
-the field that all elements sample: elements times known spectra), at most FOLDS; if these are fewer than 2, the
-covariance is not fitted again."""
-
 PIECE = 16
 """Number of spectra that are interpolated at a time and added to those of responses. Kriging takes some MB for each."""
-
-OF_RESPONSES = "field", "responses", "phases"
-"""Ways by which responses are interpolated."""
-
-CLEAR_LEAD = 0.04
-"""If the mean SSIM of one of ``OF_RESPONSES`` exceeds that of inverse-distance weighting by more, no further way is
-tried."""
 
 
 class HelmholtzField(SpectrumModel):
@@ -67,7 +38,7 @@ class HelmholtzField(SpectrumModel):
     ``KrigedField`` interpolates S_responses and S_spectra, and ``SmoothField`` interpolates S_smooth. S_distance is the
     mean of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the
     pictures where this improves the prediction (``fit_to_pictures``). If the receiver moves, the fifth way krigs the
-    one field that the elements of the array sample at all its known places.
+    one field that the elements of the array sample at all its known places (``OneField``).
 
     Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
     says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
@@ -92,7 +63,7 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
         self.band = nn.ModuleDict()
-        self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
+        self._retrieved = RetrievedOnce()
         self._used: dict[str, float] = {}  # the weights as numbers, since an exported program cannot branch on a tensor
 
     def predict(
@@ -176,45 +147,12 @@ class HelmholtzField(SpectrumModel):
         known = np.unique(known)
         of_band = self._fit_band(dataset, known)
         if len(known) == 1:
-            self._set({"inverse-distance": 1.0}, {"spectra": self._fitted("spectra", dataset, known, self.report)})
+            field = self._fits(dataset).fitted("spectra", known, self.report)
+            self._set({"inverse-distance": 1.0}, {"spectra": field})
             return "predicts the only known spectrum everywhere"
-        left_out = evenly(np.arange(len(known)), LEFT_OUT)
-        truth = spectrum_of(dataset.pictures[known[left_out]])
-        fields: dict[str, KrigedField] = {}
-        predicted: dict[str, Float[np.ndarray, "L 90 360"]] = {}
-        scores: dict[str, float] = {}
-        for way in _ways(dataset, known):
-            best = max((scores[each] for each in OF_RESPONSES if each in scores), default=0.0)
-            if best > scores.get("inverse-distance", 1) + CLEAR_LEAD:
-                break
-            field = fields[way] = self._fitted(way, dataset, known, self.report, fields.get("spectra"))
-            if not predicted:
-                predicted["inverse-distance"] = left_out_by_distance(field, left_out)
-                scores["inverse-distance"] = float(ssim_of_each(predicted["inverse-distance"], truth).mean())
-            samples = len(known) * (dataset.array.elements if way == "field" else 1)
-            folds = min(FOLDS, FOLDED // samples)
-            if way == "phases":  # the other spectra's phases were found using the left-out ones
-                predicted[way] = self._left_out_with_others_phases(dataset, known, left_out, max(1, folds))
-                scores[way] = float(ssim_of_each(predicted[way], truth).mean())
-                continue
-            spectra = left_out_by_kriging(field, left_out)
-            scores[way] = float(ssim_of_each(spectra, truth).mean())
-            if folds > 1:
-                if scores[way] < scores["inverse-distance"]:
-                    continue
-                spectra = self._left_out_of_folds(way, dataset, known, left_out, folds)
-                scores[way] = float(ssim_of_each(spectra, truth).mean())
-            predicted[way] = spectra
-        self.report("weights", 0, 1)
-        weights, score = best_weights({way: predicted[way] for way in WAYS if way in predicted}, truth)
-        self._set(weights, fields)
-        parts = [f"{weight:.0%} {WAYS[way]}" for way, weight in sorted(weights.items(), key=lambda item: -item[1])]
-        found = ", ".join(f"{way} {value:.3f}" for way, value in scores.items())
-        together = f"; together {score:.3f}" if len(parts) > 1 else ""
-        return (
-            f"interpolates by {' and '.join(parts)} (mean SSIM of known spectra predicted from the others: {found}"
-            f"{together}){of_band}"
-        )
+        mixture = best_mixture(self._fits(dataset), known, self.report)
+        self._set(mixture.weights, mixture.fields)
+        return f"{mixture}{of_band}"
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """Keep other known spectra with the same weights. The covariances are fitted again.
@@ -224,7 +162,8 @@ class HelmholtzField(SpectrumModel):
             known: indices of the spectra to interpolate.
         """
         known = np.unique(known)
-        self._set(self._used, {way: self._fitted(way, dataset, known, self.report) for way in self.fields})
+        fits = self._fits(dataset)
+        self._set(self._used, {way: fits.fitted(way, known, self.report) for way in self.fields})
         self._fit_band(dataset, known)
 
     def _fit_band(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
@@ -238,81 +177,15 @@ class HelmholtzField(SpectrumModel):
         return f"; responses over the band: {found}"
 
     def _empty_band(self) -> BandField:
-        return BandField(self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength))
+        return BandField(*self._built)
 
-    def _fitted(
-        self,
-        way: str,
-        dataset: Dataset,
-        known: Int[np.ndarray, " n"],
-        report: Report,
-        of_spectra: KrigedField | None = None,
-    ) -> KrigedField:
-        """A field of one way, fitted to known spectra. ``of_spectra`` is that of spectra if there is one already."""
-        field = self._empty(way)
-        field.report = report  # type: ignore[method-assign]
-        if way == "phases":
-            seen = with_contrast(dataset, known)
-            if of_spectra is None or len(seen) < len(known):
-                of_spectra = self._fitted("spectra", dataset, seen, report)
-            fit_to_pictures(field, of_spectra, self._retrieved(dataset, seen), dataset, seen)
-        else:
-            field.fit(dataset, known)
-        return field
+    @property
+    def _built(self) -> Built:
+        """What the fields are built with."""
+        return Built(self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength))
 
-    def _retrieved(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:
-        """As ``retrieved_responses``, but those of each picture are found only once."""
-        if self._found is None or self._found[0] is not dataset:
-            self._found = dataset, np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
-        found = self._found[1]
-        missing = known[np.isnan(found[known]).any(axis=1)]
-        if len(missing):
-            self.report("responses behind pictures", 0, 1)
-            found[missing] = retrieved_responses(dataset, missing)
-        return found[known]
-
-    def _left_out_with_others_phases(
-        self, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int
-    ) -> Float[np.ndarray, "L 90 360"]:
-        """Some known spectra, each predicted from others whose phases were found without it.
-
-        With several folds, every part of the known spectra is predicted from the other parts. With one fold, the
-        left-out spectra are predicted from all others.
-        """
-        predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
-        for fold in range(folds):
-            self.report("score by phases", fold, folds)
-            part = np.flatnonzero(left_out % folds == fold)
-            others = np.ones(len(known), bool)
-            others[left_out[part] if folds == 1 else np.arange(fold, len(known), folds)] = False
-            field = self._fitted("phases", dataset, known[others], SpectrumModel.report)
-            for some in np.array_split(part, max(1, len(part) // 16)):
-                places = torch.from_numpy(dataset.positions[known[left_out[some]]]).float()
-                with torch.inference_mode():
-                    predicted[some] = field(places).numpy()
-        return predicted
-
-    def _left_out_of_folds(
-        self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int
-    ) -> Float[np.ndarray, "L 90 360"]:
-        """As ``left_out_by_kriging``, with covariances that are fitted without the part that they predict."""
-        predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
-        for fold in range(folds):
-            self.report(f"score by {way}", fold, folds)
-            field = self._fitted(way, dataset, known[np.arange(len(known)) % folds != fold], SpectrumModel.report)
-            field.keep(dataset, known)
-            part = left_out % folds == fold
-            predicted[part] = left_out_by_kriging(field, left_out[part])
-        return predicted
-
-    def _empty(self, way: str) -> KrigedField:
-        """A field of one way, without known spectra."""
-        built = self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength)
-        if way == "smooth-spectra":
-            return SmoothField(*built)
-        if way == "field":
-            return KrigedField(*built, "field")
-        return KrigedField(*built, "responses" if way in OF_RESPONSES else "spectra")
+    def _fits(self, dataset: Dataset) -> FieldFits:
+        return FieldFits(self._built, dataset, self._retrieved)
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
         """Use these weights, and keep only the fields that are needed."""
@@ -343,7 +216,7 @@ class HelmholtzField(SpectrumModel):
             prefix = f"fields.{way}."
             of_field = {name.removeprefix(prefix): each for name, each in state_dict.items() if name.startswith(prefix)}
             if of_field:
-                fields[way] = self._empty(way)
+                fields[way] = empty_field(way, self._built)
                 fields[way].load_state_dict(of_field)
         self.fields = nn.ModuleDict(fields)
         of_band = {name.removeprefix(OF_BAND): each for name, each in state_dict.items() if name.startswith(OF_BAND)}
@@ -372,11 +245,3 @@ def _sum(spectra: Mapping[str, Float[Tensor, "B H W"]], weights: Mapping[str, fl
     for way, each in others:
         total.add_(spectra[way], alpha=each)
     return total
-
-
-def _ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
-    """The ways of kriging that are tried, in this order."""
-    if dataset.responses is not None:
-        one_field = ["field"] if dataset.moving == "receiver" and dataset.array.elements > 1 else []
-        return [*one_field, "responses", "spectra", "smooth-spectra"]
-    return ["spectra", *(["phases"] if can_retrieve(dataset, known) else []), "smooth-spectra"]

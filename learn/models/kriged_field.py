@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import torch
 from jaxtyping import Float, Int
-from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel, runs_compiled
+from learn.models.base import Beamformed, runs_compiled
 from learn.models.geometry import distances, evenly_spread_directions
 from learn.models.kept import Kept
+from learn.models.known_spectra import KnownSpectra
 from learn.models.leg_times import leg_times
 from learn.models.quadrature import Quadrature
 from learn.models.vecchia import fit_covariance
+from learn.models.wave_covariance import between_rows, wave_covariance, with_turned_rows
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.angular_grid import COLUMNS, ROWS
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
@@ -30,17 +30,11 @@ if TYPE_CHECKING:
 DIRECTIONS = 100
 """Number of directions of the plane waves, spread evenly over the sphere."""
 
-SAMPLES = 256
-"""Number of nearest samples of one field from which a prediction is made, in whole arrays."""
-
-KEPT = 2000
-"""Largest number of known spectra that are kept once they are computed, 260 MB."""
-
 Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
 
 
-class KrigedField(SpectrumModel):
+class KrigedField(KnownSpectra):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
     By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
@@ -63,10 +57,6 @@ class KrigedField(SpectrumModel):
     is ``sin(k|Δ|) / k|Δ|`` [cook1955]. A simulated scene does not change; the fit then finds a T so large that
     ``e^(−τ/T)`` is 1.
 
-    If the receiver moves, all elements at all known places of the array sample one field, that of the fixed
-    transmitter: y_m(r) = y(r + d_m), with the offset d_m of element m from the middle of the array. Kriging from all
-    these samples tells more than kriging each element's response by itself.
-
     If a dataset has no responses, its spectra are interpolated about their mean with the covariance ``|κ|²``, which is
     that of the power ``|y|²`` of a Gaussian field [reed1962].
 
@@ -74,31 +64,22 @@ class KrigedField(SpectrumModel):
         region: as for ``SpectrumModel``; this model does not use it.
         beamformer: the dataset's array and grid.
         wavelength: metres.
-        of: what is interpolated: "responses", "spectra", or one "field" that all elements sample.
+        of: what is interpolated: "responses" or "spectra".
 
     Attributes:
-        places: n known positions of the end that moves, metres, world frame.
-        offsets: d_m, metres, world frame, if one field is interpolated; otherwise one offset of 0.
-        times: index of each known spectrum in its dataset.
-        values: responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened.
-        mean: mean of ``values`` over the known spectra; zero for responses.
+        offsets: where the samples of a known position lie relative to it, metres, world frame: here one offset of 0.
         directions: unit vectors u_j, world frame.
         shares: s_j, which add up to 1.
         length: ℓ, metres.
         drift: T, number of spectra.
         nugget: ν.
-        of_responses: whether element responses or one field are interpolated; otherwise spectra are.
         neighbours: number of nearest known positions from which a prediction is made.
         solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
     """
 
     neighbours = 32
 
-    places: Tensor
     offsets: Tensor
-    times: Tensor
-    values: Tensor
-    mean: Tensor
     directions: Tensor
     shares: Tensor
     length: Tensor
@@ -110,24 +91,11 @@ class KrigedField(SpectrumModel):
         region: Float[np.ndarray, "2 3"],
         beamformer: Beamformer,
         wavelength: float,
-        of: Literal["responses", "spectra", "field"],
+        of: Literal["responses", "spectra"],
     ):
-        super().__init__(region, wavelength)
-        self.beamforming = BeamformingLayer(beamformer)
-        self.of_responses = of != "spectra"
-        self._grid = beamformer.grid
-        self._elements: Float[np.ndarray, "elements 3"] = float(self.wavelength) * beamformer.array.positions
-        numbers = 2 * len(self._elements) if self.of_responses else ROWS * COLUMNS
-        self._of_field = of == "field"
-        self.register_buffer("offsets", torch.zeros(len(self._elements) if self._of_field else 1, 3), self._of_field)
-        if self._of_field:
-            self.neighbours = max(2, SAMPLES // len(self._elements))
-        self.register_buffer("places", torch.zeros(0, 3))
-        self.register_buffer("times", torch.zeros(0))
-        self.register_buffer("values", torch.zeros(0, numbers))
-        self.register_buffer("mean", torch.zeros(numbers))
+        super().__init__(region, beamformer, wavelength, of == "responses")
+        self.register_buffer("offsets", torch.zeros(1, 3), persistent=False)
         self._quick: Kept[QuickKriging] = Kept()
-        self._spectra: Kept[Tensor] = Kept()
         # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
@@ -147,21 +115,13 @@ class KrigedField(SpectrumModel):
         """
         self.keep(dataset, np.unique(known))
         if len(self.places) > 1:  # a single spectrum does not determine a covariance
-            what = "responses" if self.of_responses else "spectra"
-            field = self._of_samples() if self._of_field else self
-            fit_covariance(field, field.neighbours, partial(self.report, f"covariance of {what}"))
-            for name in ("shares", "length", "drift", "nugget"):
-                setattr(self, name, getattr(field, name))
+            self._maximise_likelihood()
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
 
-    def _of_samples(self) -> KrigedField:
-        """The same field as sampled by a single element, which stands at all places of the elements in turn."""
-        single = Beamformer(PlanarArray(1, 1), self._grid)
-        found = KrigedField(self.region.numpy(), single, float(self.wavelength), "responses")
-        found.places = (self.places[:, None] + self.offsets).flatten(0, 1)
-        found.times = self.times.repeat_interleave(len(self.offsets))
-        found.values, found.mean = self.values.reshape(-1, 2), torch.zeros(2)
-        return found
+    def _maximise_likelihood(self) -> None:
+        """Set the s, ℓ, T and ν to the most likely ones."""
+        what = "responses" if self.of_responses else "spectra"
+        fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
 
     @property
     def first_length(self) -> float:
@@ -173,44 +133,14 @@ class KrigedField(SpectrumModel):
         columns = slice(0, 2 * len(self.offsets))  # the variance does not depend on the values
         return self.interpolated(positions, columns=columns)[1]
 
-    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Interpolate between these spectra from now on, with the same covariance.
-
-        Args:
-            dataset: as for ``fit``.
-            known: indices of the spectra to interpolate, ascending.
-        """
-        self.places = torch.from_numpy(dataset.positions[known]).float()
-        self.times = torch.from_numpy(known).float()
-        if self._of_field:
-            offsets = Rotation.from_quat(dataset.gateway_orientation).apply(self._elements)
-            self.offsets = torch.from_numpy(offsets).float()
-        if self.of_responses:
-            assert dataset.responses is not None
-            responses = torch.from_numpy(dataset.responses[known])
-            root_mean_square = responses.abs().square().mean().sqrt()
-            if root_mean_square > 0:  # pictures of one grey level have responses of zero
-                responses = responses / root_mean_square
-            self.values = torch.view_as_real(responses).flatten(1)
-            self.mean = torch.zeros(self.values.shape[1])
-        else:
-            self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
-            self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
-
     def _rows(self, members: Int[Tensor, "*b n"], columns: Columns = EVERY) -> Float[Tensor, "*b N C"]:
         """The rows that kriging sums with real weights: the samples' values minus the mean, and for responses also −jy.
 
         A member has a sample for each of ``offsets``.
-
-        The product of y with a conjugated complex weight w is then a sum with the real weights Re w for y and Im w for
-        −jy.
         """
         values = self.values[:, columns][members].float() - self.mean[columns]
         values = values.unflatten(-1, (len(self.offsets), -1)).flatten(-3, -2)
-        if not self.of_responses:
-            return values
-        real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
-        return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
+        return with_turned_rows(values) if self.of_responses else values
 
     def products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
         """Products of the rows of a member and its neighbours, averaged over the values, for the likelihood."""
@@ -227,15 +157,11 @@ class KrigedField(SpectrumModel):
     ) -> Float[Tensor, "*b N M"]:
         """κ (for spectra ``|κ|²``) between the rows of places a and b. ``fading`` is the drift's factor in it."""
         wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
-        phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
-        cosine, sine = phase_b.cos().mT, phase_b.sin().mT
-        real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
-        imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
+        real, imaginary = wave_covariance(a, b, wavenumbers, shares)
         fading = fading * self.fading(distances(a, b), length)
         if not self.of_responses:
             return (real.square() + imaginary.square()) * fading
-        real, imaginary = real * fading, imaginary * fading
-        return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
+        return between_rows(real * fading, imaginary * fading)
 
     def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
         """The factor ``e^(−separation/scale)`` of κ (its square in ``|κ|²`` for spectra), for a separation in space or
@@ -297,7 +223,7 @@ class KrigedField(SpectrumModel):
 
     def _quickly(self, positions: Float[Tensor, "B 3"]) -> QuickKriging | None:
         """What interpolates responses quickly. None: nothing does, or their gradient is needed."""
-        if not runs_compiled(positions) or not self.of_responses or self._of_field:
+        if not runs_compiled(positions) or not self.of_responses:
             return None
         from learn.models.quick_kriging import QuickKriging  # compiles, which training does not need
 
@@ -319,8 +245,8 @@ class KrigedField(SpectrumModel):
         return self.beamforming(responses), responses
 
     def beamformed(self) -> Beamformed | None:
-        """As for ``SpectrumModel``; not of one field, whose large covariances many positions at once would not fit."""
-        return Beamformed(self.responses, self.beamforming) if self.of_responses and not self._of_field else None
+        """As for ``SpectrumModel``, if responses are interpolated."""
+        return Beamformed(self.responses, self.beamforming) if self.of_responses else None
 
     def forward(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
@@ -343,40 +269,12 @@ class KrigedField(SpectrumModel):
         values = self.interpolated(positions, columns=columns)[0]
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
 
-    def known_spectra(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b n 90 360"]:
-        """Spectra at known positions.
-
-        Args:
-            members: indices into ``places``.
-        """
-        values = self.values[members].float()
-        return self._as_spectra(values.flatten(0, -2)).unflatten(0, members.shape)
-
-    def all_known_spectra(self) -> Float[Tensor, "n 90 360"] | None:
-        """Spectra at all known positions, which are computed once. None: there are too many to keep."""
-        known = torch.arange(len(self.places))
-        return None if len(known) > KEPT else self._spectra.of([self.values], lambda: self.known_spectra(known))
-
-    def _as_spectra(self, values: Float[Tensor, "n C"]) -> Float[Tensor, "n 90 360"]:
-        if self.of_responses:
-            return self.beamforming(values.unflatten(-1, (-1, 2)))
-        return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (ROWS, COLUMNS))
-
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but for the number of known spectra that the file has.
+        """As for ``KnownSpectra``.
 
         Raises:
-            RuntimeError: also if the buffers do not fit together, or hold values that no fit finds.
+            RuntimeError: as for ``KnownSpectra``; also if the buffers hold values that no fit finds.
         """
-        known = len(state_dict["times"]) if state_dict.get("times", torch.zeros(())).ndim else 0
-        if not known:
-            raise RuntimeError("no known spectra")
-        for name in ("places", "times", "values"):
-            shape = (known, *getattr(self, name).shape[1:])
-            if name in state_dict and state_dict[name].shape != shape:  # checked before memory is allocated
-                raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
-            grey_levels = name == "values" and not self.of_responses
-            setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))
         loaded = super().load_state_dict(state_dict, strict, assign)
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
             raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")

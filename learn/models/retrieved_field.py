@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
+from learn.models.base import Report
 from learn.models.kriged_field import KrigedField
 from learn.models.phase_synchronisation import Covariance, synchronised
 from simulate.dataset.dataset import Dataset
@@ -33,6 +34,30 @@ def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Compl
     if dataset.retrieved is not None and np.isfinite(dataset.retrieved[known]).all():
         return dataset.retrieved[known]
     return retrieve_responses(spectrum_of(dataset.pictures[known]), dataset.beamformer).responses
+
+
+class RetrievedOnce:
+    """Keeps the responses behind a dataset's pictures, so that those of each are found only once."""
+
+    def __init__(self) -> None:
+        self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
+
+    def of(self, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> Complex[np.ndarray, "n elements"]:
+        """As ``retrieved_responses``.
+
+        Args:
+            dataset: the dataset; what is kept of another one is forgotten.
+            known: indices of the pictures.
+            report: told if there is something to find, which takes long.
+        """
+        if self._found is None or self._found[0] is not dataset:
+            self._found = dataset, np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
+        found = self._found[1]
+        missing = known[np.isnan(found[known]).any(axis=1)]
+        if len(missing):
+            report("responses behind pictures", 0, 1)
+            found[missing] = retrieved_responses(dataset, missing)
+        return found[known]
 
 
 def with_contrast(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:

@@ -1,10 +1,7 @@
 """The twin: ray tracing of a scene that was corrected by the known spectra, and Helmholtz kriging of the remainder.
 
-The scene's unknowns are corrected first, then a complex gain of each chain of interactions is found.
-
-If very many spectra are known, kriging of them predicts the field better than any description of the place. The
-prediction is therefore a weighted mean of both, with the weight that best predicts known spectra from the others
-(stacking [wolpert1992]).
+The scene's unknowns are corrected first, then a complex gain of each chain of interactions is found. The
+prediction is a weighted mean of both together and of kriging alone (``learn.twin.scene_weight``).
 """
 
 from __future__ import annotations
@@ -16,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float, Int, UInt8
+from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
-from learn.data.metrics import ssim_of_each
 from learn.models.capabilities import PredictsResponses
 from learn.models.kriged_field import KrigedField
+from learn.twin.scene_weight import best_trust, enough_known, mixed
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -31,7 +28,7 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.spectrum import evenly
 
 if TYPE_CHECKING:
     from learn.twin.gauss_newton import Calibration
@@ -45,12 +42,6 @@ GAINED_BY = 1000
 
 SAME_RESPONSES = 1e-2
 """Largest relative error of the responses at a known position with which a scene counts as that of the training."""
-
-TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Candidates for the weight of the corrected scene."""
-
-LEAST_KNOWN, LEFT_OUT = 100, 64
-"""Number of known spectra below which the weight is 1, and largest number of them that are predicted from others."""
 
 
 class Twin(PredictsResponses):
@@ -142,17 +133,8 @@ class Twin(PredictsResponses):
         if not len(self.rest.places):
             return traced
         rest = self.rest.responses(positions)
-        return self._mixed(traced, rest, self.whole.responses(positions) if trust < 1 else rest, trust)
-
-    def _mixed(
-        self,
-        traced: Float[Tensor, "B elements 2"],
-        rest: Float[Tensor, "B elements 2"],
-        whole: Float[Tensor, "B elements 2"],
-        trust: float,
-    ) -> Float[Tensor, "B elements 2"]:
-        """w (f + e) + (1 − w) a, with e and a scaled to a mean square magnitude of 1."""
-        return trust * (traced + self.power.sqrt() * rest) + (1 - trust) * self.whole_power.sqrt() * whole
+        whole = self.whole.responses(positions) if trust < 1 else rest
+        return mixed(traced, rest, whole, trust, (self.power, self.whole_power))
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Variance of w e + (1 − w) a relative to the power of the responses; e and a are assumed to be independent."""
@@ -228,9 +210,11 @@ class Twin(PredictsResponses):
             everywhere = np.zeros((len(dataset.positions), values.shape[1]), np.complex64)
             everywhere[known] = values
             field.report = self.report  # type: ignore[method-assign]
-            has_weight = field is self.rest or len(known) >= LEAST_KNOWN
+            has_weight = field is self.rest or enough_known(len(known))
             (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
-        self.trust = torch.tensor(self._best_trust(_pairs(held_out), dataset.pictures[known]))
+        fields, powers = (self.rest, self.whole), (self.power, self.whole_power)
+        trust = best_trust(_pairs(held_out), fields, powers, dataset.pictures[known], self.beamforming)
+        self.trust = torch.tensor(trust)
 
     def _fit_gains(
         self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
@@ -250,31 +234,6 @@ class Twin(PredictsResponses):
         held_out = self._traced(positions)
         held_out[used] = held_out_used
         return held_out
-
-    def _best_trust(self, traced: Float[Tensor, "n elements 2"], pictures: UInt8[np.ndarray, "n 90 360"]) -> float:
-        """The w that best predicts known spectra from the others; the largest one if several are equally good.
-
-        The left-out spectrum was also used to find θ. This hardly matters, since θ is a few numbers and the spectra are
-        many.
-
-        Args:
-            traced: f at the known positions, with gains found without them.
-            pictures: known spectra, 0…255.
-        """
-        if len(traced) < LEAST_KNOWN:
-            return 1.0
-        left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))
-        spectra = spectrum_of(pictures[left_out.numpy()])
-        with torch.inference_mode():
-            rest, whole = (
-                field.interpolated(field.places[left_out], left_out)[0].unflatten(-1, (-1, 2))
-                for field in (self.rest, self.whole)
-            )
-            scores = {}
-            for trust in TRUSTS:
-                found = self.beamforming(self._mixed(traced[left_out], rest, whole, trust)).numpy()
-                scores[trust] = float(ssim_of_each(found, spectra).mean())
-        return max(scores, key=lambda trust: scores[trust])
 
     @cached_property
     def _tracer(self) -> Tracer:

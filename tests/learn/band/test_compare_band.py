@@ -19,7 +19,7 @@ def quick():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("learn.models.vecchia.FITTED_ON", 30)
         patch.setattr("learn.models.vecchia.ITERATIONS", 15)
-        patch.setattr("learn.models.helmholtz.FOLDED", 1)
+        patch.setattr("learn.models.mixture_weights.FOLDED", 1)
         patch.setattr("learn.models.band_errors.FOLDED", 1)
         yield
 

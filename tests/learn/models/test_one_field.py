@@ -10,9 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from learn.data.metrics import ssim
 from learn.models.aperture import BiSplatAperture
-from learn.models.helmholtz import WAYS, HelmholtzField, _ways
+from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.models.mlp import ResponseMLP
+from learn.models.one_field import OneField
+from learn.models.ways import WAYS, kriging_ways
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
@@ -40,15 +42,18 @@ def moving() -> Dataset:
     )
 
 
-def kriged(dataset: Dataset, of: str) -> KrigedField:
-    field = KrigedField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH, of)  # type: ignore[arg-type]
+def fitted(field: KrigedField, dataset: Dataset) -> KrigedField:
     field.fit(dataset, KNOWN)
     return field
 
 
+def of_one_field(dataset: Dataset) -> KrigedField:
+    return fitted(OneField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH), dataset)
+
+
 @pytest.fixture(scope="module")
 def one_field(moving) -> KrigedField:
-    return kriged(moving, "field")
+    return of_one_field(moving)
 
 
 def median_ssim(model: torch.nn.Module, dataset: Dataset, numbers: np.ndarray) -> float:
@@ -58,12 +63,13 @@ def median_ssim(model: torch.nn.Module, dataset: Dataset, numbers: np.ndarray) -
 
 
 def test_samples_of_all_elements_tell_more_than_each_element_by_itself(moving, one_field):
-    assert median_ssim(one_field, moving, OTHERS) > median_ssim(kriged(moving, "responses"), moving, OTHERS) + 0.1
+    each = fitted(KrigedField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH, "responses"), moving)
+    assert median_ssim(one_field, moving, OTHERS) > median_ssim(each, moving, OTHERS) + 0.1
 
 
 def test_elements_taken_for_turned_otherwise_tell_less(moving, one_field):
     straight = dataclasses.replace(moving, gateway_orientation=np.array([0, 0, 0, 1.0]))
-    assert median_ssim(one_field, moving, OTHERS) > median_ssim(kriged(straight, "field"), straight, OTHERS) + 0.1
+    assert median_ssim(one_field, moving, OTHERS) > median_ssim(of_one_field(straight), straight, OTHERS) + 0.1
 
 
 def test_known_places_are_kept_and_the_variance_grows_away_from_them(moving, one_field):
@@ -96,7 +102,7 @@ def test_the_model_chooses_it_and_loads_it_again(moving):
     with torch.inference_mode():
         torch.testing.assert_close(again.predict(place), model.predict(place))
     fixed = dataclasses.replace(moving, metadata={"frequency_hz": moving.metadata["frequency_hz"]})
-    assert "field" in _ways(moving, KNOWN) and "field" not in _ways(fixed, KNOWN)
+    assert "field" in kriging_ways(moving, KNOWN) and "field" not in kriging_ways(fixed, KNOWN)
 
 
 def test_runs_of_versions_that_knew_fewer_ways_are_loaded(moving):

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from learn.baselines.neighbours import NEIGHBOURS
-from learn.models import kriged_field
+from learn.models import known_spectra
 from learn.models.geometry import distances
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
@@ -61,7 +61,7 @@ MIXTURES = [
 @pytest.mark.parametrize("weights", MIXTURES)
 @pytest.mark.parametrize("kept", [2000, 0])
 def test_predictions_are_those_of_the_model(weights, kept, monkeypatch):
-    monkeypatch.setattr(kriged_field, "KEPT", kept)
+    monkeypatch.setattr(known_spectra, "KEPT", kept)
     model, positions = model_of(weights), np.random.default_rng(0).uniform(0, 3, (19, 3))
     assert model.beamformed() is not None
     with torch.no_grad():

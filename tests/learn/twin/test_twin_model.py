@@ -14,7 +14,7 @@ from learn.training.prediction import predict
 from learn.training.registry import MODELS
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from learn.twin import twin_model
+from learn.twin import scene_weight
 from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
@@ -136,7 +136,7 @@ def test_known_responses_are_predicted_as_they_are(data, run):
 @pytest.mark.parametrize("right", [True, False])
 def test_the_scene_counts_by_how_well_it_predicts(data, wrong, monkeypatch, right):
     """Once it traces the true responses but for a little noise, once noise alone."""
-    monkeypatch.setattr(twin_model, "LEAST_KNOWN", 10)
+    monkeypatch.setattr(scene_weight, "LEAST_KNOWN", 10)
     noise = np.random.default_rng(2).normal(size=(*data.responses.shape, 2)) @ [1, 1j] * np.abs(data.responses).mean()
     responses = (data.responses + 0.05 * noise if right else noise).astype(np.complex64)
     monkeypatch.setattr(Twin, "_traced", lambda twin, positions: responses[: len(positions)])

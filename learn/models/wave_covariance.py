@@ -1,0 +1,48 @@
+"""The covariance of a sum of plane waves with random phases, and kriging of complex values in real numbers.
+
+The export to ONNX has no complex numbers. So a complex value y is kriged as two real rows, y and −jy, each of which is
+a pair (real, imaginary). With the complex weight w, ``conj(w) y`` is the sum of both with the real weights Re w and
+Im w. A Hermitian covariance then becomes a symmetric matrix of twice the size.
+"""
+
+from __future__ import annotations
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+
+def wave_covariance(
+    a: Float[Tensor, "*b n 3"],
+    b: Float[Tensor, "*b m 3"],
+    wavenumbers: Float[Tensor, "3 J"],
+    shares: Float[Tensor, " J"],
+) -> tuple[Float[Tensor, "*b n m"], Float[Tensor, "*b n m"]]:
+    """Real and imaginary part of ``Σ_j s_j e^{jk u_j·Δ}`` between places, Δ = a − b.
+
+    Args:
+        a: places, metres.
+        b: other places, metres.
+        wavenumbers: the vectors k u_j of the waves, 1/metres.
+        shares: s_j, the shares of the waves in the power.
+
+    >>> alone = wave_covariance(torch.zeros(1, 3), torch.ones(1, 3), torch.eye(3), torch.tensor([1.0, 0, 0]))
+    >>> [round(float(each), 2) for each in alone]  # e^{−j}
+    [0.54, -0.84]
+    """
+    phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
+    cosine, sine = phase_b.cos().mT, phase_b.sin().mT
+    real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
+    imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
+    return real, imaginary
+
+
+def between_rows(real: Float[Tensor, "*b n m"], imaginary: Float[Tensor, "*b n m"]) -> Float[Tensor, "*b 2*n 2*m"]:
+    """The covariance between the rows y and −jy of complex values, from that of the values."""
+    return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
+
+
+def with_turned_rows(values: Float[Tensor, "*b n C"]) -> Float[Tensor, "*b 2*n C"]:
+    """The rows y of complex values (real, imaginary; flattened), and below them −jy."""
+    real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
+    return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
