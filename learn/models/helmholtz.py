@@ -19,7 +19,7 @@ from learn.models.mixture_weights import best_mixture
 from learn.models.quadrature import Quadrature
 from learn.models.retrieved_field import RetrievedOnce
 from learn.models.stacking import LEAST_DISTANCE, by_distance
-from learn.models.ways import WAYS, Built, FieldFits, empty_field
+from learn.models.ways_of_interpolation import WAYS, Built, FieldFits, empty_field
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 

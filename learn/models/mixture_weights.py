@@ -12,7 +12,7 @@ from learn.data.metrics import ssim_of_each
 from learn.models.base import Report, SpectrumModel
 from learn.models.kriged_field import KrigedField
 from learn.models.stacking import best_weights, left_out_by_distance, left_out_by_kriging
-from learn.models.ways import OF_RESPONSES, WAYS, FieldFits, kriging_ways
+from learn.models.ways_of_interpolation import OF_RESPONSES, WAYS, FieldFits, kriging_ways
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import evenly, spectrum_of
 

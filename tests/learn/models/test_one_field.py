@@ -14,7 +14,7 @@ from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.models.mlp import ResponseMLP
 from learn.models.one_field import OneField
-from learn.models.ways import WAYS, kriging_ways
+from learn.models.ways_of_interpolation import WAYS, kriging_ways
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
