@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 import torch
+from matplotlib.axes import Axes
 
 import bisplat
 import learn.rooms.compare_rooms as compare_module
@@ -230,8 +231,10 @@ def test_a_comparison_of_other_settings_or_rooms_is_not_continued(rooms, tmp_pat
 
 
 def test_seeds_have_a_spread_and_a_single_one_has_no_bars(rooms, tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr("matplotlib.axes.Axes.errorbar", lambda *_, yerr, **__: drawn.append(yerr))
+    drawn, draw = [], Axes.errorbar
+    monkeypatch.setattr(
+        Axes, "errorbar", lambda *args, yerr, **kept: drawn.append(yerr) or draw(*args, yerr=yerr, **kept)
+    )
     for seeds in (1, 2):
         comparison = bisplat.compare_rooms(rooms, ["nearest"], given=[3, 5], seeds=seeds, test_spectra=3)
         write_room_comparison(comparison, tmp_path)
