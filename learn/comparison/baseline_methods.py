@@ -58,7 +58,7 @@ class KrigingResponses(MeanPicture):
 
     def fit(self, task: Task) -> None:
         if task.responses is None:
-            raise InputError(no_comparable_phases(task.dataset))
+            raise InputError(f"{task.dataset.folder}: {no_comparable_phases(task.dataset)}")
         self._predict = krige_responses(task.positions, task.responses, task.beamformer, task.seed)
 
 
