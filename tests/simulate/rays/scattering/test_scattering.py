@@ -61,8 +61,8 @@ def test_power_is_sionnas(turned, polarization):
         for sionna in (False, True)
     )
     for position in POSITIONS[:1]:
-        ((_, _, buffer),) = theirs._shot(theirs.middle, position[None])
-        responses = fields(theirs.ray_scene, buffer, theirs.middle, theirs._targets(position[None])).responses
+        ((_, targets, buffer),) = theirs._solver._shot(theirs.middle, theirs._targets(position[None]))
+        responses = fields(theirs.ray_scene, buffer, theirs.middle, targets).responses
         expected: dict[tuple, float] = defaultdict(float)
         for types, response in zip(buffer.interaction_types.numpy().tolist(), responses, strict=True):
             expected[tuple(types)] += abs(response) ** 2
