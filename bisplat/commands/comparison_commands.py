@@ -38,7 +38,10 @@ Guard = Annotated[float, arg(help="known positions nearer than this to a test po
 Budget = Annotated[float, arg(help="training time of each model that is trained in steps, minutes.")]
 TrainingSteps = Annotated[
     int | None,
-    arg(help="of spectra: training steps of each such model, instead of --budget. The same on every machine."),
+    arg(
+        help="of spectra: number of training steps of each model that is trained in steps, instead of --budget. Unlike "
+        "with a budget, the training is then equally long on every machine."
+    ),
 ]
 Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
 Models = Annotated[

@@ -27,7 +27,7 @@ class KeptRows:
     """The rows in ``results.jsonl``, a JSON object per line.
 
     A row has a *key*, some of its entries, such as label, seed and number of training spectra. No two rows have the
-    same.
+    same key.
 
     Args:
         folder: the folder of the file.

@@ -82,9 +82,9 @@ def read_protocol(path: Path) -> dict[str, Any]:
 
 
 def without_fingerprint(settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings without the fingerprint of the dataset, which is compared by itself: old experiments have none.
+    """The settings without the fingerprint of the spectra, which is compared by itself: old experiments have none.
 
     Args:
         settings: those of a protocol.json.
     """
-    return {key: value for key, value in settings.items() if key != "dataset_sha256"}
+    return {key: value for key, value in settings.items() if not key.endswith("_sha256")}

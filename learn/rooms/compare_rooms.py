@@ -20,7 +20,7 @@ from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.room_comparison import RoomComparison
 from learn.rooms.room_methods import ROOM_METHODS, USUAL, RoomMethod
-from learn.rooms.room_protocol import RoomProtocol, fingerprint, kept_in
+from learn.rooms.room_protocol import kept_in
 from learn.training.own_class import own_class
 from learn.training.training_file import device_name
 from scenes.files.errors import (
@@ -134,19 +134,18 @@ def compare_rooms(
     # A room keeps its test spectra, however many rooms are test rooms.
     tested = [_parts(datasets[name], test_spectra, [seed, rooms.names.index(name)]) for name in test]
     sizes = _sizes(given, [(datasets[name], len(others)) for name, (_, others) in zip(test, tested, strict=True)])
-    protocol = RoomProtocol(
-        rooms=str(rooms.folder.resolve()),
-        setting=rooms.setting,
-        test_rooms=test_rooms,
-        test_spectra=test_spectra,
-        seed=seed,
-        minutes=budget,
-        device=device_name(),
-        rooms_sha256=fingerprint(list(datasets.values())),
-    )
+    settings = {
+        "rooms": str(rooms.folder.resolve()),
+        "setting": rooms.setting,
+        "test_rooms": test_rooms,
+        "test_spectra": test_spectra,
+        "seed": seed,
+        "minutes": float(budget),
+        "device": device_name(),
+    }
     learned_in, tested_in = [datasets[name] for name in training], [datasets[name] for name in test]
     parts = list(zip(tested_in, tested, strict=True))
-    with kept_in(None if output is None else Path(output), protocol) as kept:
+    with kept_in(None if output is None else Path(output), list(datasets.values()), settings) as kept:
         for number in range(seeds):
             for label, make in chosen.items():
                 _measure(label, make, learned_in, parts, sizes, number, budget, kept)

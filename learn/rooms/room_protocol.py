@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
-from msgspec import Meta, Struct, to_builtins
+from msgspec import Meta, Struct
 
 from learn.comparison.kept_rows import KeptRows
-from learn.comparison.protocol import PROTOCOL
+from learn.comparison.protocol import PROTOCOL, without_fingerprint
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError
 from scenes.files.json_file import read_json
@@ -24,7 +24,7 @@ from simulate.dataset.room_settings import Setting
 
 
 class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Settings that all rows have in common. The file protocol.json records them.
+    """The content of protocol.json: the settings that all rows have in common.
 
     Attributes:
         rooms: absolute path of the folder of rooms.
@@ -34,7 +34,7 @@ class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         seed: seed of the choice of test spectra.
         minutes: training time of each method that learns in other rooms.
         device: name of the GPU, or number of CPU threads, on which methods are trained.
-        rooms_sha256: fingerprint of all spectra.
+        rooms_sha256: fingerprint of the names, positions and pictures of all rooms.
     """
 
     rooms: str
@@ -60,12 +60,13 @@ class RoomRow(Struct, frozen=True, kw_only=True):
 
 
 @contextmanager
-def kept_in(output: Path | None, protocol: RoomProtocol) -> Iterator[KeptRows]:
+def kept_in(output: Path | None, rooms: Sequence[Dataset], settings: dict[str, Any]) -> Iterator[KeptRows]:
     """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it.
 
     Args:
         output: the folder. None: a temporary one.
-        protocol: the settings.
+        rooms: the datasets of all rooms.
+        settings: the entries of ``RoomProtocol``, without the fingerprint.
 
     Raises:
         InputError: the folder has a comparison with other settings or of other spectra, or other files, or another
@@ -76,29 +77,20 @@ def kept_in(output: Path | None, protocol: RoomProtocol) -> Iterator[KeptRows]:
             yield KeptRows(Path(temporary), RoomRow)
         return
     require_writable(output / PROTOCOL)
-    given = to_builtins(protocol)
-    with own_folder(output, "comparison in rooms", PROTOCOL, _without_fingerprint(given), _read_settings):
-        if (output / PROTOCOL).exists() and _read(output / PROTOCOL)["rooms_sha256"] != protocol.rooms_sha256:
-            raise InputError(f"{output}: expected a comparison in the rooms of {protocol.rooms}, found other spectra")
+    digest = hashlib.sha256("".join(room.fingerprint for room in rooms).encode()).hexdigest()
+    with own_folder(
+        output, "comparison in rooms", PROTOCOL, settings, lambda path: without_fingerprint(_read_protocol(path))
+    ):
+        if (output / PROTOCOL).exists() and _read_protocol(output / PROTOCOL)["rooms_sha256"] != digest:
+            raise InputError(
+                f"{output}: expected a comparison in the rooms of {settings['rooms']}, found other spectra"
+            )
+        given = {**settings, "rooms_sha256": digest}
         write_atomically(output / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
         yield KeptRows(output, RoomRow)
 
 
-def fingerprint(rooms: Sequence[Dataset]) -> str:
-    """A hash of the names, positions and pictures of all rooms."""
-    return hashlib.sha256("".join(room.fingerprint for room in rooms).encode()).hexdigest()
-
-
-def _read(path: Path) -> dict[str, Any]:
+def _read_protocol(path: Path) -> dict[str, Any]:
     content = read_json(path, "the settings of a comparison in rooms")
     conform(content, RoomProtocol, str(path))
     return content
-
-
-def _read_settings(path: Path) -> dict[str, Any]:
-    return _without_fingerprint(_read(path))
-
-
-def _without_fingerprint(settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings without the fingerprint, which has a sentence of its own."""
-    return {key: value for key, value in settings.items() if key != "rooms_sha256"}
