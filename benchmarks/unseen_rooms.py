@@ -16,6 +16,10 @@ beside two methods on the same spectra.
 A row is a setting and a method, its columns are numbers L of known spectra. The figures are the mean and the median
 SSIM over the test spectra of all test rooms together, of one draw.
 
+``--rooms`` and ``--test-rooms`` ask for other numbers of rooms in each setting. So ``attention`` can learn in many:
+
+python benchmarks/unseen_rooms.py --settings layout --rooms 40 --test-rooms 4 --minutes 20 --json > runs/many-rooms.json
+
 With ``--folder``, what was measured is kept, and the same command continues. Delete the folder when the code has
 changed.
 """
@@ -61,7 +65,6 @@ class Part(NamedTuple):
     label: str = ""
 
 
-PARTS = tuple(Part(method, GIVEN, 2) for method in USUAL)
 OF_TWIN = tuple(Part(method, (10,), 1, LAST) for method in BESIDE_TWIN)
 
 
@@ -116,6 +119,8 @@ def named(setting: Setting, label: str, rows: Rows) -> Scores:
 
 def main(
     settings: tuple[Setting, ...] = tuple(ROOMS),
+    rooms: int | None = None,
+    test_rooms: int = 2,
     minutes: float = 1.0,
     folder: Path | None = None,
     twin: bool = False,
@@ -127,6 +132,8 @@ def main(
 
     Args:
         settings: what differs between test rooms and training rooms.
+        rooms: number of rooms in each setting (default: 8 layouts, 6 with other furniture, 4 with other positions).
+        test_rooms: how many of them are test rooms, the last ones; not with ``twin``.
         minutes: training time of each method that learns in other rooms, in each setting.
         folder: folder that keeps the rooms and the scores of each part for the next run.
         twin: compare the twin in one test room of each setting, instead of the usual methods.
@@ -135,7 +142,9 @@ def main(
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
-    size = SMALLEST if smallest else Size(ROOMS, SPECTRA, OF_TWIN if twin else PARTS, minutes)
+    numbers = ROOMS if rooms is None else dict.fromkeys(settings, rooms)
+    parts = OF_TWIN if twin else tuple(Part(method, GIVEN, test_rooms) for method in USUAL)
+    size = SMALLEST if smallest else Size(numbers, SPECTRA, parts, minutes)
     result: Scores = {}
     with tempfile.TemporaryDirectory() as temporary:
         work = Path(temporary) if folder is None else folder
