@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bisplat.commands.given_options import refuse_given
+from learn.comparison.protocol import PROTOCOL
 from learn.data.splits import SplitKind
 from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
@@ -53,8 +54,12 @@ class Fitted:
             return "responses over a band"
         return "received powers" if is_rssi(self.folder) else "channels (CSI)"
 
-    def __call__(self) -> ScoreTable:
-        """Fit and score the methods."""
+    def __call__(self, output: Path | None = None) -> ScoreTable:
+        """Fit and score the methods.
+
+        Args:
+            output: folder that keeps each fit. None: nothing is kept.
+        """
         from learn.comparison.makers import checked_sizes
 
         compare: Callable[..., ScoreTable]
@@ -75,6 +80,7 @@ class Fitted:
             guard=self.guard,
             seeds=self.seeds,
             budget=self.budget,
+            output=output,
             **of_powers,
         )
 
@@ -83,8 +89,16 @@ class Fitted:
         if self.over_band or not is_rssi(self.folder):
             refuse_given(["--scene"], f"received powers (RSSI), found {self.kind}")
 
-    def refuse_idle_budget(self) -> None:
-        """Refuse a training time if no method is trained by steps. Classes of the user may be."""
+    def refuse_idle_budget(self, output: Path | None = None) -> None:
+        """Refuse a training time if no method is trained by steps. Classes of the user may be.
+
+        Who adds such a method to a comparison has to state the comparison's own one, however.
+
+        Args:
+            output: folder of the comparison. None: there is none.
+        """
+        if output is not None and (output / PROTOCOL).is_file():
+            return
         from learn.band.band_methods import BAND_METHODS
         from learn.channels.channel_methods import CHANNEL_METHODS
         from learn.comparison.makers import trained_by_steps
@@ -97,45 +111,51 @@ class Fitted:
             refuse_given(["--budget"], f"a method trained by steps, found {found}")
 
 
-def compare_quantity(fitted: Fitted, output: Path | None, force: bool, json: bool) -> None:
+def compare_quantity(fitted: Fitted, output: Path | None, json: bool) -> None:
     """Compare methods, and print the table.
 
     Args:
         fitted: the methods and the data.
-        output: folder for results.json, table.tex, table.csv and the figure. None: nothing is written.
-        force: existing files may be replaced.
+        output: folder that keeps the fits, and for results.json, table.tex, table.csv and the figure. None: nothing is
+            written.
         json: print all scores as JSON.
     """
     refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
     fitted.refuse_idle_scene()
-    fitted.refuse_idle_budget()
-    if output is None:
-        refuse_given(["--force", "--no-force"], "--output beside it, found none")
-        comparison = fitted()
-    else:
+    fitted.refuse_idle_budget(output)
+    comparison = fitted(output)
+    if output is not None:
         from learn.reports.score_report import write_score_comparison
 
-        comparison = _written(fitted, write_score_comparison, output, force)
+        write_score_comparison(comparison, output)
     _print("comparison", fitted, comparison, json)
     if output is not None:
         say(printable(f"results: {output / 'results.json'}"))
 
 
-def sweep_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> None:
+def sweep_quantity(fitted: Fitted, output: Path, json: bool) -> None:
     """Compare methods for several sizes of the training part; arguments as for ``compare_quantity``."""
     refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
     refuse_given(["--init"], f"spectra, found {fitted.kind}, of which there are no runs")
     fitted.refuse_idle_scene()
-    fitted.refuse_idle_budget()
+    fitted.refuse_idle_budget(output)
     from learn.reports.score_report import write_score_sweep
 
-    comparison = _written(fitted, write_score_sweep, output, force)
+    comparison = fitted(output)
+    write_score_sweep(comparison, output)
     _print("sweep", fitted, comparison, json)
     say(printable(f"figure: {output / 'sweep.png'}"))
 
 
 def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> None:
-    """Score one method beside the baselines, and write a report; arguments as for ``compare_quantity``."""
+    """Score one method beside the baselines, and write a report into a new folder.
+
+    Args:
+        fitted: the method and the data.
+        output: the folder.
+        force: existing files may be replaced.
+        json: print all scores as JSON.
+    """
     fitted.refuse_idle_scene()
     fitted.refuse_idle_budget()
     from learn.channels import channel_methods
@@ -145,26 +165,17 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
     baselines = power_methods.BASELINES if is_rssi(fitted.folder) else channel_methods.BASELINES
     (model,) = fitted.methods
 
-    def write(comparison: ScoreTable, folder: Path) -> None:
-        write_score_evaluation(comparison, model, folder)
-
     among = replace(fitted, methods=tuple(dict.fromkeys([*baselines, model])))
     try:
-        comparison = _written(among, write, output, force)
+        with new_folder(output, force) as unfinished:
+            comparison = among()
+            write_score_evaluation(comparison, model, unfinished)
     except ParameterError as error:
         if error.parameter == "methods":
             raise ParameterError("model", error.message) from error
         raise
     _print("evaluation", fitted, comparison, json)
     say(printable(f"report: {output / 'report.html'}"))
-
-
-def _written(fitted: Fitted, write: Callable[[ScoreTable, Path], None], output: Path, force: bool) -> ScoreTable:
-    """Compare, and write the result into a new folder."""
-    with new_folder(output, force) as unfinished:
-        comparison = fitted()
-        write(comparison, unfinished)
-    return comparison
 
 
 def _print(title: str, fitted: Fitted, comparison: ScoreTable, json: bool) -> None:

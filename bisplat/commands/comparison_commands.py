@@ -12,7 +12,6 @@ from tyro.conf import Positional, arg
 
 from bisplat.commands.compared_quantities import Fitted, compare_quantity, sweep_quantity
 from bisplat.commands.given_options import refuse_given
-from bisplat.commands.output_file import Force
 from bisplat.commands.rooms_command import compare_in_rooms
 from bisplat.commands.simulate_command import Output
 from learn.comparison.protocol import PROTOCOL
@@ -65,9 +64,6 @@ ComparedFolder = Annotated[
     Positional[Path], arg(help="NeRF² dataset folder, one of powers (RSSI) or channels (CSI), or one of bisplat rooms.")
 ]
 
-CONTINUED = "received powers or channels, found {}, whose results are continued"
-"""Why --force is refused."""
-
 
 def compare(
     dataset: ComparedFolder,
@@ -83,7 +79,6 @@ def compare(
     given: tuple[int, ...] = (),
     test_rooms: int | None = None,
     scene: DescribedScene = None,
-    force: Force = False,
     json: Json = False,
 ) -> None:
     """Compare models and baselines on one dataset or in new rooms.
@@ -95,13 +90,11 @@ def compare(
         over_band: score responses over the band of a dataset, instead of spectra.
         given: of rooms, numbers of known spectra in a test room (default: 5 10 25 50 100).
         test_rooms: of rooms, number of test rooms, the last ones (default: a quarter).
-        force: replace existing output files of received powers, channels or responses.
     """
     if is_rooms(dataset):
         refuse_given(["--steps"], f"spectra of one place, found the rooms of {dataset}")
         refuse_given(["--over-band"], f"a dataset of spectra with a band, found the rooms of {dataset}")
         refuse_given(["--scene"], f"received powers (RSSI), found the rooms of {dataset}")
-        refuse_given(["--force", "--no-force"], CONTINUED.format("rooms"))
         compare_in_rooms(dataset, models, given, test_rooms, test_spectra, seeds, budget, output, json)
         return
     refuse_given(["--given", "--test-rooms"], f"a folder of bisplat rooms, found {dataset}")
@@ -109,13 +102,12 @@ def compare(
         refuse_given(["--steps"], "spectra, found responses over a band")
         if is_rssi(dataset) or is_csi(dataset):
             refuse_given(["--over-band"], "a dataset of spectra with a band, found powers or channels")
-        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, over_band=True), output, force, json)
+        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, over_band=True), output, json)
         return
     if is_rssi(dataset) or is_csi(dataset):
         refuse_given(["--steps"], "spectra, found powers or channels")
-        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, scene=scene), output, force, json)
+        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, scene=scene), output, json)
         return
-    refuse_given(["--force", "--no-force"], CONTINUED.format("spectra"))
     refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     if output is None and not dataset.is_dir():
         raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
@@ -177,7 +169,6 @@ def sweep(
     test_spectra: TestSpectra = None,
     init: Path | None = None,
     scene: DescribedScene = None,
-    force: Force = False,
     json: Json = False,
 ) -> None:
     """Compare methods for several numbers of training samples.
@@ -188,13 +179,11 @@ def sweep(
         output: folder for the figure, the scores and the runs.
         sizes: numbers of training spectra, positions or rows.
         init: finished run, such as one on simulated spectra. Its model is also trained from its weights.
-        force: replace existing output files of received powers or channels.
     """
     if is_rssi(dataset) or is_csi(dataset):
         refuse_given(["--steps"], "spectra, found powers or channels")
-        sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, force, json)
+        sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, json)
         return
-    refuse_given(["--force", "--no-force"], CONTINUED.format("spectra"))
     refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     from learn.comparison.sweep import SWEPT
     from learn.comparison.sweep import sweep as sweep_sizes

@@ -9,8 +9,16 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from learn.comparison.kept_fits import FitRow
 from learn.comparison.score_table import Measure, ScoreTable
 from simulate.dataset.dataset import Dataset
+
+
+class BandRow(FitRow, frozen=True, kw_only=True):
+    """The entries that every kept row has."""
+
+    snr_median_db: float | None
+    snr_mean_db: float | None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -22,8 +30,8 @@ class BandComparison(ScoreTable):
 
     A row has "label", the name of the method, "seed" of the fit, "train_size", the number of training positions asked
     for (None: all), "known", the number of known positions, "found", what the fit found in words (None: it says
-    nothing), "steps" of training (None: the method has none), "seconds" for the fit and the predictions, and these
-    scores:
+    nothing), "steps" of training (None: the method has none), "seconds" for the fit and the predictions, "source" of a
+    class of your own, a hash that tells when it has to be measured again, and these scores:
 
     - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the signal-to-noise ratio of the predicted
       responses over all elements and subcarriers of a position, 10 log₁₀ ‖y‖² / ‖y − ŷ‖², dB;

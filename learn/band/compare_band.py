@@ -5,16 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
-from learn.band.band_comparison import BandComparison
+import numpy as np
+
+from learn.band.band_comparison import BandComparison, BandRow
 from learn.band.band_methods import BAND_METHODS
 from learn.band.band_scores import score_band
 from learn.band.known_band import BandMethod, KnownBand, PredictedBand, require_band
 from learn.channels.channel_scores import snr_db
-from learn.comparison.fits import Parts, checked_with_deviation, fits
+from learn.comparison.doubts import average_name
+from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
+from learn.comparison.kept_fits import earlier_sizes, kept_fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
-from scenes.files.errors import require_instance
+from scenes.files.errors import require_instance, require_path
+from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
@@ -30,6 +36,7 @@ def compare_band(
     guard: float = 0.0,
     seeds: int = 1,
     budget: float = 5.0,
+    output: Path | str | None = None,
 ) -> BandComparison:
     """Fit and score methods that predict responses over a band at new positions.
 
@@ -57,13 +64,16 @@ def compare_band(
         guard: known positions nearer than this to a test position are left out, wavelengths.
         seeds: number of fits of each method, with seeds 0, 1, …
         budget: training time of each method that is trained by steps, minutes.
+        output: folder that keeps each fit as soon as it is scored. The same call again makes those that are missing.
+            None: nothing is kept.
 
     Returns:
-        The scores.
+        The scores, with those that the output has from earlier calls.
 
     Raises:
         InputError: the folder cannot be read; or it has no band, or too few positions or no index files for the split.
-            Or something went wrong in a method of your own.
+            Or something went wrong in a method of your own. Or the output has a comparison with other settings, or
+            other files.
         ParameterError: a method or the split is unknown, or another argument is out of its range.
 
     Example:
@@ -76,13 +86,16 @@ def compare_band(
         (2, (4,))
     """
     check_effort(budget, seeds)
+    if output is not None:
+        require_path(output=output)
     makers = chosen(methods, BAND_METHODS)
     require_instance(Dataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     require_band(dataset)
     assert dataset.band is not None and dataset.band_responses is not None
     bandwidth = dataset.band.bandwidth
-    parts = Parts.of(dataset, split, seed, train_size, guard, "positions")
+    sizes, folder = asked_sizes(train_size, "positions"), None if output is None else Path(output)
+    parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
     test = parts.largest.test
     places, truth = dataset.positions[test], dataset.band_responses[test]
 
@@ -92,16 +105,29 @@ def compare_band(
     def predict(label: str, method: BandMethod) -> tuple[PredictedBand, str | None]:
         given = method.predict(places)
         checked = checked_with_deviation(label, "responses over the band", given, "responses", truth.shape, "position")
-        return PredictedBand(*checked), getattr(method, "found", None)
-
-    rows, ratios = [], {}
-    for fit in fits(makers, seeds, parts, known, predict):
-        predicted, found = fit.predicted
-        rows.append({**fit.row, **score_band(predicted, truth, bandwidth), "found": found, **fit.cost})
+        found = getattr(method, "found", None)
         if found is not None:
-            say(f"{fit.name}: {found}")
-        if fit.is_first:
-            ratios[fit.name] = snr_db(predicted.responses, truth)
+            say(f"{label}: {found}")
+        return PredictedBand(*checked), found
+
+    def score(given: tuple[PredictedBand, str | None]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        predicted, found = given
+        scores = {**score_band(predicted, truth, bandwidth), "found": found}
+        return scores, {"snr_db": snr_db(predicted.responses, truth)}
+
+    data = [
+        dataset.positions,
+        dataset.band_responses,
+        np.array([dataset.wavelength, bandwidth]),
+        dataset.train,
+        dataset.test,
+    ]
+    expected = {"snr_db": Expected("signal-to-noise ratios", "f", (len(test),))}
+    settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
+    with kept_fits(folder, "responses over a band", dataset.folder, settings, data, BandRow) as kept:
+        measure_fits(makers, seeds, parts.only(sizes), known, predict, score, kept)
+        ratios = {average_name(row): arrays["snr_db"] for row, arrays in kept.arrays(expected)}
+        rows = kept.rows
     return BandComparison(
         folder=dataset.folder,
         split=split,

@@ -9,8 +9,16 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
+from learn.comparison.kept_fits import FitRow
 from learn.comparison.score_table import Measure, ScoreTable
 from simulate.csi.csi_dataset import CsiDataset
+
+
+class ChannelRow(FitRow, frozen=True, kw_only=True):
+    """The entries that every kept row has."""
+
+    snr_median_db: float | None
+    snr_mean_db: float | None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -22,7 +30,8 @@ class ChannelComparison(ScoreTable):
 
     A row has "label", the name of the method, "seed" of the fit, "train_size", the number of training rows asked for
     (None: all), "known", the number of known rows, "steps" of training (None: the method has none), "seconds" for the
-    fit and the predictions, and these scores:
+    fit and the predictions, "source" of a class of your own, a hash that tells when it has to be measured again, and
+    these scores:
 
     - "rows", the number of test rows that the scores refer to, those whose downlink is not zero;
     - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the signal-to-noise ratio of the predicted

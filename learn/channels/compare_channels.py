@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
 
-from learn.channels.channel_comparison import ChannelComparison
+from learn.channels.channel_comparison import ChannelComparison, ChannelRow
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
 from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels, PredictedChannels
-from learn.comparison.fits import Parts, checked_with_deviation, fits
+from learn.comparison.doubts import average_name
+from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
+from learn.comparison.kept_fits import earlier_sizes, kept_fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
-from scenes.files.errors import require_instance
+from scenes.files.errors import require_instance, require_path
+from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
@@ -45,6 +49,7 @@ def compare_channels(
     guard: float = 0.0,
     seeds: int = 1,
     budget: float = 5.0,
+    output: Path | str | None = None,
 ) -> ChannelComparison:
     """Fit and score methods that predict the downlink of rows of channels (CSI) from their uplink.
 
@@ -78,13 +83,16 @@ def compare_channels(
             must be known.
         seeds: number of fits of each method, with seeds 0, 1, …
         budget: training time of each method that is trained by steps, minutes.
+        output: folder that keeps each fit as soon as it is scored. The same call again makes those that are missing.
+            None: nothing is kept.
 
     Returns:
-        The scores.
+        The scores, with those that the output has from earlier calls.
 
     Raises:
         InputError: the folder cannot be read; or it has too few rows, no index files or no positions for the split. Or
-            something went wrong in a method of your own.
+            something went wrong in a method of your own. Or the output has a comparison with other settings, or other
+            files.
         ParameterError: a method or the split is unknown, or another argument is out of its range.
 
     Example:
@@ -98,12 +106,15 @@ def compare_channels(
         ('ramp', True)
     """
     check_effort(budget, seeds)
+    if output is not None:
+        require_path(output=output)
     makers = chosen(methods, CHANNEL_METHODS)
     require_instance(CsiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
     if dataset.frequencies is None:
         say(f"{dataset.folder}: assumed that the downlink's subcarriers follow the uplink's at the same distance")
-    parts = Parts.of(dataset, split, seed, train_size, guard, "rows")
+    sizes, folder = asked_sizes(train_size, "rows"), None if output is None else Path(output)
+    parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
     level = _largest(dataset.uplink, dataset.downlink)  # so that no square of a channel is out of a float's range
     test, places = parts.largest.test, dataset.positions
     heard = None if places is None else places[test]
@@ -140,14 +151,22 @@ def compare_channels(
         return PredictedChannels(np.concatenate([each.downlink for each in blocks]), deviation)
 
     shown = evenly(np.arange(len(test)), EXAMPLES)
-    rows, ratios, examples = [], {}, {}
-    for fit in fits(makers, seeds, parts, known, predict):
-        downlink = fit.predicted.downlink
-        scores = score_channels(downlink, truth, bandwidth, fit.predicted.deviation)
-        rows.append({**fit.row, **scores, **fit.cost})
-        if fit.is_first:
-            ratios[fit.name] = snr_db(downlink, truth)
-            examples[fit.name] = level * downlink[shown]
+
+    def score(found: PredictedChannels) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        arrays = {"snr_db": snr_db(found.downlink, truth), "examples": level * found.downlink[shown]}
+        return score_channels(found.downlink, truth, bandwidth, found.deviation), arrays
+
+    links = [dataset.uplink, dataset.downlink, dataset.antenna_positions]
+    data = [*links, places, dataset.frequencies, dataset.train, dataset.test]
+    expected = {
+        "snr_db": Expected("signal-to-noise ratios", "f", (len(test),)),
+        "examples": Expected("channels", "c", (len(shown), *truth.shape[1:])),
+    }
+    settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
+    with kept_fits(folder, "channels", dataset.folder, settings, data, ChannelRow) as kept:
+        measure_fits(makers, seeds, parts.only(sizes), known, predict, score, kept)
+        of_first = {average_name(row): arrays for row, arrays in kept.arrays(expected)}
+        rows = kept.rows
     return ChannelComparison(
         folder=dataset.folder,
         split=split,
@@ -158,9 +177,9 @@ def compare_channels(
         rows=rows,
         distances=parts.distances,
         dataset=dataset,
-        snr_db=ratios,
+        snr_db={name: arrays["snr_db"] for name, arrays in of_first.items()},
         shown=shown,
-        examples=examples,
+        examples={name: arrays["examples"] for name, arrays in of_first.items()},
     )
 
 

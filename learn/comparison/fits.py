@@ -1,12 +1,9 @@
-"""Fits of methods that predict powers or channels, with several seeds and on training parts of several sizes.
-
-A comparison of spectra keeps its rows in a folder, since they take hours; these take seconds, and are kept in memory.
-"""
+"""Fits of methods that predict powers, channels or responses over a band, with several seeds and training parts."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +11,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.comparison.doubts import average_name
+from learn.comparison.kept_fits import KeptFits
 from learn.comparison.makers import checked_sizes, trained_by_steps
-from learn.comparison.own_method import built, named
+from learn.comparison.own_method import built, is_own, named, source_hash
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import Split, SplitKind
 from learn.data.splits import split as split_dataset
@@ -47,9 +45,8 @@ class Parts:
         dataset: Dataset | RssiDataset | CsiDataset,
         split: SplitKind,
         seed: int,
-        train_size: int | Sequence[int] | None,
+        sizes: Collection[int | None],
         guard: float,
-        things: str,
     ) -> Parts:
         """Split a dataset, and say how far test positions are from known ones.
 
@@ -57,21 +54,16 @@ class Parts:
             dataset: spectra, received powers or channels.
             split: how the test part is chosen.
             seed: seed of the split.
-            train_size: number of training positions to keep, or several numbers. None: all.
+            sizes: numbers of training positions to keep. None: all.
             guard: known positions nearer than this to a test position are left out, wavelengths.
-            things: what the dataset has, in words: positions or rows.
 
         Raises:
             InputError: the dataset has too few positions for the split.
             ParameterError: an argument is out of its range.
         """
-        sizes: Sequence[int | None]
-        if isinstance(train_size, Iterable) and not isinstance(train_size, str):
-            sizes = checked_sizes(things, train_size=train_size)
-        else:
-            sizes = [train_size]  # which the split checks
-        of_size = {size: split_dataset(dataset, split, seed, size, guard) for size in sizes}
-        parts = of_size[sizes[-1]]
+        rising = sorted(sizes, key=lambda size: (size is None, size))
+        of_size = {size: split_dataset(dataset, split, seed, size, guard) for size in rising}
+        parts = of_size[rising[-1]]
         if dataset.positions is None or dataset.wavelength is None:
             return cls(of_size, None)
         known, tested = dataset.positions[parts.known], dataset.positions[parts.test]
@@ -79,72 +71,79 @@ class Parts:
         say_distances(distances)
         return cls(of_size, distances)
 
+    def only(self, sizes: Collection[int | None]) -> dict[int | None, Split]:
+        """The splits of some of the sizes."""
+        return {size: split for size, split in self.of_size.items() if size in sizes}
+
     @property
     def largest(self) -> Split:
         """The split of the largest size."""
         return list(self.of_size.values())[-1]
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A method after its fit and its predictions.
+def asked_sizes(train_size: Any, things: str) -> list[int | None]:
+    """Numbers of training positions that are given as ``train_size``: one or several. None: all of them.
 
-    Attributes:
-        row: what the row of scores begins with: "label", "seed", "train_size" and "known".
-        name: name of the row in the table.
-        predicted: its predictions at the test part.
-        cost: what the row ends with: "steps" of training, None of a method without them, and "seconds" of the fit and
-            the predictions.
+    Args:
+        train_size: what the caller gave. A single number is checked where the dataset is split.
+        things: what the dataset has, in words: positions or rows.
+
+    Raises:
+        ParameterError: it is a list, but not of different whole numbers above 0.
     """
-
-    row: dict[str, Any]
-    name: str
-    predicted: Any
-    cost: dict[str, Any]
-
-    @property
-    def is_first(self) -> bool:
-        """Whether it is the one with the first seed, of which single predictions are kept."""
-        return self.row["seed"] == 0
+    if isinstance(train_size, Iterable) and not isinstance(train_size, str):
+        return [*checked_sizes(things, train_size=train_size)]
+    return [train_size]
 
 
-def fits(
+def measure_fits(
     methods: Mapping[str, Callable[[], Any]],
     seeds: int,
-    parts: Parts,
+    of_size: Mapping[int | None, Split],
     known: Callable[[Split, int], Any],
     predict: Callable[[str, Any], Any],
-) -> Iterator[Fit]:
-    """Fit methods one by one, all with the first seed, then all with the next one.
+    score: Callable[[Any], tuple[dict[str, Any], dict[str, np.ndarray]]],
+    kept: KeptFits,
+) -> None:
+    """Fit and score methods where the row is missing: all with the first seed, then all with the next one.
+
+    A row has "label", "seed", "train_size" and "known", the scores, "steps" of training (None: the method has none),
+    "seconds" of the fit and the predictions, and, of a class of the user's own and of the twin, "source", a hash that
+    tells when it has to be measured again.
 
     Args:
         methods: functions that make new, unfitted methods, by label.
         seeds: number of fits of each method, with seeds 0, 1, …
-        parts: the splits.
+        of_size: the splits by number of training positions.
         known: function from a split and a seed to what methods learn from.
         predict: function from a label and a fitted method to its predictions at the test part, which it checks.
+        score: function from predictions to scores, and to the arrays that figures need.
+        kept: the fits that are there, and those that are made.
 
     Raises:
         InputError: something went wrong in a method of the user's.
     """
     for seed in range(seeds):
-        for size, split in parts.of_size.items():
+        for size, split in of_size.items():
             taught = known(split, seed)
             for label, make in methods.items():
-                row = {"label": label, "seed": seed, "train_size": size, "known": len(split.known)}
+                key = {"label": label, "seed": seed, "train_size": size}
+                name, method = f"{average_name(key)}, seed {seed}", built(label, make, "methods")
+                own = is_own(method)
+                source = source_hash(method) if own else getattr(method, "source", None)
+                if kept.is_measured(key, name, own or source is not None, source):
+                    continue
                 if trained_by_steps(make):
-                    say(f"{average_name(row)}, seed {seed}")
-                method = built(label, make, "methods")
+                    say(name)
                 began = time.perf_counter()
                 with named(label, method, "fit to learn from what is known"):
                     method.fit(taught)
                 with named(label, method, "predict to return predictions"):
                     predicted = predict(label, method)
-                cost = {
-                    "steps": getattr(method, "steps", None),
-                    "seconds": round(time.perf_counter() - began, 3),
-                }
-                yield Fit(row, average_name(row), predicted, cost)
+                cost = {"steps": getattr(method, "steps", None), "seconds": round(time.perf_counter() - began, 3)}
+                scores, arrays = score(predicted)
+                row = {"known": len(split.known), **scores, **cost}
+                kept.keep_fit(key, row if source is None else {**row, "source": source}, arrays)
 
 
 def checked_array(label: str, what: str, given: Any, shape: tuple[int, ...], kind: str) -> Float[np.ndarray, "..."]:

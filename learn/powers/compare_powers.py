@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from learn.comparison.fits import Parts, checked_array, fits
+import numpy as np
+
+from learn.comparison.doubts import average_name
+from learn.comparison.fits import Parts, asked_sizes, checked_array, measure_fits
+from learn.comparison.kept_fits import earlier_sizes, kept_fits
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
-from learn.powers.power_comparison import PowerComparison
+from learn.powers.power_comparison import GATEWAYS, PowerComparison, PowerRow
 from learn.powers.power_methods import with_twin
 from learn.powers.power_scores import of_gateway, score_powers
-from scenes.files.errors import require_instance
+from learn.powers.twin_powers import TwinPowers
+from scenes.files.errors import require_instance, require_path
+from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset, read_rssi
@@ -31,6 +38,7 @@ def compare_powers(
     seeds: int = 1,
     budget: float = 5.0,
     scene: Scene | Path | str | None = None,
+    output: Path | str | None = None,
 ) -> PowerComparison:
     """Fit and score methods that predict received powers (RSSI) at new positions.
 
@@ -67,13 +75,16 @@ def compare_powers(
         budget: training time of each method that is trained by steps, minutes.
         scene: the scene as described, which "twin" corrects: a scene, the name of a built-in one, or a scene YAML. Its
             own gateways are left out.
+        output: folder that keeps each fit as soon as it is scored. The same call again makes those that are missing.
+            None: nothing is kept.
 
     Returns:
-        The scores.
+        The scores, with those that the output has from earlier calls.
 
     Raises:
         InputError: the folder cannot be read; or it has too few positions, or no index files, for the split.
             Or something went wrong in a method of your own. Or the scene cannot be read, or is of another frequency.
+            Or the output has a comparison with other settings, or other files.
         ParameterError: a method or the split is unknown, "twin" is asked for without a scene or a scene is given
             without "twin", or another argument is out of its range.
 
@@ -100,42 +111,62 @@ def compare_powers(
         [('loudest', 10), ('nearest', 10), ('loudest', 20), ('nearest', 20)]
     """
     check_effort(budget, seeds)
+    if output is not None:
+        require_path(output=output)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     makers = chosen(methods, with_twin(dataset, scene, methods))
     if dataset.frequency is None:
         say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
-    parts = Parts.of(dataset, split, seed, train_size, guard, "positions")
-    test = parts.largest.test
+    sizes = asked_sizes(train_size, "positions")
+    folder = None if output is None else Path(output)
+    parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
+    test, floor = parts.largest.test, dataset.floor_dbm
     places, truth = dataset.positions[test], dataset.rssi_dbm[test]
 
     def known(part: Split, method_seed: int) -> KnownPowers:
         return KnownPowers.of(dataset, part.known, method_seed, budget)
 
-    def predict(label: str, method: PowerMethod) -> PredictedPowers:
-        return checked_powers(label, method.predict(places), truth.shape)
+    def predict(label: str, method: PowerMethod) -> tuple[PredictedPowers, dict[str, str]]:
+        traced = {"scene": method.scene} if isinstance(method, TwinPowers) else {}
+        return checked_powers(label, method.predict(places), truth.shape), traced
 
-    rows, gateway_rows, predicted = [], [], {}
-    for fit in fits(makers, seeds, parts, known, predict):
-        rows.append({**fit.row, **score_powers(fit.predicted, truth, dataset.floor_dbm), **fit.cost})
-        for number, gateway in enumerate(dataset.gateway_names):
-            of_one = score_powers(of_gateway(fit.predicted, number), truth[:, [number]], dataset.floor_dbm)
-            gateway_rows.append({**fit.row, "gateway": gateway, **of_one})
-        if fit.is_first:
-            predicted[fit.name] = fit.predicted
+    def score(found: tuple[PredictedPowers, dict[str, str]]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        predicted, traced = found
+        of_each = {
+            name: score_powers(of_gateway(predicted, number), truth[:, [number]], floor)
+            for number, name in enumerate(dataset.gateway_names)
+        }
+        arrays = {name: each for name, each in vars(predicted).items() if each is not None}
+        return {**score_powers(predicted, truth, floor), **traced, GATEWAYS: of_each}, arrays
+
+    gateways = [np.array(dataset.gateway_names), dataset.gateway_positions]
+    stated = np.array([floor, dataset.wavelength])
+    data = [dataset.positions, dataset.rssi_dbm, *gateways, stated, dataset.train, dataset.test]
+    power = Expected("powers", "f", truth.shape)
+    expected = {"median": power, "low": replace(power, optional=True), "high": replace(power, optional=True)}
+    settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
+    with kept_fits(folder, "received powers", dataset.folder, settings, data, PowerRow) as kept:
+        measure_fits(makers, seeds, parts.only(sizes), known, predict, score, kept)
+        of_first = {average_name(row): PredictedPowers(**arrays) for row, arrays in kept.arrays(expected)}
+        measured = kept.rows
+    what = "label", "seed", "train_size", "known"
     return PowerComparison(
         folder=dataset.folder,
         split=split,
         seed=seed,
         guard=guard,
         minutes=budget,
-        scene=scene.name if isinstance(scene, Scene) else None if scene is None else str(scene),
         parts=parts.largest,
-        rows=rows,
+        rows=[{key: value for key, value in row.items() if key != GATEWAYS} for row in measured],
         distances=parts.distances,
         dataset=dataset,
-        gateway_rows=gateway_rows,
-        predicted=predicted,
+        gateway_rows=[
+            {**{key: row[key] for key in what}, "gateway": name, **scores}
+            for row in measured
+            for name, scores in row[GATEWAYS].items()
+        ],
+        predicted=of_first,
     )
 
 

@@ -11,11 +11,24 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.comparison.averages import averaged
+from learn.comparison.kept_fits import FitRow
 from learn.comparison.score_table import Measure, ScoreTable, by_name
 from learn.data.split_distances import distance_bands
 from learn.powers.known_powers import PredictedPowers
 from learn.powers.power_scores import absolute_errors
 from simulate.rssi.rssi_dataset import RssiDataset
+
+GATEWAYS = "gateways"
+"""Key of the scores of each gateway in a kept row."""
+
+
+class PowerRow(FitRow, frozen=True, kw_only=True):
+    """The entries that every kept row has."""
+
+    error_median_db: float | None
+    rmse_db: float | None
+    not_received: int
+    gateways: dict[str, dict[str, float | None]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +40,8 @@ class PowerComparison(ScoreTable):
 
     A row has "label", the name of the method, "seed" of the fit, "train_size", the number of training positions asked
     for (None: all), "known", the number of known positions, "steps" of training (None: the method has none), "seconds"
-    for the fit and the predictions, and these scores:
+    for the fit and the predictions, "scene" of the twin, the name of the scene that it corrects, "source" of the twin
+    and of a class of your own, a hash that tells when it has to be measured again, and these scores:
 
     - "powers", the number of received powers at the test positions, and "not_received", that of those that were not;
     - "error_median_db", "error_p90_db" (90th percentile) and "rmse_db" of the absolute error of received powers, dB;
@@ -46,7 +60,6 @@ class PowerComparison(ScoreTable):
         rows: a dictionary for each method, seed and size with all gateways together, in the order in which they were
             measured. ``averages()`` and ``table()`` average them over the seeds.
         distances: how far the test positions are from the known ones.
-        scene: the scene that "twin" corrects: its name or file. None: there was none.
         dataset: the received powers.
         gateway_rows: the same as ``rows`` for each gateway; "gateway" is the gateway's name.
         predicted: predicted powers at the test positions, dBm, [test, gateways], of the first seed, by the name of the
@@ -81,7 +94,6 @@ class PowerComparison(ScoreTable):
     RANKED_BY: ClassVar[str] = MEASURE.key
     THINGS: ClassVar[str] = "positions"
 
-    scene: str | None
     dataset: RssiDataset = field(repr=False)
     gateway_rows: list[dict[str, Any]]
     predicted: Mapping[str, PredictedPowers]
@@ -150,6 +162,7 @@ class PowerComparison(ScoreTable):
     def facts(self) -> dict[str, Any]:
         """All scores and what they are of, for JSON; methods by name, of several sizes with the size."""
         of_gateways = {each: by_name(self.gateway_averages(each), "gateway") for each in self.dataset.gateway_names}
-        facts = super().facts() | ({} if self.scene is None else {"scene": self.scene})
+        facts = super().facts()
+        facts |= next(({"scene": row["scene"]} for row in self.rows if "scene" in row), {})
         facts["gateways"] = {name: {each: of_gateways[each][name] for each in of_gateways} for name in facts["methods"]}
         return facts

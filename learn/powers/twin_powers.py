@@ -20,6 +20,7 @@ from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
+from scenes.storage.scene_digest import scene_digest
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
@@ -55,6 +56,8 @@ class TwinPowers(ExplainedPowers):
         propagation: the mechanisms that rays follow; diffraction only after the scene is corrected.
 
     Attributes:
+        scene: name of the scene.
+        source: a hash of the scene, which tells a comparison when the twin has to be measured again.
         calibration: the corrections that ``fit`` found.
 
     Raises:
@@ -74,6 +77,7 @@ class TwinPowers(ExplainedPowers):
         require_extra("rays", "the method twin")
         scenes_with_gateways(scene, dataset)  # refuses what does not fit
         self._scene, self._tolerances, self._followed = scene, tolerances, propagation
+        self.scene, self.source = scene.name, scene_digest(scene)[:16]
         # without the powers, some of which are tested
         self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from learn.comparison.doubts import FEW_STEPS, doubts_of
+from learn.comparison.doubts import FEW_STEPS, average_name, doubts_of
 from learn.comparison.score_table import ScoreTable
 from learn.reports.provenance import Provenance
 from learn.reports.score_distribution import draw_score_distribution
@@ -36,7 +36,7 @@ def draw_scores(comparison: ScoreTable, folder: Path, made: Provenance) -> None:
         made: where the figure comes from.
     """
     measure, of_each = comparison.MEASURE, comparison.of_each()
-    scores = {row["label"]: of_each[row["label"]] for row in comparison.table()}
+    scores = {average_name(row): of_each[average_name(row)] for row in comparison.table()}
     ends = SHOWN if measure.small_is_good else None
     draw_score_distribution(scores, measure.of_each, measure.share, folder / f"{measure.name}_cdf.png", made, ends)
 

@@ -32,7 +32,7 @@ def draw_sweep(
 
     Args:
         averages: rows of ``Comparison.averages`` or ``ScoreTable.averages``.
-        key: key of the score. Rows without it are left out.
+        key: key of the score. Rows without it are left out, and those of the whole training part.
         axes: labels of both axes.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
         made: where the figure comes from.
@@ -41,6 +41,7 @@ def draw_sweep(
     """
     figure = Figure(figsize=(COLUMN, 2.9), layout="constrained")
     axis = figure.subplots()
+    averages = [row for row in averages if row["train_size"] is not None]
     stated = [row for row in averages if row.get(key) is not None]
     styles = line_styles(row["label"] for row in stated)
     for label in dict.fromkeys(row["label"] for row in stated):

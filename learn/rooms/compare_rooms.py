@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int
 
+from learn.comparison.kept_folder import kept_in
 from learn.comparison.kept_rows import KeptRows, row_name
 from learn.comparison.makers import check_effort, makers
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
@@ -20,7 +22,7 @@ from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.room_comparison import RoomComparison
 from learn.rooms.room_methods import ROOM_METHODS, USUAL, RoomMethod
-from learn.rooms.room_protocol import kept_in
+from learn.rooms.room_protocol import RoomProtocol, RoomRow
 from learn.training.own_class import own_class
 from learn.training.training_file import device_name
 from scenes.files.errors import (
@@ -145,7 +147,12 @@ def compare_rooms(
     }
     learned_in, tested_in = [datasets[name] for name in training], [datasets[name] for name in test]
     parts = list(zip(tested_in, tested, strict=True))
-    with kept_in(None if output is None else Path(output), list(datasets.values()), settings) as kept:
+
+    def fingerprint() -> str:
+        return hashlib.sha256("".join(room.fingerprint for room in datasets.values()).encode()).hexdigest()
+
+    folder, schemas = None if output is None else Path(output), (RoomProtocol, RoomRow)
+    with kept_in(folder, "comparison in rooms", settings, fingerprint, schemas) as kept:
         for number in range(seeds):
             for label, make in chosen.items():
                 _measure(label, make, learned_in, parts, sizes, number, budget, kept)

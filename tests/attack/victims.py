@@ -174,6 +174,13 @@ RESUMED = (
         needs=("data", "compared"),
         output=("compared",),
     ),
+    *victims_of(
+        "scored",
+        [("protocol.json", JSON), ("results.jsonl", TEXT), ("per_sample/mean-0.npz", BYTES)],
+        "compare powers -o scored --split random --methods mean nearest",
+        needs=("powers", "scored"),
+        output=("scored",),
+    ),
 )
 
 SCENES = (

@@ -25,6 +25,7 @@ VALID = (
     "train data -o network --model mlp-responses --steps 2 --batch-size 2",
     "train data -o begun --model mlp-responses --steps 4 --batch-size 2",
     "compare data -o compared --models nearest",
+    "compare powers -o scored --split random --methods mean",
 )
 """Commands that make the other valid files."""
 

@@ -287,7 +287,6 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(NEAREST, [("--models mean-picture", "--models nearest"), "--split random", "--seeds 2", "--json"]),
         *_trials(NEAREST, ["--test-spectra 1", ("-o out2", "-o out")]),
         *_trials("compare data -o out --models mlp", ["--budget 1", "--steps 2", "--guard 0.1"], COMPARED_SPECTRA),
-        *_trials("compare heard -o out --models nearest", ["--force"], there="out/table.csv"),
         *_trials("compare heard", ["--models mean", "--split random", "--guard 0.1", "--seeds 2"], COMPARED_POWERS),
         *_trials("compare heard --models log:Own", ["--budget 1"], COMPARED_POWERS),
         *_trials("compare heard --models twin", ["--scene closet"], COMPARED_POWERS),
@@ -323,7 +322,6 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(SWEEP_POWERS, [("--sizes 4", "--sizes 3"), ("--models mri", "--models mean")], COMPARED_POWERS),
         *_trials("sweep heard -o out --models twin --sizes 3", ["--scene closet"], COMPARED_POWERS),
         *_trials("sweep links -o out --models copy --sizes 3", ["--split random", "--json"]),
-        *_trials(SWEEP_POWERS, ["--force"], there="out/table.csv"),
     ],
     "engines": [
         *_trials("engines data -o out", ["-n 2", *MECHANISMS], ENGINES),

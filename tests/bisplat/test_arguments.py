@@ -369,7 +369,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
                 "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
-                "budget": (*NUMBER, 0), "scene": (3, True, "nowhere", [], {"x": 1}),
+                "budget": (*NUMBER, 0), "scene": (3, True, "nowhere", [], {"x": 1}), "output": PATH,
             },
         ),
         "fit_powers": Call(
@@ -402,7 +402,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
                 "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
-                "budget": (*NUMBER, 0),
+                "budget": (*NUMBER, 0), "output": PATH,
             },
         ),
         "make_benchmark": Call(
@@ -424,7 +424,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
                 "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
-                "budget": (*NUMBER, 0),
+                "budget": (*NUMBER, 0), "output": PATH,
             },
         ),
         "ablate": Call(

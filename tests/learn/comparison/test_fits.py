@@ -85,7 +85,7 @@ def test_train_size_leaves_fewer_known(kind):
 
 
 def test_sizes_share_the_test_part_and_are_contained_in_larger_ones(kind):
-    parts = Parts.of(kind.dataset, "random", 0, (30, 10), 0.0, kind.things)
+    parts = Parts.of(kind.dataset, "random", 0, (30, 10), 0.0)
     small, large = (parts.of_size[size] for size in (10, 30))
     assert set(small.train) < set(large.train) and small.test.tolist() == large.test.tolist()
     comparison = kind.compare(kind.dataset, [kind.worse, kind.better], split="random", train_size=(30, 10))
@@ -184,8 +184,9 @@ def test_the_command_writes_tables_and_a_figure(kind, bisplat_command, tmp_path)
     call = ("compare", kind.dataset.folder, "-o", "table", "--split", "random", "--models", kind.worse, kind.better)
     assert bisplat_command(*call, "--seeds", 2)[0] == 0
     folder = tmp_path / "table"
-    names = {path.name for path in folder.iterdir()}
-    assert names == {"results.json", "table.tex", "table.csv", f"{kind.figure}.png", f"{kind.figure}.pdf"}
+    kept = {"protocol.json", "results.jsonl", "per_sample"}
+    tables = {"results.json", "table.tex", "table.csv"}
+    assert set(listing(folder)) == kept | tables | {f"{kind.figure}.png", f"{kind.figure}.pdf"}
     facts = json.loads((folder / "results.json").read_text())
     assert facts["known"] == 48 and list(facts["methods"]) == [kind.better, kind.worse] and len(facts["fits"]) == 4
     assert f"48 known {kind.things}, 12 test {kind.things}" in facts["provenance"]["spectra"]
@@ -193,9 +194,8 @@ def test_the_command_writes_tables_and_a_figure(kind, bisplat_command, tmp_path)
     rows = list(csv.DictReader((folder / "table.csv").open()))
     assert float(rows[0][kind.score]) == facts["methods"][rows[0]["method"]][kind.score]
     assert float(rows[0][kind.score.replace("median", "spread")]) == 0
-    status, _, err = bisplat_command(*call)
-    assert status == 1 and "--force replaces files of the same names" in err
-    assert bisplat_command(*call, "--force")[0] == 0
+    assert bisplat_command(*call)[0] == 0  # with the first seed alone, which is there
+    assert json.loads((folder / "results.json").read_text())["fits"] == facts["fits"]
 
 
 def test_json_is_what_the_folder_has(kind, bisplat_command):
@@ -207,11 +207,97 @@ def test_sweep_writes_a_figure_and_all_rows(kind, bisplat_command, tmp_path):
     call = ("sweep", kind.dataset.folder, "-o", "sizes", "--sizes", 30, 10, "--methods", kind.worse, kind.better)
     status, out, err = bisplat_command(*call)
     assert status == 0 and re.search(rf"{kind.better}, 10.*\n.* {kind.worse}, 10 .*\n.* {kind.better}, 30", out), err
-    names = {path.name for path in (tmp_path / "sizes").iterdir()}
-    assert names == {"results.json", "table.tex", "table.csv", "sweep.png", "sweep.pdf"}
+    kept = {"protocol.json", "results.jsonl", "per_sample"}
+    assert set(listing(tmp_path / "sizes")) == kept | {
+        "results.json",
+        "table.tex",
+        "table.csv",
+        "sweep.png",
+        "sweep.pdf",
+    }
     assert len(json.loads((tmp_path / "sizes" / "results.json").read_text())["methods"]) == 4
-    status, _, err = bisplat_command(*call)
-    assert status == 1 and "--force replaces" in err
+
+
+@pytest.mark.parametrize("command", ["compare", "sweep"])
+def test_a_folder_of_a_sweep_and_of_a_comparison_may_be_one(kind, bisplat_command, tmp_path, command):
+    of_sizes = ("--sizes", 10, 30)
+    calls = {"compare": (), "sweep": of_sizes}
+    first = next(name for name in calls if name != command)
+    for name in (first, command):
+        status, _, err = bisplat_command(name, kind.dataset.folder, "-o", "both", "--models", kind.worse, *calls[name])
+        assert status == 0, err
+    facts = json.loads((tmp_path / "both" / "results.json").read_text())
+    assert set(facts["methods"]) == {kind.worse, f"{kind.worse}, 10", f"{kind.worse}, 30"}
+    assert facts["known"] == 48  # of the whole training part, whichever command is the last
+
+
+class Stops(Own):
+    """The second fit is interrupted."""
+
+    fits: ClassVar[int] = 0
+
+    def fit(self, known):
+        Stops.fits += 1
+        if Stops.fits == 2:
+            raise KeyboardInterrupt
+        super().fit(known)
+
+
+def test_an_interrupted_comparison_makes_the_missing_fits_alone(kind, tmp_path, monkeypatch):
+    monkeypatch.setattr(Stops, "fits", 0)
+    methods = {"mine": Stops, "other": kind.worse}
+    compare = partial(kind.compare, kind.dataset, methods, split="random", seeds=2)
+    with pytest.raises(KeyboardInterrupt):
+        compare(output=tmp_path / "kept")
+    assert len((tmp_path / "kept" / "results.jsonl").read_text().splitlines()) == 2  # both methods, first seed
+    continued = compare(output=tmp_path / "kept")
+    assert Stops.fits == 3
+    again = compare(output=tmp_path / "kept")
+    assert Stops.fits == 3 and again.rows == continued.rows and len(again) == 4
+    assert sorted(listing(tmp_path / "kept" / "per_sample")) == ["mine-0.npz", "other-0.npz"]
+    whole = compare()
+    for each in (again, continued):
+        assert str(each).splitlines()[0] == str(whole).splitlines()[0]
+        for row, same in zip(each, whole, strict=True):
+            assert {**row, "seconds": 0} == {**same, "seconds": 0}
+        for name, scores in whole.of_each().items():
+            np.testing.assert_array_equal(each.of_each()[name], scores)
+
+
+def test_other_methods_and_sizes_join_a_comparison(kind, tmp_path):
+    compare = partial(kind.compare, kind.dataset, split="random", output=tmp_path / "kept")
+    compare([kind.better], train_size=30)
+    joined = compare([kind.worse], train_size=10)
+    assert [(row["label"], row["train_size"]) for row in joined] == [(kind.better, 30), (kind.worse, 10)]
+    assert joined.known == 33 and set(joined.of_each()) == {f"{kind.better}, 30", f"{kind.worse}, 10"}
+
+
+def test_a_class_that_was_edited_is_fitted_again(kind, tmp_path, monkeypatch):
+    monkeypatch.setattr(Stops, "fits", 9)
+    hashes = iter(["first", "second"])
+    monkeypatch.setattr("learn.comparison.fits.source_hash", lambda method: next(hashes))
+    for _ in range(2):
+        comparison = kind.compare(kind.dataset, {"mine": Stops}, output=tmp_path / "kept")
+    assert Stops.fits == 11 and [row["source"] for row in comparison] == ["second"]
+
+
+def test_a_folder_of_other_settings_or_data_is_refused_and_kept(kind, tmp_path):
+    compare = partial(kind.compare, methods=[kind.worse], output=tmp_path / "kept")
+    compare(kind.dataset, split="random")
+    before = {path: path.read_bytes() for path in (tmp_path / "kept").rglob("*") if path.is_file()}
+    with pytest.raises(bisplat.InputError, match=r"earlier comparison of .* with split 'files', found .* 'random'"):
+        compare(kind.dataset)
+    other = replace(kind.dataset, train=kind.dataset.train[:-1])
+    with pytest.raises(bisplat.InputError, match=r"expected a comparison of .* as it is now, found one of other data"):
+        compare(other, split="random")
+    assert all(path.read_bytes() == content for path, content in before.items())
+    (tmp_path / "kept" / "per_sample" / f"{kind.worse}-0.npz").unlink()
+    with pytest.raises(bisplat.InputError, match=r"-0\.npz: expected arrays of a comparison"):
+        compare(kind.dataset, split="random")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "results.json").write_text("{}")
+    with pytest.raises(bisplat.InputError, match=r"or an earlier comparison of .*, found other files"):
+        compare(kind.dataset, output=tmp_path / "other")
 
 
 def test_a_figure_of_a_sweep_has_a_line_for_each_method(kind, tmp_path, monkeypatch):

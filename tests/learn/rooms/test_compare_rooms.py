@@ -226,7 +226,7 @@ def test_a_comparison_of_other_settings_or_rooms_is_not_continued(rooms, tmp_pat
         bisplat.compare_rooms(folder, ["mean"], given=[3], test_rooms=2, output=output)
     other = sorted((folder / "room-000" / "spectrum").iterdir())
     shutil.copyfile(other[0], other[1])
-    with pytest.raises(bisplat.InputError, match=r"expected a comparison in the rooms of .*, found other spectra"):
+    with pytest.raises(bisplat.InputError, match=r"expected a comparison in rooms of .* found one of other data"):
         bisplat.compare_rooms(folder, ["mean"], given=[3], output=output)
 
 

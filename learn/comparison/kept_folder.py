@@ -1,0 +1,63 @@
+"""The folder of a comparison: protocol.json with the settings of all its rows, and the rows measured so far."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct
+
+from learn.comparison.kept_rows import KeptRows
+from learn.comparison.protocol import PROTOCOL, without_fingerprint
+from scenes.files.atomic import require_writable, write_atomically
+from scenes.files.errors import InputError
+from scenes.files.json_file import read_json
+from scenes.files.output_folder import own_folder
+from scenes.files.schema import conform
+
+
+@contextmanager
+def kept_in(
+    output: Path | None,
+    kind: str,
+    settings: dict[str, Any],
+    fingerprint: Callable[[], str],
+    schemas: tuple[type[Struct], type[Struct]],
+) -> Iterator[KeptRows]:
+    """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it.
+
+    Args:
+        output: the folder. None: a temporary one.
+        kind: what the folder has, for messages, such as "comparison in rooms".
+        settings: what all rows have in common, without the fingerprint; the first of them is the folder of the data.
+        fingerprint: function that computes the one of the data, for the entry "data_sha256".
+        schemas: the entries of protocol.json, and those that every row has.
+
+    Raises:
+        InputError: the folder has a comparison with other settings or of other data, or other files, or another
+            process writes to it.
+    """
+    protocol, row = schemas
+    if output is None:
+        with tempfile.TemporaryDirectory(prefix="bisplat-") as temporary:
+            yield KeptRows(Path(temporary), row)
+        return
+
+    def read(path: Path) -> dict[str, Any]:
+        content = read_json(path, f"the settings of a {kind}")
+        conform(content, protocol, str(path))
+        return content
+
+    path = output / PROTOCOL
+    require_writable(path)
+    digest = fingerprint()
+    with own_folder(output, kind, PROTOCOL, settings, lambda path: without_fingerprint(read(path))):
+        if path.exists() and read(path)["data_sha256"] != digest:
+            of = next(iter(settings.values()))
+            raise InputError(f"{output}: expected a {kind} of {of} as it is now, found one of other data")
+        write_atomically(path, (json.dumps({**settings, "data_sha256": digest}, indent=2) + "\n").encode())
+        yield KeptRows(output, row)
