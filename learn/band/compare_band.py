@@ -17,9 +17,10 @@ from learn.channels.channel_scores import snr_db
 from learn.comparison.doubts import average_name
 from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
 from learn.comparison.kept_fits import earlier_sizes, kept_fits
+from learn.comparison.kept_folder import given_folder
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
-from scenes.files.errors import require_instance, require_path
+from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -86,15 +87,14 @@ def compare_band(
         (2, (4,))
     """
     check_effort(budget, seeds)
-    if output is not None:
-        require_path(output=output)
+    folder = given_folder(output)
     makers = chosen(methods, BAND_METHODS)
     require_instance(Dataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     require_band(dataset)
     assert dataset.band is not None and dataset.band_responses is not None
     bandwidth = dataset.band.bandwidth
-    sizes, folder = asked_sizes(train_size, "positions"), None if output is None else Path(output)
+    sizes = asked_sizes(train_size, "positions")
     parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
     test = parts.largest.test
     places, truth = dataset.positions[test], dataset.band_responses[test]

@@ -17,9 +17,10 @@ from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, Known
 from learn.comparison.doubts import average_name
 from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
 from learn.comparison.kept_fits import earlier_sizes, kept_fits
+from learn.comparison.kept_folder import given_folder
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
-from scenes.files.errors import require_instance, require_path
+from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
@@ -106,14 +107,13 @@ def compare_channels(
         ('ramp', True)
     """
     check_effort(budget, seeds)
-    if output is not None:
-        require_path(output=output)
+    folder = given_folder(output)
     makers = chosen(methods, CHANNEL_METHODS)
     require_instance(CsiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
     if dataset.frequencies is None:
         say(f"{dataset.folder}: assumed that the downlink's subcarriers follow the uplink's at the same distance")
-    sizes, folder = asked_sizes(train_size, "rows"), None if output is None else Path(output)
+    sizes = asked_sizes(train_size, "rows")
     parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
     level = _largest(dataset.uplink, dataset.downlink)  # so that no square of a channel is out of a float's range
     test, places = parts.largest.test, dataset.positions

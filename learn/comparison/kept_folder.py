@@ -14,10 +14,22 @@ from msgspec import Struct
 from learn.comparison.kept_rows import KeptRows
 from learn.comparison.protocol import PROTOCOL, without_fingerprint
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, require_path
 from scenes.files.json_file import read_json
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
+
+
+def given_folder(output: Path | str | None) -> Path | None:
+    """The folder that the caller gave as ``output``. None: nothing is to be kept.
+
+    Raises:
+        ParameterError: it is no path.
+    """
+    if output is None:
+        return None
+    require_path(output=output)
+    return Path(output)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ import numpy as np
 from learn.comparison.doubts import average_name
 from learn.comparison.fits import Parts, asked_sizes, checked_array, measure_fits
 from learn.comparison.kept_fits import earlier_sizes, kept_fits
+from learn.comparison.kept_folder import given_folder
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
@@ -20,7 +21,7 @@ from learn.powers.power_comparison import GATEWAYS, PowerComparison, PowerRow
 from learn.powers.power_methods import with_twin
 from learn.powers.power_scores import of_gateway, score_powers
 from learn.powers.twin_powers import TwinPowers
-from scenes.files.errors import require_instance, require_path
+from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
@@ -111,15 +112,13 @@ def compare_powers(
         [('loudest', 10), ('nearest', 10), ('loudest', 20), ('nearest', 20)]
     """
     check_effort(budget, seeds)
-    if output is not None:
-        require_path(output=output)
+    folder = given_folder(output)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     makers = chosen(methods, with_twin(dataset, scene, methods))
     if dataset.frequency is None:
         say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
     sizes = asked_sizes(train_size, "positions")
-    folder = None if output is None else Path(output)
     parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
     test, floor = parts.largest.test, dataset.floor_dbm
     places, truth = dataset.positions[test], dataset.rssi_dbm[test]

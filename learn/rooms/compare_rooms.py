@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int
 
-from learn.comparison.kept_folder import kept_in
+from learn.comparison.kept_folder import given_folder, kept_in
 from learn.comparison.kept_rows import KeptRows, row_name
 from learn.comparison.makers import check_effort, makers
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
@@ -29,7 +29,6 @@ from scenes.files.errors import (
     InputError,
     ParameterError,
     require_instance,
-    require_path,
     require_seed,
     require_whole,
     require_word,
@@ -113,8 +112,7 @@ def compare_rooms(
     """
     check_effort(budget, seeds)
     require_seed(seed=seed)
-    if output is not None:
-        require_path(output=output)
+    folder = given_folder(output)
     require_instance(Rooms, str, PathLike, rooms=rooms)
     rooms = rooms if isinstance(rooms, Rooms) else read_rooms(rooms)
     chosen = makers(USUAL if methods is None else methods, _named, "methods")
@@ -151,8 +149,7 @@ def compare_rooms(
     def fingerprint() -> str:
         return hashlib.sha256("".join(room.fingerprint for room in datasets.values()).encode()).hexdigest()
 
-    folder, schemas = None if output is None else Path(output), (RoomProtocol, RoomRow)
-    with kept_in(folder, "comparison in rooms", settings, fingerprint, schemas) as kept:
+    with kept_in(folder, "comparison in rooms", settings, fingerprint, (RoomProtocol, RoomRow)) as kept:
         for number in range(seeds):
             for label, make in chosen.items():
                 _measure(label, make, learned_in, parts, sizes, number, budget, kept)
