@@ -13,9 +13,11 @@ from learn.comparison.averages import spread_of
 from learn.comparison.doubts import average_name
 from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, at_paper_size, save
-from learn.reports.plots import label_log_axis
 from learn.reports.provenance import Provenance
 from scenes.files.plain_text import in_figure
+
+ROOM = 0.1
+"""Share of the axis that the label of a tick takes."""
 
 
 @at_paper_size()
@@ -52,16 +54,33 @@ def draw_sweep(
         points = [row["train_size"] for row in rows], [row[key] for row in rows]
         axis.errorbar(*points, yerr=bars, capsize=2, label=in_figure(marked), **styles[label])
     axis.set(xscale="log", xlabel=axes[0], ylabel=axes[1])
-    label_log_axis(axis.xaxis)
     sizes = sorted({row["train_size"] for row in averages})
     if len(sizes) == 1:  # an axis of two decades around one point would promise a curve
         axis.set_xlim(0.8 * sizes[0], 1.25 * sizes[0])
-        axis.set_xticks(sizes, [f"{sizes[0]:g}"])
-        axis.minorticks_off()
+    labelled = with_room(sizes, np.ptp(np.log(axis.get_xlim())))
+    axis.set_xticks(labelled, [f"{size:g}" for size in labelled])
+    axis.set_xticks([size for size in sizes if size not in labelled], minor=True, labels=[])
     axis.grid(which="both", alpha=0.3)
     if stated:
         figure.legend(loc="outside upper center", ncols=2, handlelength=3.2)
     save(figure, path, made, note)
+
+
+def with_room(sizes: Sequence[int], width: float) -> list[int]:
+    """The sizes whose labels have room beside each other on a logarithmic axis.
+
+    Args:
+        sizes: rising numbers of training samples.
+        width: length of the axis, as a difference of natural logarithms.
+
+    >>> with_room([200, 800, 3000, 3100], 3.0)
+    [200, 800, 3000]
+    """
+    chosen: list[int] = []
+    for size in sizes:
+        if not chosen or np.log(size / chosen[-1]) >= ROOM * width:
+            chosen.append(size)
+    return chosen
 
 
 def over_seeds(averages: Sequence[Mapping[str, Any]]) -> str:

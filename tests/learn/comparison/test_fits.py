@@ -311,6 +311,7 @@ def test_a_figure_of_a_sweep_has_a_line_for_each_method(kind, tmp_path, monkeypa
     first = [row[kind.score] for row in comparison if row["label"] == kind.worse]
     assert lines[0].get_ydata().tolist() == pytest.approx(first)
     assert axis.get_xlabel() == f"training {kind.things}"
+    assert [each.get_text() for each in axis.get_xticklabels()] == ["10", "30"]
 
 
 def test_the_report_of_one_method_beside_the_baselines(kind, bisplat_command, tmp_path):
