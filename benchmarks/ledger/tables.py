@@ -107,7 +107,9 @@ def _across(tables: dict[str, Measured], column: str, rows: Sequence[str]) -> li
     }
     last = list(values.values())[-1]
     labels = list(rows) or sorted(
-        {label for each in values.values() for label in each}, key=lambda label: last.get(label, ""), reverse=True
+        dict.fromkeys(label for each in values.values() for label in each),
+        key=lambda label: last.get(label, ""),
+        reverse=True,
     )
     for label in rows:
         _index([each for value in values.values() for each in value], label)
