@@ -17,8 +17,9 @@ from learn.comparison.own_method import built, is_own, named, source_hash
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import Split, SplitKind
 from learn.data.splits import split as split_dataset
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, require_whole
 from scenes.files.plain_text import say
+from simulate.positions.given_positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
     from simulate.csi.csi_dataset import CsiDataset
@@ -85,14 +86,16 @@ def asked_sizes(train_size: Any, things: str) -> list[int | None]:
     """Numbers of training positions that are given as ``train_size``: one or several. None: all of them.
 
     Args:
-        train_size: what the caller gave. A single number is checked where the dataset is split.
+        train_size: what the caller gave.
         things: what the dataset has, in words: positions or rows.
 
     Raises:
-        ParameterError: it is a list, but not of different whole numbers above 0.
+        ParameterError: it is neither a whole number above 0 nor a list of different ones.
     """
     if isinstance(train_size, Iterable) and not isinstance(train_size, str):
         return [*checked_sizes(things, train_size=train_size)]
+    if train_size is not None:
+        require_whole(1, MOST_POSITIONS, train_size=train_size)
     return [train_size]
 
 

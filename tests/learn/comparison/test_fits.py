@@ -270,6 +270,8 @@ def test_other_methods_and_sizes_join_a_comparison(kind, tmp_path):
     joined = compare([kind.worse], train_size=10)
     assert [(row["label"], row["train_size"]) for row in joined] == [(kind.better, 30), (kind.worse, 10)]
     assert joined.known == 33 and set(joined.of_each()) == {f"{kind.better}, 30", f"{kind.worse}, 10"}
+    with pytest.raises(bisplat.InputError, match="train_size: expected a whole number"):
+        compare([kind.worse], train_size="x")
 
 
 def test_a_class_that_was_edited_is_fitted_again(kind, tmp_path, monkeypatch):
