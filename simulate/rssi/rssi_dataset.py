@@ -20,7 +20,7 @@ from scenes.files.schema import conform
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
-from simulate.dataset.dataset_reader import read_metadata
+from simulate.dataset.dataset_reader import changed_places, read_metadata
 from simulate.dataset.folder_kinds import POWERS, content_of, is_rssi, unfinished
 from simulate.dataset.inspection import Inspection
 from simulate.dataset.numbered_split import numbered_split
@@ -111,6 +111,7 @@ class StatedPowers(Struct):
     """What metadata.json of received powers states besides what that of spectra does."""
 
     receiver: StatedReceiver = StatedReceiver()
+    positions_sha256: str = ""
 
 
 def read_rssi(folder: Path | str) -> RssiDataset:
@@ -172,9 +173,9 @@ def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
     except InputError as error:
         problems.append(str(error))
     metadata = read_metadata(folder / "metadata.json", problems)
-    receiver = StatedReceiver()
+    stated = StatedPowers()
     try:
-        receiver = conform(metadata, StatedPowers, str(folder / "metadata.json")).receiver
+        stated = conform(metadata, StatedPowers, str(folder / "metadata.json"))
     except InputError as error:
         problems.append(str(error))
     if names and places:
@@ -186,7 +187,7 @@ def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
         )
     if names:
         powers[powers == NOT_RECEIVED] = np.nan
-        fault = fault_of_powers(powers, stated=receiver.tx_power_dbm is not None)
+        fault = fault_of_powers(powers, stated=stated.receiver.tx_power_dbm is not None)
         if fault is not None:
             problems.append(f"{folder / POWERS}: {fault}")
     warnings: list[str] = []
@@ -200,11 +201,12 @@ def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
             f"{GATEWAYS} has the gateways in another order than {POWERS}; bisplat and GSRF go by their names, "
             "but NeRF² goes by the order and would confuse them"
         )
+    warnings.extend(changed_places({"positions_sha256": stated.positions_sha256}, positions, None))
     where = np.array([places[name] for name in names])
     return Inspection(
         problems,
         warnings,
-        RssiDataset(folder, positions, names, where, powers, receiver.floor_dbm, train, test, metadata),
+        RssiDataset(folder, positions, names, where, powers, stated.receiver.floor_dbm, train, test, metadata),
     )
 
 

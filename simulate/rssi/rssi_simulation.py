@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
@@ -33,7 +32,7 @@ from simulate.dataset.folder_kinds import PARTS, POWERS
 from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
 from simulate.generation.begun_folder import begun, continued
-from simulate.positions.given_positions import reach_warning
+from simulate.positions.given_positions import points_digest, reach_warning
 from simulate.positions.placement import chosen_positions
 from simulate.positions.places import Places
 from simulate.rssi.gateways_file import UPRIGHT, gateways_of
@@ -126,7 +125,7 @@ def make_rssi(
         "receiver": asdict(receiver) | {"seed": content.seed},
         "positions": len(points),
         "placement": how,
-        "positions_sha256": hashlib.sha256(points.tobytes()).hexdigest(),
+        "positions_sha256": points_digest(points),
         **engine.metadata(settings[0]),
         "seed": content.seed,
         "versions": engine.versions(),

@@ -81,6 +81,16 @@ def test_the_folder_states_how_it_was_made_and_is_the_same_again(tmp_path, capsy
     assert first.floor_dbm == -60 and bisplat.check(tmp_path / "x").valid
 
 
+def test_positions_that_were_changed_afterwards_are_warned_of(tmp_path):
+    bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, n=6, propagation=SIGHT)
+    assert not any("changed" in each for each in bisplat.check(tmp_path / "x").warnings)
+    path = tmp_path / "x" / "tx_pos.csv"
+    header, first, *others = path.read_text().splitlines()
+    path.write_text("\n".join([header, *others, first, ""]))  # the rows of another order
+    changed = "tx_pos.csv changed since the simulation: metadata.json has the digest of other positions"
+    assert changed in bisplat.check(tmp_path / "x").warnings
+
+
 def test_a_strong_transmitter_may_be_positive_everywhere(tmp_path):
     made = bisplat.simulate_rssi(
         small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=60
