@@ -22,7 +22,7 @@ from learn.comparison.baseline_methods import KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
 from learn.comparison.kept_rows import KeptRows, row_name
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
-from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, read_protocol, without_fingerprint
+from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, in_common, read_protocol
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
 from learn.comparison.trained_model import TrainedModel
@@ -243,8 +243,8 @@ def begun(
     experiment = Experiment(folder, dataset, settings)
     distances = experiment.distances  # refuses splits and test spectra that are of no use, before anything is written
     given = {key: value for key, value in asdict(settings).items() if value is not None}
-    chosen = without_fingerprint(given)
-    with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: without_fingerprint(read_protocol(path))):
+    chosen = in_common(given)
+    with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: in_common(read_protocol(path))):
         if (folder / PROTOCOL).exists():
             require_same_spectra(dataset, folder, read_protocol(folder / PROTOCOL).get("dataset_sha256"))
         write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())

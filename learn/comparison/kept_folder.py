@@ -12,7 +12,7 @@ from typing import Any
 from msgspec import Struct
 
 from learn.comparison.kept_rows import KeptRows
-from learn.comparison.protocol import PROTOCOL, without_fingerprint
+from learn.comparison.protocol import PROTOCOL, in_common
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path
 from scenes.files.json_file import read_json
@@ -67,7 +67,7 @@ def kept_in(
     path = output / PROTOCOL
     require_writable(path)
     digest = fingerprint()
-    with own_folder(output, kind, PROTOCOL, settings, lambda path: without_fingerprint(read(path))):
+    with own_folder(output, kind, PROTOCOL, settings, lambda path: in_common(read(path))):
         if path.exists() and read(path)["data_sha256"] != digest:
             of = next(iter(settings.values()))
             raise InputError(f"{output}: expected a {kind} of {of} as it is now, found one of other data")

@@ -81,10 +81,21 @@ def read_protocol(path: Path) -> dict[str, Any]:
     return content
 
 
-def without_fingerprint(settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings without the fingerprint of the spectra, which is compared by itself: old experiments have none.
+def in_common(settings: dict[str, Any]) -> dict[str, Any]:
+    """The settings that all calls of a comparison must share.
+
+    The fingerprint of the data is left out, which is compared by itself, since old experiments have none. So is the
+    device where the number of steps is given, since it only decides how long they take.
 
     Args:
         settings: those of a protocol.json.
+
+    >>> in_common({"dataset": "lab", "steps": 9, "device": "2 CPU threads", "dataset_sha256": "0f"})
+    {'dataset': 'lab', 'steps': 9}
     """
-    return {key: value for key, value in settings.items() if not key.endswith("_sha256")}
+    fixed_steps = settings.get("steps") is not None
+    return {
+        key: value
+        for key, value in settings.items()
+        if not key.endswith("_sha256") and not (key == "device" and fixed_steps)
+    }

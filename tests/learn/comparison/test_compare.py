@@ -455,6 +455,18 @@ def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
     assert seen[0].by_steps.steps == 360 and seen[0].seed == 7
 
 
+@pytest.mark.parametrize("effort", [{"steps": 3}, {"budget": INSTANT}])
+def test_another_device_may_continue_with_steps_but_not_with_a_budget(effort, tiny, tmp_path, monkeypatch):
+    call = partial(compare, tiny, ["nearest"], output=tmp_path, **effort)
+    call()
+    monkeypatch.setattr("learn.comparison.experiment.device_name", lambda: "64 CPU threads")
+    if "steps" in effort:
+        assert len(call().rows) == 2
+    else:
+        with pytest.raises(InputError, match="with device '64 CPU threads', found one with device"):
+            call()
+
+
 @pytest.mark.parametrize("function", [compare, partial(sweep, sizes=[10])])
 def test_steps_replace_the_budget(function, tiny, tmp_path):
     rows = function(tiny, models=["mlp", "nearest"], steps=3, output=tmp_path / "out").rows
