@@ -89,14 +89,19 @@ def ladder(runs: Path, name: str) -> Measured | None:
 
 
 def table(runs: Path, name: str) -> Measured | None:
-    """The table that a benchmark printed: a row for each of its objects, and a column for each of their figures."""
+    """The table that a benchmark printed: a row for each of its objects, and a column for each of their figures.
+
+    Its texts and single figures become conditions.
+    """
     found = _benchmark_figures(runs, name)
     if found is None:
         return None
     figures, date, machine = found
-    columns = dict.fromkeys(column for row in figures.values() for column in row)
-    rows = [[dataset, *(str(row.get(column, "–")) for column in columns)] for dataset, row in figures.items()]
-    return Measured(date, machine, columns=["", *columns], rows=rows)
+    lines = {label: row for label, row in figures.items() if isinstance(row, dict)}
+    conditions = "; ".join(f"{key} {value}" for key, value in figures.items() if key not in lines)
+    columns = dict.fromkeys(column for row in lines.values() for column in row)
+    rows = [[label, *(str(row.get(column, "–")) for column in columns)] for label, row in lines.items()]
+    return Measured(date, machine, conditions, columns=["", *columns], rows=rows)
 
 
 def crossvalidation(runs: Path, name: str) -> Measured | None:

@@ -68,6 +68,15 @@ def test_only_the_section_of_a_run_changes(make_page, docs, tmp_path):
     assert first == {name: (docs / name).read_bytes() for name in first}
 
 
+def test_texts_of_a_table_are_its_conditions(make_page, docs, tmp_path):
+    made = {"date": "2031-02-03", "machine": "1 core of a test", "smallest": False, "device": "a GPU of a test"}
+    (tmp_path / "runs" / "train.json").write_text(json.dumps({"mlp": {"ratio": 2}, "nerf2": {"steps": 3}, **made}))
+    assert make_page() == ["train"]
+    section = sections((docs / PAGE).read_text())["Training at all pixels, at few, and from responses"]
+    assert "Measured on 2031-02-03, 1 core of a test; device a GPU of a test." in section
+    assert "\n| | ratio | steps |\n| --- | --- | --- |\n| mlp | 2 | – |\n| nerf2 | – | 3 |\n" in section
+
+
 @pytest.mark.benchmark
 def test_folder_of_an_experiment_is_read(make_page, docs, tmp_path):
     folder = tmp_path / "runs" / "sweep-closet"
