@@ -103,11 +103,13 @@ def trained(dataset: Path, folder: Path, size: Size, minutes: float, steps: int 
     by_steps = json.loads((folder / "config.json").read_text())["by_steps"]
     at, similarity = validation_curve(folder)
     shares = {"a quarter of the steps": 0.25, "half of the steps": 0.5, "all steps": 1.0}
+    steps_there = {name: share * by_steps["steps"] for name, share in shares.items()}
     return {
         **scores(run.predict, dataset),
         **{
-            f"validation after {name}": round(float(np.interp(share * by_steps["steps"], at, similarity)), 4)
-            for name, share in shares.items()
+            f"validation after {name}": round(float(np.interp(there, at, similarity)), 4)
+            for name, there in steps_there.items()
+            if there >= min(at)  # a slow model is validated later for the first time
         },
         "steps": by_steps["steps"],
         "spectra per step": by_steps["batch_size"],
