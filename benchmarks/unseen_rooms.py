@@ -150,8 +150,8 @@ def main(
         work = Path(temporary) if folder is None else folder
         made = {setting: rooms_of(work, setting, size) for setting in settings}
         for part in size.parts:
-            for setting, rooms in made.items():
-                for name, scores in named(setting, part.label, measured(work, rooms, part, size.minutes)).items():
+            for setting, these in made.items():
+                for name, scores in named(setting, part.label, measured(work, these, part, size.minutes)).items():
                     result.setdefault(name, {}).update(scores)
         result = dict(sorted(result.items(), key=lambda row: settings.index(row[0].split(",")[0])))
         if figure is not None and not smallest and not twin:

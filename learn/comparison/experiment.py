@@ -15,12 +15,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, Int
-from msgspec import Meta, Struct
+from msgspec import Meta
 
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.comparison.baseline_methods import KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
-from learn.comparison.kept_rows import KeptRows, row_name
+from learn.comparison.kept_folder import given_folder
+from learn.comparison.kept_rows import KeptRow, KeptRows, row_name
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
 from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, in_common, read_protocol
 from learn.comparison.scores_file import write_scores
@@ -33,7 +34,7 @@ from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind, split
 from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError, require_path, require_whole, require_within, require_word
+from scenes.files.errors import InputError, require_whole, require_within, require_word
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -42,12 +43,9 @@ from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 
-class Row(Struct, frozen=True, kw_only=True):
+class Row(KeptRow, frozen=True, kw_only=True):
     """The keys that every line of results.jsonl has. Further keys are scores and costs."""
 
-    label: str
-    seed: Annotated[int, Meta(ge=0)]
-    train_size: Annotated[int, Meta(ge=1)] | None
     test: Annotated[int, Meta(ge=1)]
     ssim_median: float
 
@@ -229,17 +227,16 @@ def begun(
             from 0 to ``GUARD_MOST``.
     """
     require_word(SPLITS, split=split)
-    if output is not None:
-        require_path(output=output)
+    given_output = given_folder(output)
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
     require_within(0, GUARD_MOST, "wavelengths", guard=guard)
-    if output is not None:
-        require_writable(Path(output) / PROTOCOL)
+    if given_output is not None:
+        require_writable(given_output / PROTOCOL)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     where, by = str(dataset.folder.resolve()), device_name()
     settings = Settings(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint, guard or None)
-    folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))
+    folder = given_output or Path(tempfile.mkdtemp(prefix="bisplat-"))
     experiment = Experiment(folder, dataset, settings)
     distances = experiment.distances  # refuses splits and test spectra that are of no use, before anything is written
     given = {key: value for key, value in asdict(settings).items() if value is not None}

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from learn.comparison.kept_folder import kept_in
-from learn.comparison.kept_rows import KeptRows, row_name
+from learn.comparison.kept_rows import KeptRow, KeptRows, row_name
 from learn.data.splits import GUARD_MOST, SplitKind
 from scenes.files.atomic import write_atomically
 from scenes.files.input_file import MEGABYTE
@@ -45,12 +45,9 @@ class FitsProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     data_sha256: str
 
 
-class FitRow(Struct, frozen=True, kw_only=True):
+class FitRow(KeptRow, frozen=True, kw_only=True):
     """The entries that every row has. The others are the scores."""
 
-    label: str
-    seed: Annotated[int, Meta(ge=0)]
-    train_size: Annotated[int, Meta(ge=1)] | None
     known: Annotated[int, Meta(ge=1)]
     seconds: float
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from learn.comparison.kept_rows import KeptRows
+from learn.comparison.kept_rows import KeptRow, KeptRows
 from learn.comparison.protocol import PROTOCOL, in_common
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path
@@ -38,7 +38,7 @@ def kept_in(
     kind: str,
     settings: dict[str, Any],
     fingerprint: Callable[[], str],
-    schemas: tuple[type[Struct], type[Struct]],
+    schemas: tuple[type[Struct], type[KeptRow]],
 ) -> Iterator[KeptRows]:
     """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it.
 

@@ -6,9 +6,9 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from scenes.files.atomic import write_atomically
 from scenes.files.input_file import MEGABYTE, read_text
@@ -23,18 +23,25 @@ LARGEST_RESULTS = 64 * MEGABYTE
 """Largest size of the file, bytes; a row takes about 400."""
 
 
+class KeptRow(Struct, frozen=True, kw_only=True):
+    """The entries of a row's key, and so of every row."""
+
+    label: str
+    seed: Annotated[int, Meta(ge=0)]
+    train_size: Annotated[int, Meta(ge=1)] | None
+
+
 class KeptRows:
     """The rows in ``results.jsonl``, a JSON object per line.
 
-    A row has a *key*, some of its entries, such as label, seed and number of training spectra. No two rows have the
-    same key.
+    A row has a *key*, its label, seed and number of training spectra. No two rows have the same key.
 
     Args:
         folder: the folder of the file.
         schema: the entries that every row has.
     """
 
-    def __init__(self, folder: Path, schema: type[Struct]):
+    def __init__(self, folder: Path, schema: type[KeptRow]):
         self.path, self._schema = folder / RESULTS, schema
 
     @property

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from learn.comparison.kept_rows import KeptRow
 from simulate.dataset.room_settings import Setting
 
 
@@ -33,11 +34,9 @@ class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     data_sha256: str
 
 
-class RoomRow(Struct, frozen=True, kw_only=True):
+class RoomRow(KeptRow, frozen=True, kw_only=True):
     """The entries that every row has. The others are described in ``RoomComparison``."""
 
-    label: str
-    seed: Annotated[int, Meta(ge=0)]
     train_size: Annotated[int, Meta(ge=1)]
     spectra: Annotated[int, Meta(ge=1)]
     ssim_mean: float
