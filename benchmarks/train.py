@@ -1,14 +1,16 @@
-"""Is training on few pixels as good as training on all, and how much faster is it?
+"""Is training on few pixels, or with less exact matrix products, as good as without, and how much faster is it?
 
 python benchmarks/train.py runs/demo/dataset --json
 
 For every model trained in steps, the throughput of the loss and its gradients is measured, in thousands of spectra per
 minute: at all pixels with 8 spectra at a time, at few pixels as ``bisplat train`` does it from pictures with the
 model's own batch, and, for models that predict responses, from responses. A ratio says how much faster the last is than
-the first.
+the first. The throughput at few pixels is also measured with matrix products in bfloat16
+(``bisplat train --matmul-precision medium``), which some processors and most GPUs multiply faster.
 
-Then two trainings with the same number of steps of 8 spectra are compared by validation SSIM and seconds: one at all
-pixels, one at few pixels except for the last tenth of the steps. For models that splat primitives, the throughput of
+Then three trainings with the same number of steps of 8 spectra are compared by validation SSIM and seconds: one at all
+pixels, one at few pixels except for the last tenth of the steps, and one as the second, with matrix products in
+bfloat16. For models that splat primitives, the throughput of
 their networks alone is measured too. nerf2 never used all pixels: its first figure is for random pixels, drawn
 separately for each spectrum. bisplat-plus is not trained, since each step takes seconds.
 """
@@ -53,7 +55,9 @@ SMALL = {
 """Options of the models where the benchmark is at its smallest."""
 
 
-def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, options: dict[str, Any]) -> float:
+def spectra_per_minute(
+    name: str, dataset: Any, batch_size: int, of: str, options: dict[str, Any], precision: Any = "highest"
+) -> float:
     """Thousands of spectra per minute through loss and gradients: the median of five steps, after two. 0: impossible.
 
     Args:
@@ -62,6 +66,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
         batch_size: number of spectra per step.
         of: "all" or "few" pixels, "responses", or "networks": few pixels without splatting.
         options: options of the model.
+        precision: precision of the matrix products.
     """
     # Torch and Lightning take seconds to import, which --help need not wait for.
     import numpy as np
@@ -71,6 +76,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
     from learn.models.quadrature import quadrature
     from learn.models.steps import Steps
+    from learn.training.by_steps import multiplying
     from learn.training.config import Config
     from learn.training.lightning_module import Spectra, Training
     from learn.training.untrained_model import box_of, build_model
@@ -93,7 +99,8 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
         model.rays = PIXELS_APART
         batches = list(zip(*(part.split(1) for part in batches[0]), strict=True))
     seconds = []
-    with patch(SPLATTED[name], nothing_splatted) if of == "networks" else nullcontext():
+    without_splatting = patch(SPLATTED[name], nothing_splatted) if of == "networks" else nullcontext()
+    with without_splatting, multiplying(precision):
         for _ in range(7):
             began = time.perf_counter()
             optimiser.zero_grad()
@@ -113,19 +120,23 @@ def nothing_splatted(*arguments: Any) -> Any:
     return together.expand(len(attributes[-1]), len(elevations), len(azimuths), 2) * 1e-9
 
 
-def trained(name: str, dataset: Any, steps: int, full_resolution: float, options: dict[str, Any]) -> dict[str, float]:
-    """Validation SSIM and seconds of a training on pictures alone."""
+def trained(name: str, dataset: Any, label: str, **settings: Any) -> dict[str, float]:
+    """Validation SSIM and seconds of a training on pictures alone.
+
+    Args:
+        name: the model.
+        dataset: spectra to learn.
+        label: end of the names of both figures.
+        **settings: as for ``bisplat.train``.
+    """
     from learn.training.train import train
 
     pictures = replace(dataset, responses=None)
     with tempfile.TemporaryDirectory() as folder:
         run = Path(folder) / "run"
-        settings: Any = {"steps": steps, "batch_size": BATCH, "full_resolution": full_resolution, "options": options}
-        settings["find_phases"] = False
-        train(pictures, run, model=name, **settings)
+        train(pictures, run, model=name, batch_size=BATCH, find_phases=False, **settings)
         training = json.loads((run / "training.json").read_text())
-    share = "all" if full_resolution == 1 else "few"
-    return {f"ssim_{share}": round(training["validation_ssim"], 3), f"seconds_{share}": round(training["seconds"], 1)}
+    return {f"ssim_{label}": round(training["validation_ssim"], 3), f"seconds_{label}": round(training["seconds"], 1)}
 
 
 def main(
@@ -158,11 +169,14 @@ def main(
         }
         row = {measured: round(value, 2) for measured, value in row.items() if value}
         row["ratio"] = round(max(row.values()) / row["all pixels"], 1)
+        row["few pixels, bfloat16"] = round(spectra_per_minute(name, known, batch, "few", options, "medium"), 2)
         if name in SPLATTED:
             row["networks alone"] = round(spectra_per_minute(name, known, batch, "networks", options), 2)
         if name not in ONLY_TIMED:
-            row |= trained(name, known, 2 if smallest else steps, 1.0, options)
-            row |= trained(name, known, 2 if smallest else steps, 0.1, options)
+            settings: Any = {"steps": 2 if smallest else steps, "options": options}
+            row |= trained(name, known, "all", full_resolution=1.0, **settings)
+            row |= trained(name, known, "few", full_resolution=0.1, **settings)
+            row |= trained(name, known, "bfloat16", full_resolution=0.1, matmul_precision="medium", **settings)
         result[name] = row
     print_figures(result, json_output, smallest)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from scenes.files.errors import require_positive, require_whole, require_within
 from scenes.files.options import check_kinds
@@ -14,6 +15,9 @@ STEPS_MOST = 10**9
 
 MINUTES_MOST = 10_000.0
 """Largest training time: a week."""
+
+MatmulPrecision = Literal["highest", "high", "medium"]
+"""Precisions of ``torch.set_float32_matmul_precision``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +31,8 @@ class Steps:
         weight_decay: weight decay of AdamW.
         full_resolution: share of the steps that use every pixel: the last ones. The steps before use a few pixels.
             Models that learn from responses use no pixels.
+        matmul_precision: how exact the matrix products of a training step are, in PyTorch's words. highest: single
+            precision; high: TF32; medium: bfloat16. On hardware without a faster one, the next higher one is used.
         find_phases: find the responses behind the pictures, for models that learn from responses.
         init: finished run of the same model whose weights training starts from. None: random weights.
 
@@ -39,6 +45,7 @@ class Steps:
     learning_rate: float = 1e-3
     weight_decay: float = 0.0
     full_resolution: float = 0.1
+    matmul_precision: MatmulPrecision = field(default="highest", metadata=LATER)
     find_phases: bool = field(default=True, metadata=LATER)
     init: str | None = None
 

@@ -18,7 +18,7 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss
 from learn.models.quadrature import quadrature
 from learn.models.steps import STEPS_MOST, Steps
-from learn.training.by_steps import epochs_of, interrupts, quiet_trainer
+from learn.training.by_steps import epochs_of, interrupts, multiplying, quiet_trainer
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra, Training
 from scenes.files.plain_text import say
@@ -123,7 +123,7 @@ def measured_speed(
         trainer = quiet_trainer(
             max_epochs=1, devices=1, use_distributed_sampler=False, logger=False, limit_val_batches=0, callbacks=[clock]
         )
-        with interrupts():
+        with interrupts(), multiplying(by_steps.matmul_precision):
             trainer.fit(Training(model, few, pixels), datamodule=spectra)
         return float(np.diff(clock.ends[SLOWER:]).mean())
 
@@ -137,7 +137,7 @@ def _validation_seconds(model: SpectrumModel, by_steps: Steps, spectra: Spectra)
     module = Training(model, by_steps, quadrature(spectra.dataset.beamformer))
     clock = _Clock()
     trainer = quiet_trainer(devices=1, logger=False, limit_val_batches=1, callbacks=[clock])
-    with interrupts():
+    with interrupts(), multiplying(by_steps.matmul_precision):
         trainer.validate(module, datamodule=spectra, verbose=False)
     validated = min(Spectra.VALIDATED, len(spectra.parts.validation))
     batches = max(1.0, validated / Spectra.VALIDATED_AT_ONCE)

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import lightning as L
+import torch
 from lightning.pytorch.callbacks import Callback, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.progress import TextColumn
 
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
-from learn.models.steps import Processes, Steps
+from learn.models.steps import MatmulPrecision, Processes, Steps
 from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights
@@ -104,6 +105,17 @@ def interrupts() -> Iterator[None]:
         raise KeyboardInterrupt from None
 
 
+@contextmanager
+def multiplying(precision: MatmulPrecision) -> Iterator[None]:
+    """Multiply matrices of single precision with this precision, and then with the one before again."""
+    before = torch.get_float32_matmul_precision()
+    torch.set_float32_matmul_precision(precision)
+    try:
+        yield
+    finally:
+        torch.set_float32_matmul_precision(before)
+
+
 def train_by_steps(
     model: SpectrumModel,
     spectra: Spectra,
@@ -152,7 +164,7 @@ def train_by_steps(
         ],
     )
     try:
-        with interrupts():
+        with interrupts(), multiplying(by_steps.matmul_precision):
             trainer.fit(
                 Training(model, by_steps, pixels),
                 datamodule=spectra,

@@ -148,7 +148,7 @@ TRIALS: dict[str, list[Trial]] = {
         Trial("train data -o out --model mlp --steps 1", "--full-resolution 1"),
         *_trials("train data -o out --model bisplat", ["--bypass bst", "--option primitives=9"], TRAIN),
         *_trials("train data -o out", ["--preset paper"], TRAIN),
-        *_trials("train data -o out --model mlp", ["--budget 0.01"], TRAIN),
+        *_trials("train data -o out --model mlp", ["--budget 0.01", "--matmul-precision medium"], TRAIN),
         *_trials("train data -o out --model twin --scene closet", [("--scene lab", "--scene closet")], TRAIN),
         *_trials("train measured -o out --model mlp-responses", ["--no-find-phases"], TRAIN),
         *_trials(f"{MLP}", ["--devices 2", "--nodes 2", "--guard 0.1"], TRAIN),

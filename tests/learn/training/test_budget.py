@@ -3,6 +3,7 @@
 import time
 
 import pytest
+import torch
 
 import bisplat
 from bisplat.commands.training_commands import read_option
@@ -49,6 +50,17 @@ def test_a_budget_beyond_a_week_is_refused_before_anything_is_timed(tiny, tmp_pa
 def test_a_short_budget_is_a_few_steps_of_real_training(tiny, tmp_path):
     steps = bisplat.train(tiny, tmp_path / "run", model="mlp", budget=0.01).config.by_steps.steps
     assert 1 <= steps < 200
+
+
+def test_steps_are_timed_and_taken_with_the_asked_precision_of_matrix_products(tiny, tmp_path, monkeypatch):
+    whole, found = Training.loss, []
+    monkeypatch.setattr(
+        Training, "loss", lambda *a, **k: found.append(torch.get_float32_matmul_precision()) or whole(*a, **k)
+    )
+    run = bisplat.train(tiny, tmp_path / "run", model="mlp", budget=0.002, matmul_precision="medium")
+    assert run.config.by_steps.matmul_precision == "medium"
+    assert len(found) > run.config.by_steps.steps and set(found) == {"medium"}
+    assert torch.get_float32_matmul_precision() == "highest"
 
 
 def test_timing_steps_does_not_change_the_training(tiny, tmp_path):

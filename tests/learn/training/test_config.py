@@ -12,7 +12,7 @@ from tests import hostile_files as hostile
 
 STEPS = {
     "steps": 3, "batch_size": 2, "learning_rate": 0.1, "weight_decay": 0.0, "full_resolution": 0.5,
-    "find_phases": True, "init": None,
+    "matmul_precision": "highest", "find_phases": True, "init": None,
 }  # fmt: skip
 CONFIG = {
     "dataset": "/data/room", "model": "helmholtz", "split": "blocked", "seed": 0, "split_seed": 0, "train_size": None,
@@ -29,6 +29,7 @@ BAD = [
     ({"options": {"primitives": 10**12}}, "options: expected a whole number of at most 1e"),
     ({"options": {"primitives": {}}}, "options: expected .*, found {'primitives': {}}"),
     ({"by_steps": STEPS | {"steps": 0}}, "by_steps.steps: expected a whole number of at least 1, found 0"),
+    ({"by_steps": STEPS | {"matmul_precision": "low"}}, "by_steps.matmul_precision: expected .*, found 'low'"),
     ({"by_steps": STEPS | {"speed": 0}}, "by_steps: expected a known key, found 'speed'"),
     ({"array": {"rows": 64, "columns": 64}}, "array.rows: expected at most 1024 elements in all, found"),
     ({"array": {"positions_m": [[0, 0, 0]]}}, "array.frequency: expected the frequency of the ElementArray"),

@@ -149,6 +149,14 @@ def test_interrupted_training_leaves_the_programs_own_answer_to_ctrl_c(tmp_path,
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_interrupted_training_leaves_the_programs_own_precision(tmp_path, tiny_config, changed, stop_at):
+    stop_at(1, KeyboardInterrupt())
+    config = changed(tiny_config, matmul_precision="medium")
+    with pytest.raises(KeyboardInterrupt):
+        train_run(config, tmp_path / "run")
+    assert torch.get_float32_matmul_precision() == "highest"
+
+
 def test_asked_steps_are_taken_and_an_epoch_ends_at_each_validation(
     tmp_path, tiny_config, changed, stop_at, monkeypatch
 ):
