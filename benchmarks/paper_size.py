@@ -4,9 +4,9 @@ bisplat simulate lab -n 6000 -o runs/lab-6000
 python benchmarks/paper_size.py runs/lab-6000 --json
 
 The models are trained at once, each in a process of its own, so that they share the GPU. The split is random, as that
-of the paper's data is. Before, a hundred steps and the predictions of each model are timed alone. Beside the models are
-`helmholtz`, which uses the CPU, and two baselines that copy and average known spectra. The runs are kept in a folder,
-where the same call continues them.
+of the paper's data is. With `--steps`, all take this number of steps instead. Before, a hundred steps and the
+predictions of each model are timed alone. Beside the models are `helmholtz`, which uses the CPU, and two baselines that
+copy and average known spectra. The runs are kept in a folder, where the same call continues them.
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ import numpy as np
 import tyro
 from jaxtyping import Float
 from ledger.printing import print_figures
+from ledger.validation_figure import draw
 from tyro.conf import Positional
 
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import split
+from learn.models.steps import MatmulPrecision
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import spectrum_of
 
@@ -68,14 +70,27 @@ def device() -> str:
     return device_name()
 
 
-def timed_alone(dataset: Path, folder: Path, size: Size, steps: int) -> dict[str, float]:
+class Training(NamedTuple):
+    """How each model is trained: for minutes or steps, and with which precision of matrix products."""
+
+    minutes: float
+    steps: int | None
+    matmul_precision: MatmulPrecision
+
+    def settings(self) -> dict[str, Any]:
+        """Arguments of ``bisplat.train``."""
+        length: dict[str, Any] = {"budget": self.minutes} if self.steps is None else {"steps": self.steps}
+        return length | {"matmul_precision": self.matmul_precision, "split": "random"}
+
+
+def timed_alone(dataset: Path, folder: Path, size: Size, training: Training) -> dict[str, float]:
     """Milliseconds of a training step, spectra predicted per second, and what a prediction's networks compute."""
     import torch
     from torch.utils.flop_counter import FlopCounterMode
 
     from learn.training.train import train
 
-    run = train(dataset, folder, model=size.model, split="random", options=size.options, steps=steps)
+    run = train(dataset, folder, model=size.model, options=size.options, **training.settings())
     positions = np.resize(read_dataset(dataset).positions, (PREDICTED, 3))
     run.predict(positions[:8])
     began = time.perf_counter()
@@ -87,18 +102,17 @@ def timed_alone(dataset: Path, folder: Path, size: Size, steps: int) -> dict[str
     return {
         "parameters": sum(each.numel() for each in run.model.parameters()),
         "GFLOP per spectrum": round(counter.get_total_flops() / 1e9, 2),  # matrix products; splatting is not counted
-        "ms per step alone": round(1e3 * kept["seconds"] / steps, 1),
+        "ms per step alone": round(1e3 * kept["seconds"] / kept["steps"], 1),
         "spectra per second": round(PREDICTED / predicted),
     }
 
 
-def trained(dataset: Path, folder: Path, size: Size, minutes: float, steps: int | None) -> dict[str, Any]:
-    """Train a model for some minutes, or a number of steps, and score it on the test part."""
+def trained(dataset: Path, folder: Path, size: Size, training: Training) -> dict[str, Any]:
+    """Train a model and score it on the test part."""
     from learn.reports.learning_curves import validation_curve
     from learn.training.train import train
 
-    settings: dict[str, Any] = {"budget": minutes} if steps is None else {"steps": steps}
-    run = train(dataset, folder, model=size.model, split="random", options=size.options, **settings)
+    run = train(dataset, folder, model=size.model, options=size.options, **training.settings())
     kept = json.loads((folder / "training.json").read_text())
     by_steps = json.loads((folder / "config.json").read_text())["by_steps"]
     at, similarity = validation_curve(folder)
@@ -166,7 +180,10 @@ def main(
     folder: Path = Path("runs/paper-size"),
     models: tuple[str, ...] = (),
     minutes: float = 6.0,
+    steps: int | None = None,
+    matmul_precision: MatmulPrecision = "highest",
     at_once: int = 6,
+    figure: Path | None = None,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
@@ -176,28 +193,32 @@ def main(
         dataset: dataset folder.
         folder: folder that keeps the runs.
         models: labels of the rows to train, such as bisplat or "swiftwrf (reduced)" (default: all).
-        at_once: number of trainings that run at the same time.
         minutes: how long each model is trained, while the others are trained, too.
+        steps: number of steps that each model is trained for, instead of the minutes.
+        matmul_precision: precision of the matrix products, as for `bisplat train`.
+        at_once: number of trainings that run at the same time.
+        figure: also draw the learning curves into this file.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
-    sizes, steps, timed_steps = (SMALLEST, 2, 2) if smallest else (chosen(models), None, TIMED_STEPS)
+    sizes = SMALLEST if smallest else chosen(models)
+    training = Training(minutes, 2 if smallest else steps, matmul_precision)
+    timed = training._replace(steps=2 if smallest else TIMED_STEPS)
     with TemporaryDirectory() as temporary:
         folder = Path(temporary) if smallest else folder
-        alone = {
-            label: timed_alone(dataset, folder / "alone" / label, size, timed_steps) for label, size in sizes.items()
-        }
+        alone = {label: timed_alone(dataset, folder / "alone" / label, size, timed) for label, size in sizes.items()}
         with ProcessPoolExecutor(at_once, mp_context=get_context("spawn")) as pool:
             trainings = {
-                label: pool.submit(trained, dataset, folder / label, size, minutes, steps)
-                for label, size in sizes.items()
+                label: pool.submit(trained, dataset, folder / label, size, training) for label, size in sizes.items()
             }
             closed_form = pool.submit(fitted, dataset, folder / "helmholtz")
             table = {}
-            for label, training in trainings.items():
-                table[label] = alone[label] | training.result()
+            for label, scored in trainings.items():
+                table[label] = alone[label] | scored.result()
                 print(label, table[label], file=sys.stderr)  # a failure of a later model loses nothing
             table["helmholtz"] = closed_form.result()
+        if figure is not None:
+            draw({"": {label: folder / label for label in sizes}}, figure)
     print_figures(table | copied(dataset) | {"device": device()}, json_output, smallest)
 
 

@@ -19,6 +19,7 @@ import numpy as np
 import tyro
 from jaxtyping import Float
 from ledger.printing import print_figures
+from ledger.validation_figure import draw
 from tyro.conf import Positional
 
 from learn.baselines.neighbours import inverse_distance, nearest
@@ -95,23 +96,6 @@ def copied(dataset: Dataset) -> dict[str, dict[str, float]]:
     }
 
 
-def draw(folder: Path, names: tuple[str, ...], path: Path) -> None:
-    """The validation SSIM over the steps of every training, an axis for each dataset."""
-    from matplotlib.figure import Figure
-
-    from learn.reports.learning_curves import validation_curve
-
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
-    for axis, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
-        for run in sorted((folder / name).iterdir()):
-            steps, validation = validation_curve(run)
-            axis.plot(steps, validation, "o-", ms=3, label=run.name)
-        axis.set(title=name, xlabel="training steps", ylabel="median SSIM on the validation part")
-        axis.grid(alpha=0.3)
-        axis.legend(fontsize="small")
-    figure.savefig(path, dpi=120)
-
-
 def main(
     simulated: Positional[Path],
     measured: Positional[Path],
@@ -141,7 +125,8 @@ def main(
                 result[f"{name}, {label}"] = trained(dataset, folder / name / label, training)
             result |= {f"{name}, {label}": figures for label, figures in copied(dataset).items()}
         if figure is not None:
-            draw(folder, ("simulated", "measured"), figure)
+            names = ("simulated", "measured")
+            draw({name: {run.name: run for run in sorted((folder / name).iterdir())} for name in names}, figure)
     print_figures(result, json_output, smallest)
 
 

@@ -22,7 +22,7 @@ ARGUMENTS = {
     "interval_coverage.py": ["{dataset}", "--smallest"],
     "locate.py": ["{dataset}", "{dataset}", "--smallest"],
     "mechanisms.py": ["--figures", "{folder}", "--smallest"],
-    "paper_size.py": ["{dataset}", "--smallest"],
+    "paper_size.py": ["{dataset}", "--figure", "{folder}/paper.png", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],
     "plateau.py": ["{dataset}", "{dataset}", "--figure", "{folder}/plateau.png", "--smallest"],
     "prediction_speed.py": ["{dataset}", "--smallest"],
