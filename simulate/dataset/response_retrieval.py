@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+
 import numpy as np
+from jaxtyping import UInt8
 
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
@@ -59,7 +62,7 @@ def _retrieve(dataset: Dataset) -> Retrieval:
     """Retrieve and write, when all checks have passed and the folder is locked."""
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     beamformer, count = dataset.beamformer, len(dataset.names)
-    partial = folder / "channels.npz.partial.npz"
+    partial, digest = folder / "channels.npz.partial.npz", _digest(dataset)
     responses = np.zeros((count, beamformer.array.elements), np.complex64)
     residual = np.full(count, np.inf)
     done = 0
@@ -67,10 +70,11 @@ def _retrieve(dataset: Dataset) -> Retrieval:
         expected = {
             "channels": Expected(f"responses of {responses.shape[1]} elements", "c", (None, responses.shape[1])),
             "residual": Expected("residuals", "f", (None,)),
+            "digest": Expected("the digest of the pictures", "f", (32,)),
         }
         try:
             begun = read_npz(partial, "what an interrupted bisplat responses left", expected, LARGEST_NPZ)
-            if len(begun["channels"]) == len(begun["residual"]) <= count:
+            if (begun["digest"] == digest).all() and len(begun["channels"]) == len(begun["residual"]) <= count:
                 done = len(begun["channels"])
                 responses[:done], residual[:done] = begun["channels"], begun["residual"]
         except InputError as error:
@@ -81,7 +85,8 @@ def _retrieve(dataset: Dataset) -> Retrieval:
             batch = slice(first, min(first + AT_ONCE, count))
             found = retrieve_responses(spectrum_of(dataset.pictures[batch]), beamformer, seed=first)
             responses[batch], residual[batch] = found.responses, found.residual
-            write_arrays(partial, {"channels": responses[: batch.stop], "residual": residual[: batch.stop]})
+            begun = {"channels": responses[: batch.stop], "residual": residual[: batch.stop], "digest": digest}
+            write_arrays(partial, begun)
             progress.advance(bar, batch.stop - batch.start)
     rows = np.array([int(name) for name in dataset.names]) - 1
     all_responses = np.full((len(read_points(folder / "tx_pos.csv")), responses.shape[1]), np.nan, np.complex64)
@@ -90,3 +95,10 @@ def _retrieve(dataset: Dataset) -> Retrieval:
     write_arrays(path, {"channels": all_responses, "residual": all_residual, "retrieved": np.array(True)})
     partial.unlink()
     return Retrieval(responses, residual)
+
+
+def _digest(dataset: Dataset) -> UInt8[np.ndarray, " 32"]:
+    """A digest of what the responses are retrieved from: the pictures, the array and the grid."""
+    digest = hashlib.sha256(f"{dataset.array.stated()} {dataset.grid}".encode())
+    digest.update(dataset.pictures.tobytes())
+    return np.frombuffer(digest.digest(), np.uint8)

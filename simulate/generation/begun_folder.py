@@ -15,6 +15,9 @@ from scenes.files.temporary import remove_left
 from simulate.dataset.dataset_writer import write_metadata
 from simulate.dataset.metadata import read_metadata_file
 
+IN_SOME: dict[str, Any] = {"frequencies_hz": [], "moving": "transmitter", "band": None, "receivers_sha256": ""}
+"""Settings that some simulations record, and what holds where they are missing."""
+
 
 def begun(folder: Path, metadata: dict[str, Any]) -> bool:
     """Whether a simulation with the same metadata began a folder; False if it is new or empty.
@@ -35,11 +38,12 @@ def begun(folder: Path, metadata: dict[str, Any]) -> bool:
     found.setdefault("engine", "rays")  # the only engine of version 0.1, which did not record it
     # Through JSON, so that numbers compare as they were written.
     wanted = json.loads(json.dumps(metadata))
-    for key in ("seed", *wanted):  # the seed first, since propagation and measurement contain seeds, too
-        if found.get(key) != wanted[key]:
+    for key in ("seed", *wanted, *IN_SOME):  # the seed first, since propagation and measurement contain seeds, too
+        there, here = (settings.get(key, IN_SOME.get(key)) for settings in (found, wanted))
+        if there != here:
             raise InputError(
                 f"{folder}: expected a new folder or one that this command began, found a dataset whose "
-                f"{_difference(key, found.get(key), wanted[key])}"
+                f"{_difference(key, there, here)}"
             )
     return True
 

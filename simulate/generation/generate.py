@@ -2,7 +2,8 @@
 
 A run first writes ``metadata.json``, which records the request. Then it works through the positions in parts. Each
 finished part leaves its pictures and its responses, the latter as ``parts/NNNNN.npy``. When the same request is given
-again, the metadata are equal, so the run skips the parts whose files are whole and ends with the same bytes. This also
+again, its settings are those of the metadata, so the run skips the parts whose files are whole and ends with the same
+bytes. This also
 repairs a finished dataset. The index files come last, so that no loader takes an unfinished folder for a dataset.
 """
 

@@ -78,8 +78,8 @@ def by_rotation(
         sources: index of each path's element.
         by_element: derivatives with respect to the element's position.
     """
-    arms = tracer.elements.positions - tracer.elements.positions.mean(axis=0)  # the array is centred on the gateway
-    return np.cross(arms[sources], by_element)
+    about = tracer.ray_scene.description.gateway.position + tracer.ray_scene.origin
+    return np.cross((tracer.elements.positions - about)[sources], by_element)
 
 
 def _add(total: np.ndarray, place: np.ndarray, by_length: np.ndarray, by_what: np.ndarray) -> None:

@@ -265,7 +265,7 @@ class Tracer:
 
     @property
     def middle(self) -> Antennas:
-        """The middle element of the array, which is the first of those nearest its centre."""
+        """The middle element of the array, which is the first of those nearest the gateway's position."""
         return self.elements.subset(self._middle_index)
 
     def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:

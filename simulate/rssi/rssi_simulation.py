@@ -168,9 +168,9 @@ def path_gains(
     with progress_bar() as progress:
         bar = progress.add_task("received powers", total=gains.size)
         for number, setting in enumerate(settings):
-            tracer = None
+            tracer, named_by = None, scene_digest(setting.scene)[:16]  # the gateways' order may change
             for start in range(0, len(positions), AT_ONCE):
-                some, path = positions[start : start + AT_ONCE], parts / f"{number:03d}-{start:07d}.npy"
+                some, path = positions[start : start + AT_ONCE], parts / f"{named_by}-{start:07d}.npy"
                 found = _kept(path, len(some))
                 if found is None:
                     tracer = tracer or engine.tracer(setting, progress)

@@ -33,7 +33,8 @@ class Propagation:
         diffraction: follow diffraction at edges: once on a path, or twice at conductors.
         slab_phase: count the way through a slab once. Sionna RT and version 0.1 count it twice.
         sionna: use Sionna RT's own path solver. It is much slower, and its diffraction is less accurate.
-        rays: number of rays from each source. With sionna and diffuse or diffraction, about 20000 suffice.
+        rays: number of rays of the search for paths, over all elements. With sionna, of each element or transmitter;
+            with diffuse or diffraction, about 20000 suffice there.
 
     Raises:
         ParameterError: ``max_depth`` is outside 0 to 30, ``rays`` is outside 1 to 100 million, ``patches`` is outside 1

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, UInt32
 
-from simulate.parallel import ONE_KERNEL
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import (
     FieldCalculator,
@@ -28,7 +27,6 @@ from simulate.rays.core.ray_tracer import (
     rt,
 )
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.slab_phase import find_shortening
 from simulate.rays.core.terms import STRAIGHT, Paths, Terms
 
 SPECULAR = int(rt.InteractionType.SPECULAR)
@@ -161,8 +159,6 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
     # Across a room fτ is some tens of periods, so single precision would lose digits of the phase.
     periods = float(ray_scene.sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
     response = amplitude * np.exp(-2j * np.pi * periods)
-    if ray_scene.propagation.counts_slabs_once:
-        response *= np.exp(2j * np.pi / ray_scene.description.wavelength * _find_shortening(ray_scene, buffer, sources))
     return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), response)
 
 
@@ -181,20 +177,6 @@ def with_materials_of(buffer: PathsBuffer, ray_scene: RayScene, other: RayScene)
     found = copy(buffer)
     found.valid, found._shapes = mi.Bool(buffer.valid), mi.TensorXu(shapes)  # type: ignore[operator]
     return found
-
-
-def _find_shortening(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> Float[np.ndarray, " paths"]:
-    """Length by which the slabs on each path of the buffer shorten it, metres."""
-    hit = interactions_of(buffer)
-    reflected, passed = hit.types == SPECULAR, hit.types == REFRACTION
-    faces = np.zeros(hit.types.shape, np.int64)
-    happened = reflected | passed
-    faces[happened] = ray_scene.planes.first_face[hit.shapes[happened]] + hit.triangles[happened]
-    starts = sources.positions[buffer.source_indices.numpy()]
-    with ONE_KERNEL:
-        return find_shortening(
-            reflected, passed, faces, _vertices(buffer), starts, ray_scene.normals, ray_scene.slabs.fronts
-        )
 
 
 def _vertices(buffer: PathsBuffer) -> Float[np.ndarray, "paths depth 3"]:

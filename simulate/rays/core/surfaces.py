@@ -43,7 +43,8 @@ class Surfaces:
         self._conducts = mi.Bool(conducting_objects(scene))
         self._normals = [mi.Float(axis) for axis in ray_scene.normals.T]
         # Otherwise the phase of the way through a slab counts twice, as in Sionna RT.
-        fronts = ray_scene.slabs.fronts * ray_scene.propagation.counts_slabs_once
+        self._counts_once = float(ray_scene.propagation.counts_slabs_once)
+        fronts = ray_scene.slabs.fronts * self._counts_once
         self._fronts = [mi.Float(side) for side in fronts.T]
         self._object = mi.UInt(ray_scene.object_of_face)
         self._first_face = mi.UInt(ray_scene.planes.first_face)
@@ -90,13 +91,14 @@ class Surfaces:
     def centred_coefficients(
         self, face: mi.UInt, cosine: mi.Float
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
-        """The same coefficients for a slab whose middle is at the triangle.
+        """The same coefficients for a slab whose middle is at the triangle, with the same rule for its phase.
 
         Args:
             face: number of the triangle.
             cosine: cosine of the angle of incidence.
         """
-        turned = self._turned(cosine, dr.gather(mi.Float, self._thickness, dr.gather(mi.UInt, self._object, face)))
+        thickness = dr.gather(mi.Float, self._thickness, dr.gather(mi.UInt, self._object, face))
+        turned = self._turned(cosine, self._counts_once * thickness)
         r_te, r_tm, t_te, t_tm = self._slab(face, cosine)
         return turned * r_te, turned * r_tm, turned * t_te, turned * t_tm
 

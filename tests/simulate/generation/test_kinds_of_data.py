@@ -187,6 +187,23 @@ def test_interrupted_part_of_several_frequencies_is_finished(scene, of_three, tm
     assert (again / "spectrum/00012.png").read_bytes() == (of_three / "spectrum/00012.png").read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ({"frequencies": ("2.4 GHz",)}, r"frequencies_hz is \[2400000000.0\], not \[\]"),
+        ({"moving": "receiver"}, "moving is receiver, not transmitter"),
+        ({"bandwidth": "20 MHz", "subcarriers": 4}, "band is .*, not None"),
+    ],
+)
+def test_a_plain_simulation_does_not_take_a_folder_of_another_kind(scene, tmp_path, kind, words):
+    positions = scene.transmitter.region_min + np.array([[0.3], [0.4], [0.5]])
+    simulate(scene, tmp_path, positions=positions, propagation=SIGHT, **kind)
+    before = contents(tmp_path)
+    with pytest.raises(InputError, match=words):
+        simulate(scene, tmp_path, positions=positions, propagation=SIGHT)
+    assert contents(tmp_path) == before
+
+
 def test_array_that_moves_in_closed_form(scene, moving):
     elements = moving.positions[:, None] + element_offsets(scene.gateway, scene.wavelength)
     distance = np.linalg.norm(elements - scene.gateway.position, axis=-1)

@@ -86,6 +86,20 @@ def test_turn_of_the_gateway(axis, scene, exact, differences):
     near(exact.rotation[..., axis], differences(turned), 0.3 * np.linalg.norm(exact.responses))
 
 
+def test_turn_of_an_array_that_is_not_centred_on_the_gateway(scene, positions):
+    row = [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.4, 0.1, 0.0)]
+    scene = replace(scene, gateway=replace(scene.gateway, elements=row))
+    tracer = Tracer(scene, PROPAGATION)
+
+    def turned(step):
+        rotation = Rotation.from_rotvec([0, 0, step]) * Rotation.from_quat(scene.gateway.orientation)
+        after = replace(scene, gateway=replace(scene.gateway, orientation=tuple(rotation.as_quat())))
+        return Tracer(after, PROPAGATION, found=tracer.found).responses(positions).astype(complex)
+
+    exact = derivatives(tracer, positions, [1, 2])
+    near(exact.rotation[..., 2], (turned(STEP) - turned(-STEP)) / (2 * STEP), 0.4 * np.linalg.norm(exact.responses))
+
+
 def test_frequency(scene, exact, differences):
     def scaled(step):
         gateway = replace(scene.gateway, spacing=scene.gateway.spacing * (1 + step))

@@ -229,7 +229,7 @@ def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
         bisplat.read_rssi(folder)
     with pytest.raises(InputError, match=r"found a dataset whose seed is 1, not 2"):
         bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call | {"seed": 2})
-    (folder / "parts" / "000-0000003.npy").write_bytes(b"damaged")
+    next((folder / "parts").glob("*-0000003.npy")).write_bytes(b"damaged")
     most = 5
     bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)
     assert traced == [3, 1, 3, 1, 1]
@@ -237,3 +237,16 @@ def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
     files = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
     assert files == {path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*") if path.is_file()}
     assert all((folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes() for name in files)
+
+
+def test_gateways_may_be_given_in_another_order_after_an_interruption(tmp_path, monkeypatch):
+    monkeypatch.setattr(rssi_simulation, "move_content", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    call = {"positions": PLACES, "propagation": SIGHT}
+    with pytest.raises(KeyboardInterrupt):
+        bisplat.simulate_rssi(small_scene(), tmp_path / "stopped", GATEWAYS, **call)
+    monkeypatch.undo()
+    turned = dict(reversed(GATEWAYS.items()))
+    continued = bisplat.simulate_rssi(small_scene(), tmp_path / "stopped", turned, **call)
+    whole = bisplat.simulate_rssi(small_scene(), tmp_path / "whole", turned, **call)
+    assert continued.gateway_names == whole.gateway_names == list(turned)
+    assert (continued.rssi_dbm == whole.rssi_dbm).all()
