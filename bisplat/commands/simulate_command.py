@@ -70,11 +70,11 @@ def simulate(
     from scenes.scene.shapes import bounding_box
     from scenes.storage.scene_yaml import load_scene
     from simulate.generation.generate import generate, has_work
-    from simulate.generation.simulation import name_of_engine, request_for
+    from simulate.generation.simulation import made_again, name_of_engine, request_for
     from simulate.positions.given_positions import reach_warning
 
     wanted, places = checked(Simulation, content), checked(Machines, machines)
-    again = Path(scene).is_dir()
+    again = made_again(scene)
     if again:
         own = set(given_options()) - OF_A_REPEAT
         refuse_given(own, f"a scene, found the dataset {scene}, which is made again with its own settings")

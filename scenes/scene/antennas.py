@@ -82,6 +82,7 @@ class Gateway:
         check_kinds(self)
         object.__setattr__(self, "position", _vector("position", self.position))
         object.__setattr__(self, "orientation", unit_quaternion(self.orientation))
+        object.__setattr__(self, "spacing", float(self.spacing))
         if self.elements is not None:
             object.__setattr__(self, "elements", as_positions("elements", self.elements))
             if (self.rows, self.columns, self.spacing) != (Gateway.rows, Gateway.columns, Gateway.spacing):

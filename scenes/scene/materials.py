@@ -93,6 +93,9 @@ class RadioMaterial:
                 f"material {named(self.name)}: frequency: expected a positive number of hertz, found "
                 f"{shown(self.frequency)}"
             )
+        for key, *_ in checks:
+            object.__setattr__(self, key, float(getattr(self, key)))
+        object.__setattr__(self, "color", tuple(float(each) for each in color))
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +20,10 @@ def scene_digest(scene: Scene) -> str:
     """
     digest = hashlib.sha256()
     for item in scene.objects:
-        digest.update(f"{item.name} {scene.materials[item.material]} {item.thickness}".encode())
+        material = replace(scene.materials[item.material], name=item.material)  # as it is read from a file
+        thickness = None if item.thickness is None else float(item.thickness)
+        digest.update(f"{item.name} {material} {thickness}".encode())
         digest.update(np.ascontiguousarray(item.mesh.vertices).tobytes())
         digest.update(np.ascontiguousarray(item.mesh.faces).tobytes())
-    digest.update(f"{scene.frequency} {scene.gateway} {scene.transmitter}".encode())
+    digest.update(f"{float(scene.frequency)} {scene.gateway} {scene.transmitter}".encode())
     return digest.hexdigest()

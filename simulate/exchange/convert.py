@@ -7,7 +7,7 @@ decibels; grey levels stored in colour or 16 bits; and index files with numbers 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.input_file import MEGABYTE, read_bytes
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
@@ -67,9 +67,10 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
     """
     require_valid(conversion)
     if conversion.frequency is not None and len(several := several_frequencies(source)) and _is_simulated(source):
-        if conversion.moving is not None:
-            found = f"found {conversion.moving}"
-            raise ParameterError("moving", f"expected none for a simulated folder, which states it, {found}")
+        for name, value in asdict(conversion).items():
+            if name != "frequency" and value != getattr(Conversion(), name):
+                wrong = f"expected none for a simulated folder, which states it, found {shown(value)}"
+                raise ParameterError(name, wrong)
         return _one_frequency(source, output, conversion.frequency, several)
     with new_folder(output) as unfinished:
         said = _convert(source, unfinished, conversion)
@@ -86,7 +87,8 @@ def _is_simulated(folder: Path) -> bool:
 def _one_frequency(source: Path, output: Path, frequency: float | str, several: Sequence[float]) -> list[str]:
     """Write the spectra of one frequency of a simulated folder, with their responses."""
     dataset = read_dataset(source, frequency)
-    assert dataset.responses is not None
+    if dataset.responses is None:
+        raise InputError(f"{source / 'channels.npz'}: expected the folder's responses, found no such file")
     position, orientation = dataset.gateway_position.tolist(), dataset.gateway_orientation.tolist()
     gateway = Gateway(position, orientation, **dataset.array.of_gateway())  # type: ignore[arg-type]
     hertz = dataset.frequency.hertz

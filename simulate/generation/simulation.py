@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeGuard, get_type_hints
 
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
@@ -13,7 +13,7 @@ from scenes.files.errors import InputError, ParameterError, require_instance, re
 from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
-from scenes.storage.scene_yaml import load_scene
+from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.engine import Engine, Machines
@@ -101,6 +101,25 @@ def simulate(
     return read_dataset(output, request.frequencies[0] if request.frequencies else None)
 
 
+def made_again(scene: Scene | str | Path) -> TypeGuard[str | Path]:
+    """Whether a scene is a dataset folder, which is made again.
+
+    Args:
+        scene: as ``simulate`` takes it.
+
+    Raises:
+        InputError: it is the name of a built-in scene and of a folder.
+    """
+    if isinstance(scene, Scene) or not Path(scene).is_dir():
+        return False
+    if str(scene) in BUILT_IN:
+        raise InputError(
+            f"{scene}: expected a scene or a dataset folder, found a built-in scene and a folder of this name; give "
+            f"./{scene} for the folder, or rename it"
+        )
+    return True
+
+
 def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
     """The name of the engine that will make a dataset.
 
@@ -110,7 +129,7 @@ def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
     """
     if not isinstance(engine, str | Engine):
         raise ParameterError("engine", f"expected an engine, such as Rays(), or its name, found {shown(engine)}")
-    if not isinstance(scene, Scene) and Path(scene).is_dir():
+    if made_again(scene):
         return read_request(Path(scene)).engine.name
     return engine if isinstance(engine, str) else engine.name
 
@@ -153,7 +172,7 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         InputError: as ``simulate``.
         ParameterError: as ``simulate``.
     """
-    if not isinstance(scene, Scene) and Path(scene).is_dir():
+    if made_again(scene):
         request = read_request(Path(scene))
         return replace(request, engine=engine.again(request.engine).for_scene(request.scene, request.frequencies))
     if isinstance(scene, Scene):

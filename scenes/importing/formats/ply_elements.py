@@ -178,9 +178,11 @@ def _read_rows(body: bytes, offset: int, element: Element, label: str) -> int:
             if each.length is not None:
                 length = _length(body, offset, each.length)
                 offset += each.length.itemsize
+            if length < 0:
+                raise _too_few(element, label)
             spans[each.name].append((offset, length))
             offset += length * each.type.itemsize
-        if length < 0 or offset > len(body):
+        if offset > len(body):
             raise _too_few(element, label)
     for each in element.properties:
         size = each.type.itemsize

@@ -39,9 +39,9 @@ def build_scene(scene: Scene) -> rt.Scene:
     for name, item in zip(sionna_names(scene), scene.objects, strict=True):
         material = scene.materials[item.material]
         thickness = scene.thickness(item)
-        key = (material.name, thickness)
+        key = (item.material, thickness)
         if key not in materials:
-            materials[key] = _radio_material(material, thickness)
+            materials[key] = _radio_material(f"{item.material}-{thickness:g}", material, thickness)
         shape = _mesh(name, item.mesh)
         objects.append(rt.SceneObject(mi_mesh=shape, name=name, radio_material=materials[key]))
     sionna.edit(add=objects)
@@ -129,9 +129,9 @@ def _pattern(pattern: str, polarization: str) -> Callable:
     return array.antenna_pattern.patterns[0]
 
 
-def _radio_material(material: RadioMaterial, thickness: float) -> rt.RadioMaterial:
+def _radio_material(name: str, material: RadioMaterial, thickness: float) -> rt.RadioMaterial:
     sionna = rt.RadioMaterial(
-        f"{material.name}-{thickness:g}",
+        name,
         scattering_coefficient=material.scattering_coefficient,
         xpd_coefficient=material.xpd_coefficient,
         color=material.color,

@@ -179,6 +179,16 @@ def test_one_frequency_becomes_a_dataset_of_its_own(of_three, tmp_path):
         np.testing.assert_array_equal(getattr(one, name), getattr(of_folder, name))
 
 
+def test_what_does_not_fit_a_simulated_folder_of_several_frequencies_is_refused(of_three, tmp_path):
+    for option, value in {"flip_elevation": True, "quantity": "power", "one_per_position": 1}.items():
+        with pytest.raises(ParameterError, match=f"{option}: expected none for a simulated folder"):
+            convert(of_three, tmp_path / "one", Conversion(frequency="2.4 GHz", **{option: value}))
+    folder = shutil.copytree(of_three, tmp_path / "pictures")
+    (folder / "channels.npz").unlink()
+    with pytest.raises(InputError, match=r"channels\.npz: expected the folder's responses, found no such file"):
+        convert(folder, tmp_path / "one", Conversion(frequency="2.4 GHz"))
+
+
 def test_interrupted_part_of_several_frequencies_is_finished(scene, of_three, tmp_path):
     again = tmp_path / "again"
     simulate(scene, again, 5, propagation=SIGHT, frequencies=("2.4 GHz", 915e6, 1e9))

@@ -8,12 +8,13 @@ import pytest
 
 from bisplat.__main__ import main
 from scenes.files.errors import InputError, ParameterError
+from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import inspect
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.sionna_scene import sionna_names
+from simulate.rays.core.sionna_scene import build_scene, sionna_names
 from simulate.spectra.measurement import Measurement
 from tests.folders import contents
 
@@ -114,3 +115,30 @@ def test_dots_in_names_of_objects_are_allowed(scene, tmp_path):
     found = simulate(dotted, tmp_path / "dotted", n=3, seed=2, propagation=DIRECT)
     assert (found.responses == simulate(scene, tmp_path / "plain", n=3, seed=2, propagation=DIRECT).responses).all()
     assert len(set(sionna_names(dotted))) == 4 and not any("." in name for name in sionna_names(dotted))
+
+
+def test_a_built_in_scene_and_a_folder_of_its_name_are_told_apart(scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    simulate(scene, "closet", n=3, seed=2, propagation=DIRECT)
+    with pytest.raises(InputError, match="closet: expected a scene or a dataset folder, found a built-in scene and a"):
+        simulate("closet", "other", n=3)
+    again = simulate("./closet", "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "closet") and len(again) == 3
+
+
+def test_a_dataset_of_a_scene_from_python_can_be_made_again(scene, tmp_path):
+    """Whole numbers, a colour as an array, and a material that is not called as in the scene."""
+    slab = RadioMaterial("tile", 6, 0, 1, color=np.array([0, 0, 1]))  # type: ignore[arg-type]
+    item = replace(scene.objects[0], material="floor", thickness=2)
+    gateway = replace(scene.gateway, spacing=1)
+    given = replace(scene, objects=(item,), materials={"floor": slab}, gateway=gateway, frequency=915_000_000)
+    made = simulate(given, tmp_path / "made", n=3, seed=2, propagation=DIRECT)
+    assert (simulate(made.folder, tmp_path / "again").responses == made.responses).all()
+
+
+def test_sionna_tells_materials_apart_whose_names_are_the_same(scene):
+    dry = scene.materials["concrete"]
+    items = tuple(replace(scene.objects[0], name=name, material=name) for name in ("dry", "wet"))
+    wet = replace(dry, conductivity=1.0)
+    sionna = build_scene(replace(scene, objects=items, materials={"dry": dry, "wet": wet}))
+    assert len({float(item.radio_material.conductivity[0]) for item in sionna.objects.values()}) == 2

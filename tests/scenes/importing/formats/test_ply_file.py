@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scenes.files.errors import InputError
 from scenes.importing.formats.ply_file import read_ply
 
 CORNERS = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (2, 1, 0), (0, 2, 0), (9, 9, 9)]
@@ -120,3 +121,9 @@ def test_double_precision_is_kept():
     (part,) = read_ply(data, Path("floor.ply")).parts
     assert part.mesh.vertices[1, 0] == 4.123456789012345 and len(part.mesh.vertices) == len(CORNERS)
     np.testing.assert_array_equal(part.mesh.vertices[5], [9, 9, 9])
+
+
+def test_a_list_of_negative_length_is_refused_wherever_it_stands_in_the_row():
+    data = ply("ascii", length="int8").replace(b"255 3 0 1 3 0.5", b"255 -1 0.5")
+    with pytest.raises(InputError, match=r"floor\.ply: expected \"face\" with 3 rows in PLY, found fewer"):
+        read_ply(data, Path("floor.ply"))
