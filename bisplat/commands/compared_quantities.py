@@ -160,6 +160,7 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
     fitted.refuse_idle_budget()
     from learn.channels import channel_methods
     from learn.powers import power_methods
+    from learn.reports.method_styles import method_name
     from learn.reports.score_evaluation import write_score_evaluation
 
     baselines = power_methods.BASELINES if is_rssi(fitted.folder) else channel_methods.BASELINES
@@ -169,7 +170,8 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
     try:
         with new_folder(output, force) as unfinished:
             comparison = among()
-            write_score_evaluation(comparison, model, unfinished)
+            label = next(row["label"] for row in comparison if method_name(row["label"]) == model)
+            write_score_evaluation(comparison, label, unfinished)
     except ParameterError as error:
         if error.parameter == "methods":
             raise ParameterError("model", error.message) from error

@@ -74,15 +74,22 @@ def make_benchmark(name: str, folder: Path | str) -> Made:
         scene = scene.with_array(wanted.changes["rows"], wanted.changes["columns"])
     positions = walk(scene, wanted)
     dataset = _MAKERS[wanted.kind](wanted, scene, positions, folder)
+    if dataset.positions is None or not np.array_equal(dataset.positions, positions):
+        raise InputError(f"{folder}: expected a new folder or one of the set {name}, found other positions in it")
+    if not is_finished(folder):
+        _write_tasks(wanted, dataset, folder)
+    say(f"{folder}: {require_frozen(name, folder)}")
+    record_set(folder, name)
+    return dataset
+
+
+def _write_tasks(wanted: BenchmarkSet, dataset: Made, folder: Path) -> None:
     names = _names(dataset, wanted)
     for task, (known, test) in parts_of_tasks(wanted, dataset).items():
         for part, rows in zip(PARTS, (known, test), strict=True):
             path = task_file(folder, task, part)
             path.parent.mkdir(parents=True, exist_ok=True)
             write_index(path, [names[row] for row in rows])
-    say(f"{folder}: {require_frozen(name, folder)}")
-    record_set(folder, name)
-    return dataset
 
 
 def walk(scene: Scene, wanted: BenchmarkSet) -> Float[np.ndarray, "count 3"]:

@@ -98,7 +98,7 @@ def compare(
 def spectrum_makers(models: Models) -> dict[str, Callable[[], Method]]:
     """Functions that make new, unfitted methods, by the label of their rows.
 
-    The label of a model of reduced size ends in "(reduced)".
+    The label of a model of reduced size ends in "(reduced)", also a label of the user's.
 
     Args:
         models: as for ``compare``.

@@ -21,8 +21,9 @@ from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ce
 from learn.comparison.baseline_methods import KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
 from learn.comparison.kept_folder import given_folder
-from learn.comparison.kept_rows import KeptRow, KeptRows, row_name
-from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
+from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
+from learn.comparison.methods import source_of
+from learn.comparison.own_method import built, checked_spectra, is_own, named
 from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, in_common, read_protocol
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
@@ -105,6 +106,8 @@ class Experiment:
                 raise InputError(f"{label}: {why}")
             if why is not None:
                 say(f"left out {label}: {why}")
+        for size in sizes:  # a size that is too large is refused before anything is measured
+            split(self.dataset, self.settings.split, self.settings.split_seed, size, self.settings.guard or 0.0)
         for seed in range(seeds):
             for size in sizes:
                 for label, make in methods.items():
@@ -118,13 +121,11 @@ class Experiment:
     def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
         name, method = row_name(key), built(label, make)
-        own = is_own(method)
-        source = source_hash(method) if own else None
-        if self.kept.is_measured(key, name, own, source):
+        source = source_of(label, method)
+        if self.kept.is_measured(key, name, is_own(method) or source is not None, source):
             return
         say(name)
-        # An own class has a folder for each version, so that none goes on with the weights of another one.
-        settings, folder = self.settings, self.folder / "runs" / (name if source is None else f"{name}-{source[:8]}")
+        settings, folder = self.settings, self.folder / run_folder(key | ({} if source is None else {"source": source}))
         task = Task(
             self.dataset,
             settings.split,

@@ -65,24 +65,27 @@ class KeptRows:
         """The row with this key. None: it has not been measured."""
         return next((row for row in self.rows if key.items() <= row.items()), None)
 
-    def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None) -> bool:
-        """Whether a row has been measured; not if its class has been edited since. What is decided is said.
+    def is_measured(self, key: dict[str, Any], name: str, may_change: bool, source: str | None) -> bool:
+        """Whether a row has been measured; not if its method was another one or has been edited since.
+
+        What is decided is said.
 
         Args:
             key: the row's key.
             name: what it is called.
-            own: whether the class is the user's.
-            source: hash of its source. None: it is not known.
+            may_change: whether the method may be another one than its label says: a class of the user's, or a method of
+                ours with a label or options of the user's.
+            source: hash of what it is (``source_of``). None: it is not known.
         """
         row = self.row(key)
-        if row is None or not own:
+        if row is None or not may_change:
             return row is not None
         if source is None:
             say(f"{name}: measured before and kept; no source tells whether its class has changed since")
         elif "source" not in row:
-            say(f"{name}: measured before and kept; an older version kept nothing that tells whether its class changed")
+            say(f"{name}: measured before and kept; an older version kept nothing that tells whether it has changed")
         elif row["source"] != source:
-            say(f"{name}: its class or its settings have changed, so it is measured again and its old row is replaced")
+            say(f"{name}: it or its settings have changed, so it is measured again and its old row is replaced")
             return False
         return True
 
@@ -94,10 +97,22 @@ class KeptRows:
 
 
 def row_name(row: Mapping[str, Any]) -> str:
-    """Name of a row's file in per_sample/ and of its folder in runs/.
+    """Name of a row's file in per_sample/.
 
     >>> row_name({"label": "bisplat without BST", "seed": 2, "train_size": 200})
     'bisplat_without_BST-200-2'
     """
     size = "" if row["train_size"] is None else f"-{row['train_size']}"
     return f"{row['label'].replace(' ', '_').replace('/', '_')}{size}-{row['seed']}"
+
+
+def run_folder(row: Mapping[str, Any]) -> Path:
+    """Folder of a row's run below that of the comparison.
+
+    It has another name for each version of a method that may change, so that none goes on with the weights of another.
+
+    >>> run_folder({"label": "ours", "seed": 0, "train_size": None, "source": "0123456789abcdef"}).as_posix()
+    'runs/ours-0-01234567'
+    """
+    source = row.get("source")
+    return Path("runs") / (row_name(row) if source is None else f"{row_name(row)}-{source[:8]}")

@@ -46,7 +46,12 @@ def makers(
     if not given:
         raise ParameterError(parameter, "expected at least one method, found none")
     if isinstance(given, Mapping):
-        found = {name: _maker(name, each, find, parameter) for name, each in given.items()}
+        found = {
+            f"{name}{label(each).removeprefix(each)}" if isinstance(each, str) else name: _maker(
+                name, each, find, parameter
+            )
+            for name, each in given.items()
+        }
     else:
         for name in given:
             require_instance(str, **{parameter: name})

@@ -93,8 +93,8 @@ def source_hash(method: Any) -> str | None:
     """A hash of the source and of the settings of a method that the user wrote.
 
     The source is that of the class and of the module it is in; of a script, it is that of the script's classes,
-    functions, imports and constants. Comments and layout do not count, nor do other modules. The settings are those
-    attributes of the unfitted method that are numbers, texts, or lists and dictionaries of them.
+    functions, imports and constants. Comments and layout do not count, nor do other modules. The settings are
+    ``plain_settings``.
 
     Args:
         method: an unfitted method.
@@ -105,8 +105,12 @@ def source_hash(method: Any) -> str | None:
     source = _source(_class_of(method))
     if source is None:
         return None
-    settings = {name: value for name, value in getattr(method, "__dict__", {}).items() if _is_plain(value)}
-    return hashlib.sha256(f"{source}\n{sorted(settings.items())!r}".encode()).hexdigest()[:16]
+    return hashlib.sha256(f"{source}\n{sorted(plain_settings(method).items())!r}".encode()).hexdigest()[:16]
+
+
+def plain_settings(method: Any) -> dict[str, Any]:
+    """Those attributes of an unfitted method that are numbers, texts, or lists and dictionaries of them, by name."""
+    return {name: value for name, value in getattr(method, "__dict__", {}).items() if _is_plain(value)}
 
 
 def _class_of(method: Any) -> type:

@@ -14,6 +14,7 @@ from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
 from learn.training.registry import DEFAULT_MODEL
 from learn.training.run_folder import Run, load_run
+from scenes.files.errors import ParameterError
 from simulate.dataset.dataset import Dataset
 
 SWEPT = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance")
@@ -50,7 +51,7 @@ def sweep(
         seeds: number of fits of each method and size, with seeds 0, 1, …
         test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
         init: a finished run, or its folder. Its model is then also trained starting from its weights, in rows labelled
-            "MODEL from FOLDER".
+            "MODEL from FOLDER", with the run's options.
         output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
             path is ``Comparison.folder``.
         guard: known positions nearer than this to a test position are left out, wavelengths.
@@ -63,8 +64,8 @@ def sweep(
     Raises:
         InputError: the dataset or the run cannot be read; a size is larger than the training part; or ``output`` holds
             an experiment with other settings or other files, or another process writes to it.
-        ParameterError: a method is unknown; ``sizes`` is empty or has a number twice; or a size, ``budget``, ``steps``,
-            ``seeds`` or ``test_spectra`` is out of its range.
+        ParameterError: a method is unknown; ``sizes`` is empty or has a number twice; a size, ``budget``, ``steps``,
+            ``seeds`` or ``test_spectra`` is out of its range; or the run of ``init`` was not trained by steps.
 
     Example:
         >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))
@@ -76,8 +77,12 @@ def sweep(
     methods = spectrum_makers(models)
     if init is not None:
         run = init if isinstance(init, Run) else load_run(init)
-        model, folder = run.config.model, run.folder
-        methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
+        model = run.config.model
+        if run.config.by_steps is None:
+            raise ParameterError("init", f"expected a run of a model that is trained by steps, found one of {model}")
+        methods[f"{model} from {run.name}"] = partial(
+            TrainedModel, model, run.config.options, init=str(run.folder.resolve())
+        )
     minutes = budget if steps is None else None
     with begun(
         dataset, split, output, minutes=minutes, steps=steps, test_spectra=test_spectra, guard=guard

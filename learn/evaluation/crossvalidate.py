@@ -47,6 +47,10 @@ if TYPE_CHECKING:  # needs the ray tracer, which users of measured data need not
     from simulate.rays.tracer import Tracer
 
 
+STREAM = 2
+"""Number of the random stream of the positions, which is another one than that of the positions of a dataset. A dataset
+with the same seed would otherwise have nearly the same positions."""
+
 SAME_SPACING = 0.003
 """Wavelengths. Spacings of a scene and of a run that differ by less count as equal: a fit is no more precise."""
 
@@ -176,7 +180,7 @@ def crossvalidate(
     parts = run.split(dataset)
     known = dataset.positions[parts.known]
     region = bounding_box(known)
-    drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
+    drawn = free_positions(scene, region, positions, np.random.default_rng([seed, STREAM]))
     setting = Setting(scene, region, seed_of_rays(dataset.metadata))
     source: ResponseSource
     if field is not None:
@@ -193,7 +197,7 @@ def crossvalidate(
     drawn, responses, truth = drawn[told], responses[told], truth[told]
     prediction = run.predict(drawn)
     return CrossValidation(
-        run_name=run.folder.name,
+        run_name=run.name,
         scene_name=scene.name,
         truth_by=truth_by,
         positions=drawn,

@@ -137,7 +137,7 @@ def compare_responses(
     traced = spectrum_of(picture(dataset.beamformer.spectrum(rays)))
     power = np.linalg.norm(rays, axis=1) / np.maximum(np.linalg.norm(full_wave, axis=1), 1e-30)
     return EngineComparison(
-        name=dataset.folder.name,
+        name=dataset.folder.resolve().name,
         positions=dataset.positions[chosen],
         rays=rays,
         full_wave=full_wave,

@@ -100,12 +100,12 @@ class Evaluation:
 
     @cached_property
     def errors_in_deviations(self) -> Float[np.ndarray, "K P"] | None:
-        """[K, P] absolute errors at P pixels of each spectrum, divided by ``deviation``. None: the run states no
-        deviation.
+        """[K, P] absolute errors at P pixels of each spectrum, divided by ``deviation``; nan where that is nan. None:
+        the run states no deviation anywhere.
 
         The pixels are those of every fifth row and column.
         """
-        if self.deviation is None:
+        if self.deviation is None or np.isnan(self.deviation).all():
             return None
         return np.abs(pixel_errors(self.prediction, self.truth)) / self.deviation[:, None]
 

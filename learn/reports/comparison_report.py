@@ -38,8 +38,8 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
         comparison: the result of ``compare``.
         folder: folder to write to; it must exist.
     """
-    rows = {row["label"]: row for row in comparison.table()}
-    first_seed_rows = {row["label"]: row for row in reversed(comparison.rows)}
+    rows = {average_name(row): row for row in comparison.table()}
+    first_seed_rows = {average_name(row): row for row in reversed(comparison.rows)}
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
     doubts, made = comparison.doubts(), Provenance.of_comparison(comparison)
     marks = {label: f"{label}{DOUBTFUL}" if label in doubts else label for label in rows}
@@ -80,7 +80,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
         axis.errorbar(
             row["ssim_median"], place, xerr=row.get("ssim_spread"), ls="", capsize=2, **{"marker": "o", **style}
         )
-    marked = [f"{row['label']}{DOUBTFUL}" if average_name(row) in doubts else row["label"] for row in rows]
+    marked = [f"{name}{DOUBTFUL}" if name in doubts else name for name in map(average_name, rows)]
     axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)

@@ -101,7 +101,7 @@ def page_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
         "dataset": evaluation.dataset,
         "test": len(evaluation.test),
         "bands": evaluation.intervals_by_distance(),
-        "figures": embedded(folder, FIGURES if evaluation.deviation is None else (*FIGURES, RELIABILITY)),
+        "figures": embedded(folder, FIGURES if evaluation.errors_in_deviations is None else (*FIGURES, RELIABILITY)),
     }
 
 

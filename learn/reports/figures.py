@@ -158,10 +158,12 @@ def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path, provenance: P
     """Draw the share of errors within stated intervals against the share that each interval should contain.
 
     Args:
-        errors: absolute errors of P values of K spectra, divided by the standard deviations stated for them.
+        errors: absolute errors of P values of K spectra, divided by the standard deviations stated for them. Spectra
+            with nan are left out.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
         provenance: where the figure comes from, for its foot and its metadata.
     """
+    errors = errors[np.isfinite(errors).all(axis=1)]
     stated = np.linspace(0.01, 0.99, 99)
     within = np.sort(errors, axis=None).searchsorted(ndtri((1 + stated) / 2), side="right") / errors.size
     figure = Figure(figsize=(COLUMN, 3.4), layout="constrained")

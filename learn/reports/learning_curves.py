@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from learn.comparison.kept_rows import row_name
+from learn.comparison.kept_rows import run_folder
 from learn.comparison.table import Comparison
 from learn.reports.method_styles import line_styles
 from learn.reports.paper import COLUMN, at_paper_size, save
@@ -46,7 +46,7 @@ def draw_learning_curves(comparison: Comparison, path: Path) -> None:
     figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(styles)), layout="constrained")
     axis = figure.subplots()
     for row in comparison.rows:
-        steps, ssim = validation_curve(comparison.folder / "runs" / row_name(row))
+        steps, ssim = validation_curve(comparison.folder / run_folder(row))
         if steps:
             label = in_figure(row["label"]) if row["seed"] == 0 else ""
             axis.plot(steps, ssim, label=label, **styles[row["label"]])

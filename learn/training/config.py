@@ -92,9 +92,15 @@ class Config:
 
 def _as_json(option: str, value: Any) -> Any:
     try:
-        return json.loads(json.dumps(value.item() if isinstance(value, np.generic) else value))
+        found = json.loads(json.dumps(value.item() if isinstance(value, np.generic) else value))
     except (TypeError, ValueError):
-        raise ParameterError(option, f"expected a number, a text, a switch or a list, found {shown(value)}") from None
+        found = {}
+    if isinstance(found, dict):
+        raise ParameterError(option, f"expected a number, a text, a switch or a list, found {shown(value)}")
+    if isinstance(found, int) and abs(found) > LARGEST_OPTION:
+        wanted = f"expected a whole number from {-LARGEST_OPTION} to {LARGEST_OPTION}"
+        raise ParameterError(option, f"{wanted}, found {shown(value)}")
+    return found
 
 
 class RunRecord(NamedTuple):

@@ -69,7 +69,8 @@ class Ensemble:
             positions: as for ``predict``.
 
         Returns:
-            The standard deviations. None: the runs have too few validation spectra.
+            The standard deviations. None: the runs have too few validation spectra, or a model that is fitted in closed
+            form, as ``helmholtz`` is, has learned them.
         """
         return None if self._fitted is None else stated_deviation(self.runs[0], self._fitted, positions)
 
@@ -85,7 +86,7 @@ class Ensemble:
     def _fitted(self) -> Deviation | None:
         """The deviation, fitted to validation spectra, on which no run was trained."""
         data, validated = self._data, evenly(self._validation, Spectra.VALIDATED)
-        if not len(validated):
+        if not len(validated) or any(run.config.by_steps is None for run in self.runs):
             return None
         first, of_first = self.runs[0], read_training(self.runs[0].folder).deviation
         positions = data.positions[validated]

@@ -175,7 +175,9 @@ def _with_steps_of(folder: Path, config: Config) -> Config:
     """Settings with the number of steps that the run in a folder began with, to continue it within its old budget."""
     assert config.by_steps is not None
     begun = read_config(folder).config.by_steps
-    return replace(config, by_steps=replace(config.by_steps, steps=begun.steps if begun else config.by_steps.steps))
+    steps = config.by_steps.steps if begun is None else begun.steps
+    say(f"{folder}: goes on with the {steps} steps that this run began with, whatever the budget")
+    return replace(config, by_steps=replace(config.by_steps, steps=steps))
 
 
 def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset) -> Timed:

@@ -55,6 +55,21 @@ def test_interrupted_set_is_continued(own):
     assert facts_of("practice", own) == content
 
 
+def test_a_finished_set_is_only_checked(own):
+    damaged = own / "tasks" / "blocked" / "test_index.txt"
+    damaged.write_text("00001\n")
+    with pytest.raises(InputError, match="expected"):
+        make_benchmark("practice", own)
+    assert damaged.read_text() == "00001\n"
+
+
+def test_a_folder_of_other_powers_is_left_alone(tmp_path):
+    bisplat.write_rssi(tmp_path / "mine", [[1, 1, 1], [2, 1, 1]], [[-40], [-50]], {"door": (0, 0, 2)}, "915 MHz")
+    with pytest.raises(InputError, match="expected a new folder or one of the set rssi-office, found other positions"):
+        make_benchmark("rssi-office", tmp_path / "mine")
+    assert not (tmp_path / "mine" / "tasks").exists()
+
+
 def test_task_has_the_parts_of_its_index_files(practice):
     task = bisplat.read_benchmark("practice-blocked", practice)
     listed = (practice / "tasks" / "blocked" / "test_index.txt").read_text().split()

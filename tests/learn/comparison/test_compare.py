@@ -15,14 +15,16 @@ import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
+from safetensors.torch import load_file, save_file
 
+from bisplat.__main__ import main
 from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
 from learn.comparison import experiment, trained_model
 from learn.comparison.ablate import ablate, variants
 from learn.comparison.averages import averaged
-from learn.comparison.compare import compare
+from learn.comparison.compare import compare, spectrum_makers
 from learn.comparison.doubts import FEW_STEPS
 from learn.comparison.experiment import CEILING
 from learn.comparison.methods import method_named, method_names
@@ -364,7 +366,7 @@ def test_edited_class_is_measured_again_and_its_row_replaced(tiny, tmp_path, own
     same, said = measured(own(f"# a comment\n{KNN}"))
     assert same == first and "mine" not in said
     edited, said = measured(own(KNN.replace("self.level)", "0.25)")))
-    assert "mine-0: its class or its settings have changed, so it is measured again and its old row is replaced" in said
+    assert "mine-0: it or its settings have changed, so it is measured again and its old row is replaced" in said
     assert [row["label"] for row in edited] == [row["label"] for row in first] and edited[1:] == first[1:]
     assert edited[0]["mae_mean"] != first[0]["mae_mean"] and edited[0]["source"] != first[0]["source"]
     instance, said = measured(own(KNN)(level=0.75))  # the settings of an object count, too
@@ -602,3 +604,75 @@ def test_sweep_also_goes_on_from_a_finished_run(finished_run, tiny, tmp_path, ro
     sweep(tiny, (10,), ("nearest",), budget=INSTANT, init=finished_run, output=tmp_path / "out")
     label = f"bisplat-aperture from {finished_run.name}"
     assert [row["label"] for row in rows(tmp_path / "out")] == ["nearest", label]
+
+
+def test_a_run_of_another_folder_of_the_same_name_is_another_row(finished_run, tiny, tmp_path, rows, capsys):
+    other = shutil.copytree(finished_run, tmp_path / "other" / finished_run.name)
+    call = partial(sweep, tiny, (10,), ("nearest",), steps=2, output=tmp_path / "out")
+    call(init=finished_run)
+    first = rows(tmp_path / "out")
+    call(init=other)
+    assert rows(tmp_path / "out") == first  # the same weights
+    weights = load_file(other / "weights.safetensors")
+    changed = {name: value * 1.1 if name.endswith("weight") else value for name, value in weights.items()}
+    save_file(changed, other / "weights.safetensors")
+    capsys.readouterr()
+    call(init=other)
+    assert "its settings have changed, so it is measured again" in capsys.readouterr().err
+    assert [row["label"] for row in rows(tmp_path / "out")] == [row["label"] for row in first]
+    assert rows(tmp_path / "out")[1]["ssim_median"] != first[1]["ssim_median"]
+
+
+def test_a_sweep_goes_on_from_a_run_with_its_options(tiny, tmp_path, rows):
+    train(tiny, tmp_path / "small", model="mlp", steps=1, options={"encoding": "octaves"})
+    sweep(tiny, (10,), ("nearest",), steps=1, init=tmp_path / "small", output=tmp_path / "out")
+    (config,) = (read_config(path).config for path in (tmp_path / "out" / "runs").glob("mlp*"))
+    assert config.options == {"encoding": "octaves"}
+
+
+def test_a_run_that_was_not_trained_by_steps_cannot_be_gone_on_from(tiny, tmp_path):
+    train(tiny, tmp_path / "closed", model="helmholtz")
+    with pytest.raises(ParameterError, match="init: expected a run of a model that is trained by steps, found"):
+        sweep(tiny, (10,), ("nearest",), init=tmp_path / "closed", output=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_method_with_the_same_label_is_measured_again(tiny, tmp_path, rows, capsys):
+    call = partial(compare, tiny, output=tmp_path / "out", budget=INSTANT)
+    call({"ours": "nearest"})
+    first = rows(tmp_path / "out")
+    call({"ours": "nearest"})
+    assert rows(tmp_path / "out") == first
+    call({"ours": "inverse-distance"})
+    assert "ours-0: it or its settings have changed, so it is measured again" in capsys.readouterr().err
+    assert rows(tmp_path / "out")[0]["ssim_median"] != first[0]["ssim_median"]
+
+
+def test_a_reduced_model_says_so_whatever_its_label(tiny, tmp_path):
+    reduced = ["nerf2 (reduced)", "ours (reduced)"]
+    assert list(spectrum_makers({"nerf2": "nerf2", "ours": "swiftwrf", "far": "nearest"})) == [*reduced, "far"]
+
+
+def test_a_size_that_is_too_large_is_refused_before_anything_is_measured(tiny, tmp_path):
+    with pytest.raises(InputError, match="expected 100 spectra to train on, found 17"):
+        sweep(tiny, (5, 100), ("nearest",), output=tmp_path / "out")
+    assert not (tmp_path / "out" / "results.jsonl").exists()
+
+
+@pytest.mark.parametrize("effort", [["--steps", "2"], ["--budget", "0.000001"]])
+def test_the_page_of_a_comparison_says_how_long_models_were_trained(effort, tiny, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    given = ["bisplat", "compare", str(tiny), "-o", str(out), "--models", "mlp", "nearest", *effort]
+    monkeypatch.setattr(sys, "argv", given)
+    main()
+    text = " ".join((out / "table.html").read_text().split())
+    assert ("had 2 steps on" if "--steps" in effort else "had 1e-06 minutes on") in text
+
+
+def test_the_page_tells_rows_of_a_sweep_from_those_of_a_comparison(tiny, tmp_path):
+    out = tmp_path / "out"
+    sweep(tiny, (5,), ("nearest",), budget=INSTANT, output=out)
+    comparison = compare(tiny, ("nearest",), budget=INSTANT, output=out)
+    write_comparison(comparison, out)
+    page = (out / "table.html").read_text()
+    assert page.count("nearest, 5") and page.count("nearest") > page.count("nearest, 5")

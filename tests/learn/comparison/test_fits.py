@@ -330,6 +330,13 @@ def test_the_report_of_one_method_beside_the_baselines(kind, bisplat_command, tm
     assert call()[0] == 1 and call("-o", "report")[0] == 1
 
 
+def test_the_report_of_a_model_that_is_reduced_without_a_gpu(kind, bisplat_command, tmp_path):
+    options = ("--split", "random", "--model", "nerf2", "--budget", "0.0001", "-o", "report")
+    status, out, err = bisplat_command("evaluate", kind.dataset.folder, *options)
+    assert status == 0 and "nerf2" in out, err
+    assert "nerf2" in (tmp_path / "report" / "report.html").read_text()
+
+
 def listing(folder: Path) -> list[str]:
     """Names of the files in a folder."""
     return [path.name for path in folder.iterdir()]

@@ -14,6 +14,8 @@ from scenes.files.errors import InputError
 from scenes.places.lab import lab
 from scenes.scene.antennas import Transmitter
 from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
+from simulate.positions.placement import free_positions
 
 pytestmark = pytest.mark.usefixtures("small_models")
 
@@ -50,6 +52,13 @@ def test_new_places_are_in_the_box_of_the_training_positions(run, hall):
 
 
 @pytest.mark.slow
+def test_new_places_are_not_those_of_a_dataset_with_the_same_seed(run, hall):
+    known = load_run(run).dataset().positions
+    drawn = free_positions(hall, bounding_box(known), 12, np.random.default_rng(5))  # as simulate --seed 5 does
+    found = crossvalidate(run, hall, 12, 5, Known()).positions
+    assert np.linalg.norm(found[:, None] - drawn, axis=-1).min() > 0.01
+
+
 def test_report_is_written_apart_from_the_comparison(run, hall, tmp_path):
     before = sorted(path.name for path in run.iterdir())
     result = crossvalidate(load_run(run), hall, 4, 5, Known())

@@ -5,6 +5,8 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
+from learn.reports import figures
+from learn.reports.figures import draw_reliability
 from learn.reports.plots import plot_cdf, plot_polar, plot_spectrum
 from scenes.files.errors import InputError
 from simulate.spectra.angular_grid import AngularGrid
@@ -108,3 +110,12 @@ def test_what_is_no_spectrum_is_refused(draw, spectrum):
 def test_polar_spectrum_needs_a_polar_axis(spectrum):
     with pytest.raises(InputError, match="ax: expected an axis with projection="):
         plot_polar(spectrum, Figure().subplots())
+
+
+def test_spectra_without_a_stated_deviation_are_no_misses(tmp_path, monkeypatch):
+    curves = []
+    monkeypatch.setattr(figures, "save", lambda figure, *_: curves.append(figure.axes[0].lines[1].get_ydata()))
+    errors = np.abs(np.random.default_rng(0).normal(size=(50, 20)))
+    for given in (errors, np.vstack([errors, np.full((50, 20), np.nan)])):
+        draw_reliability(given, tmp_path / "reliability.png")
+    np.testing.assert_array_equal(*curves)

@@ -23,7 +23,8 @@ def test_a_budget_is_turned_into_steps_once(tiny, tmp_path, monkeypatch, capsys)
     for _ in range(2):
         run = bisplat.train(tiny, tmp_path / "run", model="mlp", budget=2.0)
     assert measured == [1] and run.config.by_steps.steps == 3
-    assert "3 steps fit into 2 minutes" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "3 steps fit into 2 minutes" in said and "goes on with the 3 steps that this run began with" in said
     with pytest.raises(InputError, match="an earlier run with seed 1, found one with seed 0"):
         bisplat.train(tiny, tmp_path / "run", model="mlp", budget=2.0, seed=1)
 

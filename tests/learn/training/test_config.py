@@ -6,8 +6,8 @@ import pytest
 
 from learn.comparison.experiment import Experiment, begun
 from learn.comparison.protocol import Settings
-from learn.training.config import read_config
-from scenes.files.errors import InputError
+from learn.training.config import Config, read_config
+from scenes.files.errors import InputError, ParameterError
 from tests import hostile_files as hostile
 
 STEPS = {
@@ -36,6 +36,12 @@ BAD = [
     ({"array": {"positions_m": [[0, 0]]}}, r"array.positions_m\[0\]: expected a list of 3, found"),
     ({"grid": {"elevation_step_deg": -1}}, "grid.elevation_step_deg: expected a number above 0, found -1"),
 ]
+
+
+@pytest.mark.parametrize("value", [{"a": 1}, 2_000_000, object()])
+def test_options_that_could_not_be_read_again_are_refused(value):
+    with pytest.raises(ParameterError, match=r"limit: expected a (whole )?number"):
+        Config(dataset="data", options={"limit": value})
 
 
 def write(folder, name, content):

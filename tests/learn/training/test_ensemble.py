@@ -40,6 +40,17 @@ def test_deviations_hold_the_errors_of_validation(runs):
     assert np.mean(errors <= 1.6449 * stated) == pytest.approx(0.9, abs=0.01)
 
 
+def test_runs_that_have_learned_the_validation_spectra_state_no_deviation(runs, tmp_path):
+    closed = replace(runs[0].config, model="helmholtz", by_steps=None)
+    train_run(closed, tmp_path / "run")
+    together = Ensemble([runs[0], load_run(tmp_path / "run")])
+    assert together.deviation(POSITIONS) is None and together.predict(POSITIONS).shape == (3, 90, 360)
+    (tmp_path / "places.csv").write_text("x,y,z\n1,0,1\n")
+    predict((runs[0].folder, tmp_path / "run"), tmp_path / "places.csv", tmp_path / "out.npz")
+    with np.load(tmp_path / "out.npz") as found:
+        assert set(found) == {"spectra"}
+
+
 def test_command_writes_the_mean(runs, tmp_path):
     (tmp_path / "places.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in POSITIONS))
     output = tmp_path / "out.npz"
