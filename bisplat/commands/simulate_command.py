@@ -119,4 +119,4 @@ def simulate(
     if first.moving == "both":
         return  # no model learns from such spectra
     known = first.known[first.known < len(first.positions)]  # those of the first frequency
-    say_expectation(first.positions[known], first.scenes[0].wavelength, first.beamformer.array)
+    say_expectation(first.positions[known], first.scenes[0].wavelength, first.beamformer.array, True)

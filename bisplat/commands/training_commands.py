@@ -207,8 +207,8 @@ def predict(
 ) -> None:
     """Predict spectra at given positions.
 
-    The .npz file holds spectra [K, 90, 360]. If the model predicts them, it also holds the element responses, channels
-    [K, elements], and the standard deviation of each spectrum's values, deviation [K].
+    The .npz file holds spectra [K, 90, 360]. If they are known, it also holds the standard deviation of each spectrum's
+    values, deviation [K], and, of one run whose model predicts them, the element responses, channels [K, elements].
 
     Args:
         runs: the run folder. The predictions of several runs of one dataset and split are averaged.

@@ -174,6 +174,14 @@ def locate(
         if other != names:
             raise InputError(f"{folder}: expected pictures of the same names as in {pictures[0]}, found other ones")
     parts = parts_of(names, pictures[0], loaded[0])
+    for folder, run in zip(pictures[1:], loaded[1:], strict=True):
+        of_run = zip(names, parts, parts_of(names, folder, run), strict=True)
+        learned = [name for name, first, other in of_run if first == "test" and other in ("train", "validation")]
+        if learned:
+            raise InputError(
+                f"{run.folder}: expected a run that was not trained on test spectra of {loaded[0].folder}, found one "
+                f"trained on {len(learned)}, such as {learned[0]}; train both with the same split and seed"
+            )
     chosen = list(range(len(names)))
     if "test" in parts and pictures[0].resolve().name != "spectrum":
         chosen = [number for number, part in enumerate(parts) if part == "test"]

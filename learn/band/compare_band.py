@@ -125,7 +125,7 @@ def compare_band(
     expected = {"snr_db": Expected("signal-to-noise ratios", "f", (len(test),))}
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
     with kept_fits(folder, "responses over a band", dataset.folder, settings, data, BandRow) as kept:
-        measure_fits(makers, seeds, parts.only(sizes), known, predict, score, kept)
+        measure_fits(makers, BAND_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
         ratios = {average_name(row): arrays["snr_db"] for row, arrays in kept.arrays(expected)}
         rows = kept.rows
     return BandComparison(

@@ -164,7 +164,7 @@ def compare_channels(
     }
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
     with kept_fits(folder, "channels", dataset.folder, settings, data, ChannelRow) as kept:
-        measure_fits(makers, seeds, parts.only(sizes), known, predict, score, kept)
+        measure_fits(makers, CHANNEL_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
         of_first = {average_name(row): arrays for row, arrays in kept.arrays(expected)}
         rows = kept.rows
     return ChannelComparison(

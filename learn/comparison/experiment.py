@@ -22,8 +22,8 @@ from learn.comparison.baseline_methods import KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
 from learn.comparison.kept_folder import given_folder
 from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
-from learn.comparison.methods import source_of
-from learn.comparison.own_method import built, checked_spectra, is_own, named
+from learn.comparison.methods import usual_methods
+from learn.comparison.own_method import built, checked_spectra, is_own, named, source_of
 from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, in_common, read_protocol
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
@@ -121,7 +121,7 @@ class Experiment:
     def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
         name, method = row_name(key), built(label, make)
-        source = source_of(label, method)
+        source = source_of(label, method, usual_methods())
         if self.kept.is_measured(key, name, is_own(method) or source is not None, source):
             return
         say(name)

@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float
 from learn.comparison.doubts import average_name
 from learn.comparison.kept_fits import KeptFits
 from learn.comparison.makers import checked_sizes, trained_by_steps
-from learn.comparison.own_method import built, is_own, named, source_hash
+from learn.comparison.own_method import built, is_own, named, source_of
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import Split, SplitKind
 from learn.data.splits import split as split_dataset
@@ -101,6 +101,7 @@ def asked_sizes(train_size: Any, things: str) -> list[int | None]:
 
 def measure_fits(
     methods: Mapping[str, Callable[[], Any]],
+    usual: Mapping[str, Callable[[], Any]],
     seeds: int,
     of_size: Mapping[int | None, Split],
     known: Callable[[Split, int], Any],
@@ -111,11 +112,12 @@ def measure_fits(
     """Fit and score methods where the row is missing: all with the first seed, then all with the next one.
 
     A row has "label", "seed", "train_size" and "known", the scores, "steps" of training (None: the method has none),
-    "seconds" of the fit and the predictions, and, of a class of the user's own and of the twin, "source", a hash that
-    tells when it has to be measured again.
+    "seconds" of the fit and the predictions, and, where the label does not say what the method is, "source", a hash
+    that tells when it has to be measured again.
 
     Args:
         methods: functions that make new, unfitted methods, by label.
+        usual: those of our own methods, by name.
         seeds: number of fits of each method, with seeds 0, 1, …
         of_size: the splits by number of training positions.
         known: function from a split and a seed to what methods learn from.
@@ -132,9 +134,8 @@ def measure_fits(
             for label, make in methods.items():
                 key = {"label": label, "seed": seed, "train_size": size}
                 name, method = f"{average_name(key)}, seed {seed}", built(label, make, "methods")
-                own = is_own(method)
-                source = source_hash(method) if own else getattr(method, "source", None)
-                if kept.is_measured(key, name, own or source is not None, source):
+                source = source_of(label, method, usual)
+                if kept.is_measured(key, name, is_own(method) or source is not None, source):
                     continue
                 if trained_by_steps(make):
                     say(name)

@@ -78,9 +78,9 @@ class KeptRows:
             source: hash of what it is (``source_of``). None: it is not known.
         """
         row = self.row(key)
-        if row is None or not may_change:
+        if row is None or (not may_change and "source" not in row):
             return row is not None
-        if source is None:
+        if may_change and source is None:
             say(f"{name}: measured before and kept; no source tells whether its class has changed since")
         elif "source" not in row:
             say(f"{name}: measured before and kept; an older version kept nothing that tells whether it has changed")

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import torch
 
 from learn.comparison.baseline_methods import BASELINES
-from learn.comparison.own_method import is_own, plain_settings, source_hash
 from learn.comparison.task import Method
 from learn.comparison.trained_model import TrainedModel
 from learn.models.base import SpectrumModel
@@ -68,32 +64,6 @@ def method_named(name: str) -> Callable[[], Method]:
     return found
 
 
-def source_of(label: str, method: Any) -> str | None:
-    """A hash of what a method is, which tells when a row has to be measured again.
-
-    Args:
-        label: label of its rows.
-        method: an unfitted method.
-
-    Returns:
-        16 digits. None: the label says what the method is; or it is the user's, and its source is not known.
-
-    >>> source_of("nearest", BASELINES["nearest"]()) is None, len(source_of("ours", BASELINES["nearest"]()))
-    (True, 16)
-    """
-    if is_own(method):
-        return source_hash(method)
-    try:
-        usual = method_named(label.removesuffix(" (reduced)"))()
-    except ParameterError:
-        usual = None
-    found = _in_words(method)
-    return None if usual is not None and _in_words(usual) == found else hashlib.sha256(found.encode()).hexdigest()[:16]
-
-
-def _in_words(method: Method) -> str:
-    """The class of one of our methods, its settings, and the weights that its training starts from."""
-    settings = plain_settings(method)
-    init = settings.pop("init", None)
-    weights = "" if init is None else hashlib.sha256((Path(init) / "weights.safetensors").read_bytes()).hexdigest()
-    return f"{type(method).__name__} {sorted(settings.items())!r} {weights}"
+def usual_methods() -> dict[str, Callable[[], Method]]:
+    """The functions that make our methods, by name, also of the models that need options."""
+    return {name: method_named(name) for name in (*BASELINES, *MODELS)}

@@ -1,4 +1,4 @@
-"""Methods of the user's own in a comparison: errors that name the method, and a hash that tells when it was edited."""
+"""Methods in a comparison: errors that name one of the user's own, and a hash that tells when it is another one."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import ast
 import hashlib
 import inspect
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,38 @@ def source_hash(method: Any) -> str | None:
     if source is None:
         return None
     return hashlib.sha256(f"{source}\n{sorted(plain_settings(method).items())!r}".encode()).hexdigest()[:16]
+
+
+def source_of(label: str, method: Any, usual: Mapping[str, Callable[[], Any]]) -> str | None:
+    """A hash of what a method is, which tells when a row has to be measured again.
+
+    Args:
+        label: label of its rows.
+        method: an unfitted method.
+        usual: functions that make our methods, by name.
+
+    Returns:
+        16 digits. None: the label says what the method is; or it is the user's, and its source is not known.
+
+    >>> from learn.comparison.baseline_methods import BASELINES
+    >>> nearest = BASELINES["nearest"]()
+    >>> source_of("nearest", nearest, BASELINES) is None, len(source_of("ours", nearest, BASELINES))
+    (True, 16)
+    """
+    if is_own(method):
+        return source_hash(method)
+    make, found = usual.get(label.removesuffix(" (reduced)")), _in_words(method)
+    if make is not None and _in_words(make()) == found:
+        return getattr(method, "source", None)  # of the twin, whose scene the label does not say
+    return hashlib.sha256(found.encode()).hexdigest()[:16]
+
+
+def _in_words(method: Any) -> str:
+    """The class of one of our methods, its settings, and the weights that its training starts from."""
+    settings = plain_settings(method)
+    init = settings.pop("init", None)
+    weights = "" if init is None else hashlib.sha256((Path(init) / "weights.safetensors").read_bytes()).hexdigest()
+    return f"{type(method).__name__} {sorted(settings.items())!r} {weights}"
 
 
 def plain_settings(method: Any) -> dict[str, Any]:

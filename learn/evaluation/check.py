@@ -132,8 +132,9 @@ class Check:
     def _of_split(self, dataset: Dataset) -> dict[str, str]:
         if dataset.moving == "both":  # how near two pairs are to one another is not one distance
             return {}
+        array, recorded = dataset.array, dataset.responses is not None
         return {
-            "known positions": expectation(spacing, dataset.array) if (spacing := self.spacing) else UNTOLD,
+            "known positions": UNTOLD if (spacing := self.spacing) is None else expectation(spacing, array, recorded),
             "copying the nearest": self.leakage.similarity() if self.leakage is not None else "none",
             "test positions": "none" if self.distances is None else self.distances.sentence(),
         }
@@ -156,7 +157,8 @@ class Check:
         parts: Dataset | Split = self.parts or self.dataset
         sizes = {part: len(getattr(parts, part)) for part in PARTS if hasattr(parts, part)}
         distances = self.distances.facts() if self.distances else {}
-        spacing = facts(self.spacing, self.dataset.array) if self.spacing else {}
+        recorded = self.dataset.responses is not None
+        spacing = facts(self.spacing, self.dataset.array, recorded) if self.spacing else {}
         return {"kind": self.split or "files", **sizes, **distances, **spacing}
 
     def beamformer(self) -> dict[str, Any]:

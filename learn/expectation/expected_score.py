@@ -140,21 +140,24 @@ def _is_measured(array: Array) -> bool:
     return planar is not None and is_as_measured(planar.rows, planar.columns, planar.spacing)
 
 
-def expectation(spacing: Spacing, array: Array) -> str:
+def expectation(spacing: Spacing, array: Array, responses: bool) -> str:
     """One sentence: the mean spacing of known positions, and the score to expect from it.
 
     Args:
         spacing: of the known positions.
         array: with which their spectra are measured.
+        responses: whether the responses behind the spectra are known, too.
 
     >>> from simulate.spectra.array import PlanarArray
-    >>> expectation(Spacing(known=90, shape="path", size=9.0), PlanarArray())
+    >>> expectation(Spacing(known=90, shape="path", size=9.0), PlanarArray(), responses=True)
     'mean spacing 0.1 wavelengths along a path: what score to expect is known of positions in a region alone'
     """
     if spacing.shape == "path":
         return f"{spacing.sentence()}: what score to expect is known of positions in a region alone"
     if not _is_measured(array):
         return f"{spacing.sentence()}: what score to expect is known of 4 × 4 elements half a wavelength apart alone"
+    if not responses:
+        return f"{spacing.sentence()}: what score to expect is known of datasets with responses alone"
     curve = score_curve(spacing.shape)
     low, middle, high = curve.at(spacing.density)
     bound = "at most " if spacing.density < curve.density[0] else ""
@@ -166,32 +169,34 @@ def expectation(spacing: Spacing, array: Array) -> str:
     )
 
 
-def facts(spacing: Spacing, array: Array) -> dict[str, Any]:
+def facts(spacing: Spacing, array: Array, responses: bool) -> dict[str, Any]:
     """The spacing and the score to expect as numbers, for JSON.
 
     Args:
         spacing: of the known positions.
         array: with which their spectra are measured.
+        responses: whether the responses behind the spectra are known, too.
 
     >>> from simulate.spectra.array import PlanarArray
-    >>> facts(Spacing(known=90, shape="path", size=9.0), PlanarArray())
+    >>> facts(Spacing(known=90, shape="path", size=9.0), PlanarArray(), responses=True)
     {'known_positions_fill': 'path', 'mean_spacing_wavelengths': 0.1, 'expected_ssim': None}
     """
     expected = None
-    if spacing.shape != "path" and _is_measured(array):
+    if spacing.shape != "path" and _is_measured(array) and responses:
         expected = [round(each, 3) for each in score_curve(spacing.shape).at(spacing.density)]
     spaced = round(spacing.wavelengths, 3)
     return {"known_positions_fill": spacing.shape, "mean_spacing_wavelengths": spaced, "expected_ssim": expected}
 
 
-def say_expectation(known: Float[np.ndarray, "n 3"], wavelength: float, array: Array) -> None:
+def say_expectation(known: Float[np.ndarray, "n 3"], wavelength: float, array: Array, responses: bool) -> None:
     """Say how densely known positions lie and what score to expect; nothing if their spacing cannot be told.
 
     Args:
         known: known positions in the order of measurement, metres.
         wavelength: metres.
         array: with which the spectra are measured.
+        responses: whether the responses behind the spectra are known, too.
     """
     spacing = Spacing.between(known, wavelength)
     if spacing is not None:
-        say(expectation(spacing, array))
+        say(expectation(spacing, array, responses))

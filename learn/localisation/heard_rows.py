@@ -8,7 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Shaped
 
+from learn.data.same_receiver import other_frequency
 from scenes.files.errors import InputError, named
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.rssi.power_range import NOT_RECEIVED, fault_of_powers
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
@@ -39,12 +41,13 @@ def heard_powers(path: Path, survey: RssiDataset) -> HeardRows:
 
     Raises:
         InputError: the file or folder cannot be read, lacks a gateway of the survey, has it elsewhere or has another
-            one, or the powers cannot be in dBm.
+            one, was heard at another frequency, or the powers cannot be in dBm.
     """
     truth, places = None, None
     if path.is_dir():
         heard = read_rssi(path)
         names, powers, truth, places = heard.gateway_names, heard.rssi_dbm, heard.positions, heard.gateway_positions
+        _require_same_frequency(path, heard, survey)
     else:
         names, powers = read_powers(path)
         powers = np.where(powers == NOT_RECEIVED, np.nan, powers)
@@ -73,7 +76,8 @@ def heard_channels(path: Path, known: CsiDataset) -> HeardRows:
         known: the channels with positions.
 
     Raises:
-        InputError: the folder cannot be read, or is of other antennas or another number of subcarriers.
+        InputError: the folder cannot be read, or is of other antennas, another frequency or another number of
+            subcarriers.
     """
     heard = read_csi(path)
     found, expected = heard.uplink.shape[1:], known.uplink.shape[1:]
@@ -81,8 +85,18 @@ def heard_channels(path: Path, known: CsiDataset) -> HeardRows:
         each = " antennas and {} subcarriers of the uplink"
         wanted, other = (f"{shape[0]}{each.format(shape[1])}" for shape in (expected, found))
         raise InputError(f"{path}: expected {wanted} as in {known.folder}, found {other}")
+    _require_same_frequency(path, heard, known)
     _require_same(path, "antennas", known.folder, heard.antenna_positions, known.antenna_positions)
     return HeardRows(heard.uplink, heard.positions)
+
+
+def _require_same_frequency(path: Path, heard: RssiDataset | CsiDataset, known: RssiDataset | CsiDataset) -> None:
+    """Refuse another frequency, if both are stated."""
+    found, expected = heard.frequency, known.frequency
+    if found is None or expected is None:
+        return
+    if other_frequency(SPEED_OF_LIGHT / expected.hertz, SPEED_OF_LIGHT / found.hertz):
+        raise InputError(f"{path}: expected {expected} as in {known.folder}, found {found}")
 
 
 def _require_same(

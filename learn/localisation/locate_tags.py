@@ -72,7 +72,7 @@ def locate_tags(
     Args:
         responses: complex responses of K tags at N antenna positions, in any unit; NaN where a tag was not read. The
             phase falls with the distance; give the conjugate if a receiver's rises. Magnitudes make places more
-            certain; responses of a tag that all have the same magnitude, to 10 %, count as phases alone.
+            certain; responses of a tag with the magnitude 1, or means of such ones, to 10 %, count as phases alone.
         antennas: positions of the antenna, metres, world frame, in the order in which it passed them.
         frequency: hertz, or a text with a unit such as "915 MHz".
         region: corners (min, max) of the box in which the tags are, metres, world frame. It may be flat.

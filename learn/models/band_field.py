@@ -180,7 +180,7 @@ class BandField(KrigedField):
         Args:
             positions: transmitter positions, metres, world frame.
         """
-        return self._at(positions)[0]
+        return torch.cat([self._at(each)[0] for each in positions.split(AT_ONCE)])
 
     def at(
         self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None = None, radius: float = 0.0

@@ -11,6 +11,18 @@ from torch import Tensor, nn
 from learn.models.networks import Interpolated, LinearOfParts
 
 
+def side_of(clusters: int) -> int:
+    """√N_c, the number of grid points along each side.
+
+    Raises:
+        ValueError: ``clusters`` is not a square number.
+    """
+    side = math.isqrt(clusters)
+    if side * side != clusters:
+        raise ValueError(f"expected a square number of clusters, found {clusters}")
+    return side
+
+
 def bilinear_weights(
     azimuth: Float[Tensor, " N_p"], elevation: Float[Tensor, " N_p"], clusters: int
 ) -> Float[Tensor, "N_p N_c"]:
@@ -30,9 +42,7 @@ def bilinear_weights(
     Raises:
         ValueError: ``clusters`` is not a square number.
     """
-    side = math.isqrt(clusters)
-    if side * side != clusters:
-        raise ValueError(f"expected a square number of clusters, found {clusters}")
+    side = side_of(clusters)
     step_azimuth, step_elevation = 360 / side, 90 / side
     index = torch.arange(side, device=azimuth.device, dtype=azimuth.dtype)
     azimuth_distance = (azimuth[:, None] - index * step_azimuth).remainder(360)
@@ -57,10 +67,14 @@ class BilinearSpatialTransformer(nn.Module):
         heads: number of attention heads.
         ffn_width: width of the encoder layers' own feed-forward networks.
         bypass: return the local features f_i, as in the paper's ablation.
+
+    Raises:
+        ValueError: ``clusters`` is not a square number.
     """
 
     def __init__(self, inputs: int, width: int, clusters: int, layers: int, heads: int, ffn_width: int, bypass: bool):
         super().__init__()
+        side_of(clusters)  # refuses another number now rather than in training
         self.clusters = clusters
         self.project = LinearOfParts(inputs, width)
         self.transformer: nn.TransformerEncoder | None = None

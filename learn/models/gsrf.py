@@ -145,9 +145,10 @@ class GSRF(SplatModel):
 
 
 def legendre_fourier(direction: Float[Tensor, "*batch 3"], degree: int) -> Complex[Tensor, "*batch terms"]:
-    """``Y_lm(u) = √((2l + 1) (l − |m|)! / 4π (l + |m|)!) P_l^|m|(u_z) e^{jmφ}`` for all l ≤ degree and −l ≤ m ≤ l.
+    """``Y_lm(u) = √((2l + 1) (l − |m|)! / 4π (l + |m|)!) P_l^|m|(u_z) e^{jmφ}``, times (−1)^m for m < 0.
 
-    The associated Legendre functions P have the Condon-Shortley phase; m rises fastest, l slowest.
+    These are all terms with l ≤ degree and −l ≤ m ≤ l. The associated Legendre functions P have the Condon-Shortley
+    phase; m rises fastest, l slowest.
 
     Args:
         direction: unit vectors u.

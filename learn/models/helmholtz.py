@@ -191,7 +191,8 @@ class HelmholtzField(SpectrumModel):
         """Use these weights, and keep only the fields that are needed."""
         self.weights = torch.tensor([weights.get(way, 0.0) for way in WAYS])
         self._used = {way: weights[way] for way in WAYS if way in weights}
-        needed = [way for way in fields if way in weights] or list(fields)[:1]
+        # In the order in which a file is read, since inverse-distance weighting uses the first field.
+        needed = [way for way in WAYS if way in fields and way in weights] or list(fields)[:1]
         self.fields = nn.ModuleDict({way: fields[way] for way in needed})
 
     def _by(

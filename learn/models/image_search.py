@@ -74,6 +74,8 @@ class ImageSearch:
 
     def likelihood(self) -> float:
         """Log-likelihood of each response, roughly, with the most likely images in one plane."""
+        if not self._power:  # dark responses tell nothing
+            return 0.0
         found = self._in_one_plane(ROUGH)
         return log_likelihood(self._of_first, self._data, found.variances, found.noise)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from scenes.files.errors import ParameterError, require_flag, require_whole
 
-OPTION_MOST = 100_000
+OPTION_MOST = 1_000_000
 """Largest number that a model's option can be; more primitives or a wider network would exhaust the memory."""
 
 

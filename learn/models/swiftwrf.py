@@ -68,7 +68,7 @@ class SwiftWRF(SplatModel):
     ):
         super().__init__(region, beamformer, wavelength)
         self.size = math.sqrt(PUBLISHED / primitives)
-        self.place = nn.Parameter(torch.atanh(2 * torch.rand(primitives, 2) - 1))
+        self.place = nn.Parameter(torch.atanh(2 * torch.rand(primitives, 2).clamp_min(1e-6) - 1))
         self.cholesky = nn.Parameter(torch.rand(primitives, 3))
         self.opacity = nn.Parameter(torch.rand(primitives))
         self.coefficient = nn.Parameter(torch.rand(primitives, 2))

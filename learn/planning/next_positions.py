@@ -29,8 +29,8 @@ from scenes.files.errors import (
 from scenes.files.input_file import what_is_at
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
-from simulate.dataset.dataset import Dataset
 from simulate.dataset.folder_kinds import is_rssi
+from simulate.dataset.recorded_scene import recorded_scene
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
@@ -136,12 +136,12 @@ def plan(
     elif isinstance(subject, RssiDataset):
         if target is not None:
             raise ParameterError("target", f"expected none for received powers, which have no SSIM, found {target:g}")
-        scene, known = _scene_of(subject), subject.positions
+        scene, known = recorded_scene(subject.folder, subject.metadata), subject.positions
         candidates, _ = _candidates(scene, known, seed, subject.folder)
         fields = fields_of_powers(subject, seed)
     else:
         dataset = subject.dataset()
-        scene, known = _scene_of(dataset), dataset.positions[subject.split(dataset).known]
+        scene, known = recorded_scene(dataset.folder, dataset.metadata), dataset.positions[subject.split(dataset).known]
         candidates, region = _candidates(scene, known, seed, subject.folder)
         if target is not None:
             needed = spectra_needed(target, region, known, dataset.wavelength, [dataset.array])
@@ -184,10 +184,3 @@ def _read(run_or_scene: Path | str) -> Run | RssiDataset | Scene:
             f"{named(run_or_scene)}: expected a run folder, a scene YAML or one of {places}, found {what_is_at(path)}"
         )
     return load_scene(run_or_scene)
-
-
-def _scene_of(dataset: Dataset | RssiDataset) -> Scene | None:
-    """The scene in which a dataset was simulated. None: it was measured."""
-    if "scene_file" not in dataset.metadata:
-        return None
-    return load_scene(dataset.folder / dataset.metadata["scene_file"])

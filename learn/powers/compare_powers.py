@@ -115,7 +115,8 @@ def compare_powers(
     folder = given_folder(output)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
-    makers = chosen(methods, with_twin(dataset, scene, methods))
+    usual = with_twin(dataset, scene, methods)
+    makers = chosen(methods, usual)
     if dataset.frequency is None:
         say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
     sizes = asked_sizes(train_size, "positions")
@@ -146,7 +147,7 @@ def compare_powers(
     expected = {"median": power, "low": replace(power, optional=True), "high": replace(power, optional=True)}
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
     with kept_fits(folder, "received powers", dataset.folder, settings, data, PowerRow) as kept:
-        measure_fits(makers, seeds, parts.only(sizes), known, predict, score, kept)
+        measure_fits(makers, usual, seeds, parts.only(sizes), known, predict, score, kept)
         of_first = {average_name(row): PredictedPowers(**arrays) for row, arrays in kept.arrays(expected)}
         measured = kept.rows
     what = "label", "seed", "train_size", "known"

@@ -70,7 +70,7 @@ def fit_powers(
     seed: int = 0,
     scene: Scene | Path | str | None = None,
 ) -> FittedPowers:
-    """Fit a method to received powers (RSSI). It takes seconds, of "twin" minutes, so nothing is stored.
+    """Fit a method to received powers (RSSI). Nothing is stored, since it takes seconds, of "twin" and "nerf2" minutes.
 
     Args:
         dataset: received powers, or their folder.

@@ -5,6 +5,7 @@ The ray tracer is imported when it fits.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -57,7 +58,8 @@ class TwinPowers(ExplainedPowers):
 
     Attributes:
         scene: name of the scene.
-        source: a hash of the scene, which tells a comparison when the twin has to be measured again.
+        source: a hash of scene, tolerances and propagation, which tells a comparison when the twin has to be measured
+            again.
         calibration: the corrections that ``fit`` found.
 
     Raises:
@@ -77,7 +79,8 @@ class TwinPowers(ExplainedPowers):
         require_extra("rays", "the method twin")
         scenes_with_gateways(scene, dataset)  # refuses what does not fit
         self._scene, self._tolerances, self._followed = scene, tolerances, propagation
-        self.scene, self.source = scene.name, scene_digest(scene)[:16]
+        stated = f"{scene_digest(scene)} {tolerances} {propagation}"
+        self.scene, self.source = scene.name, hashlib.sha256(stated.encode()).hexdigest()[:16]
         # without the powers, some of which are tested
         self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
 

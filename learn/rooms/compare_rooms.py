@@ -16,7 +16,7 @@ from jaxtyping import Int
 from learn.comparison.kept_folder import given_folder, kept_in
 from learn.comparison.kept_rows import KeptRows, row_name
 from learn.comparison.makers import check_effort, makers
-from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
+from learn.comparison.own_method import built, checked_spectra, is_own, named, source_of
 from learn.data.metrics import ssim
 from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.known_in_room import KnownInRoom
@@ -227,10 +227,11 @@ def _measure(
 ) -> None:
     """Measure the missing rows of a method with one seed."""
     method = built(label, make, "methods")
-    own = is_own(method)
-    source = source_hash(method) if own else None
+    source = source_of(label, method, ROOM_METHODS)
     keys: list[dict[str, Any]] = [{"label": label, "seed": seed, "train_size": size} for size in sizes]
-    missing = [key for key in keys if not kept.is_measured(key, row_name(key), own, source)]
+    missing = [
+        key for key in keys if not kept.is_measured(key, row_name(key), is_own(method) or source is not None, source)
+    ]
     if not missing:
         return
     say(f"{label}, seed {seed}")

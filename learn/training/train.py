@@ -246,7 +246,7 @@ def train_run(
                 )
                 distances = SplitDistances.between(known, tested, dataset.wavelength)
                 say_distances(distances, f"split {config.split}: {sizes}; ")
-                say_expectation(known, dataset.wavelength, dataset.array)
+                say_expectation(known, dataset.wavelength, dataset.array, dataset.responses is not None)
             unfound = not_retrieved(dataset)
             if unfound is not None:
                 say(unfound)

@@ -7,7 +7,7 @@ from jaxtyping import Complex
 
 
 def aligned_to(
-    measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool, flips: bool = True
+    measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool, flips: bool
 ) -> tuple[Complex[np.ndarray, "K M"], complex]:
     """Measured responses in the phase and scale of traced ones, and their common gain.
 

@@ -37,6 +37,7 @@ def aligned_gains(
     traced: Complex[np.ndarray, "K M"],
     measured: Complex[np.ndarray, "K M"],
     phases_known: bool,
+    flips: bool,
     report: Report = SpectrumModel.report,
 ) -> tuple[Complex[np.ndarray, " chains"], Complex[np.ndarray, "K M"]]:
     """Gains of chains, from measured responses that have a common gain or separate phases.
@@ -46,6 +47,7 @@ def aligned_gains(
         traced: their sum.
         measured: element responses at the same positions.
         phases_known: whether the phases of the responses were recorded.
+        flips: whether responses of unknown phases may be flipped, as those behind pictures of a uniform array.
         report: told the progress.
 
     Returns:
@@ -56,7 +58,7 @@ def aligned_gains(
     gains, aligned = np.zeros(by_chain.shape[-1], complex), measured
     for turn in range(ALIGNED):
         report("gains of chains", turn, ALIGNED)
-        aligned, _ = aligned_to(measured, traced + by_chain @ gains, phases_known)
+        aligned, _ = aligned_to(measured, traced + by_chain @ gains, phases_known, flips)
         gains = chain_gains(by_chain, aligned - traced)
     held_out = traced.copy()
     folds = min(FOLDS, len(traced))

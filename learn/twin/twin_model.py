@@ -197,11 +197,12 @@ class Twin(PredictsResponses):
             if not seen.any():
                 raise InputError(f"{dataset.folder}: expected spectra of several grey levels, found none")
             known, measured = known[seen], measured[seen]
-        held_out = self._fit_gains(dataset.positions[known], measured, phases_known)
+        flips = self._described.gateway.elements is None  # elements at given places have no such symmetry
+        held_out = self._fit_gains(dataset.positions[known], measured, phases_known, flips)
         traced = self._traced(dataset.positions[known])
         self.checked = _pairs(traced)[0]
-        aligned = aligned_to(measured, traced, phases_known)[0]
-        aligned_held_out = aligned_to(measured, held_out, phases_known)[0]
+        aligned = aligned_to(measured, traced, phases_known, flips)[0]
+        aligned_held_out = aligned_to(measured, held_out, phases_known, flips)[0]
         self._unexplained = unexplained(aligned_held_out - held_out, aligned_held_out)
         self.power, self.whole_power = (
             torch.tensor(float((np.abs(values) ** 2).mean())) for values in (aligned - traced, aligned)
@@ -217,7 +218,11 @@ class Twin(PredictsResponses):
         self.trust = torch.tensor(trust)
 
     def _fit_gains(
-        self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
+        self,
+        positions: Float[np.ndarray, "n 3"],
+        measured: Complex[np.ndarray, "n elements"],
+        phases_known: bool,
+        flips: bool,
     ) -> Complex[np.ndarray, "n elements"]:
         """Find g from responses. The arguments are those of ``learn.twin.gains.aligned_gains``.
 
@@ -229,7 +234,7 @@ class Twin(PredictsResponses):
         self.gains = torch.zeros(0, 2)
         used = evenly(np.arange(len(positions)), GAINED_BY)
         by_chain, traced = self._tracer.responses_by_chain(positions[used]), self._traced(positions[used])
-        gains, held_out_used = aligned_gains(by_chain, traced, measured[used], phases_known, self.report)
+        gains, held_out_used = aligned_gains(by_chain, traced, measured[used], phases_known, flips, self.report)
         self.gains = _pairs(gains)
         held_out = self._traced(positions)
         held_out[used] = held_out_used

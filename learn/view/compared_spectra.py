@@ -41,7 +41,7 @@ def panels(
         predicted: the predicted spectrum. None: nothing predicts, and there is no panel for it.
         name: name of the true spectrum, e.g. "recorded, spectrum 00001".
         truth: the true spectrum. None: there is none, and its panel says so.
-        beamformer: the array and the directions of the spectra's rows and columns.
+        grid: directions of the spectra's rows and columns.
         in_phase: show the phase of the complex field instead of the magnitude.
         in_db: show magnitudes in dB, below the maximum of each spectrum.
     """
@@ -113,7 +113,7 @@ def numbers(
         predicted: the predicted spectrum. None: there is none.
         name: name of the true spectrum.
         truth: the true spectrum. None: there is none.
-        grid: directions of the spectra's rows and columns.
+        beamformer: the array and the directions of the spectra's rows and columns.
         milliseconds: duration of the prediction, milliseconds.
     """
     lines = []

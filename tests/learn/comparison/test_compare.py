@@ -646,6 +646,10 @@ def test_another_method_with_the_same_label_is_measured_again(tiny, tmp_path, ro
     call({"ours": "inverse-distance"})
     assert "ours-0: it or its settings have changed, so it is measured again" in capsys.readouterr().err
     assert rows(tmp_path / "out")[0]["ssim_median"] != first[0]["ssim_median"]
+    call({"kriging": "nearest"})
+    call(["kriging"])
+    assert "kriging-0: it or its settings have changed, so it is measured again" in capsys.readouterr().err
+    assert "source" not in rows(tmp_path / "out")[1]
 
 
 def test_a_reduced_model_says_so_whatever_its_label(tiny, tmp_path):

@@ -274,10 +274,20 @@ def test_other_methods_and_sizes_join_a_comparison(kind, tmp_path):
         compare([kind.worse], train_size="x")
 
 
+def test_another_method_with_the_same_label_is_fitted_again(kind, tmp_path, capsys):
+    compare = partial(kind.compare, kind.dataset, split="random", output=tmp_path / "kept")
+    first = compare({kind.better: kind.worse}).rows
+    assert compare({kind.better: kind.worse}).rows == first
+    assert "have changed, so it is measured again" not in capsys.readouterr().err
+    again = compare([kind.better]).rows
+    assert "have changed, so it is measured again" in capsys.readouterr().err
+    assert len(again) == 1 and again[0][kind.score] != first[0][kind.score]
+
+
 def test_a_class_that_was_edited_is_fitted_again(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(Stops, "fits", 9)
     hashes = iter(["first", "second"])
-    monkeypatch.setattr("learn.comparison.fits.source_hash", lambda method: next(hashes))
+    monkeypatch.setattr("learn.comparison.own_method.source_hash", lambda method: next(hashes))
     for _ in range(2):
         comparison = kind.compare(kind.dataset, {"mine": Stops}, output=tmp_path / "kept")
     assert Stops.fits == 11 and [row["source"] for row in comparison] == ["second"]

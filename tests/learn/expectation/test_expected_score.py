@@ -80,17 +80,19 @@ def test_density_for_a_score_is_the_inverse():
     ],
 )
 def test_expectation_in_words(spacing, said):
-    assert said in expectation(spacing, PlanarArray())
+    assert said in expectation(spacing, PlanarArray(), True)
 
 
 @pytest.mark.usefixtures("curve")
 def test_expectation_is_of_the_array_that_was_measured():
     spacing = Spacing(80, "volume", 20.0)
     for other in (PlanarArray(8, 8), PlanarArray(spacing=2.7), PlanarArray(spacing=0.3)):
-        assert expectation(spacing, other).endswith("known of 4 × 4 elements half a wavelength apart alone")
-        assert facts(spacing, other)["expected_ssim"] is None
-    assert facts(spacing, PlanarArray(spacing=0.491))["expected_ssim"] == [0.7, 0.8, 0.85]
-    assert facts(spacing, PlanarArray())["expected_ssim"] == [0.7, 0.8, 0.85]
+        assert expectation(spacing, other, True).endswith("known of 4 × 4 elements half a wavelength apart alone")
+        assert facts(spacing, other, True)["expected_ssim"] is None
+    assert expectation(spacing, PlanarArray(), False).endswith("is known of datasets with responses alone")
+    assert facts(spacing, PlanarArray(), False)["expected_ssim"] is None
+    assert facts(spacing, PlanarArray(spacing=0.491), True)["expected_ssim"] == [0.7, 0.8, 0.85]
+    assert facts(spacing, PlanarArray(), True)["expected_ssim"] == [0.7, 0.8, 0.85]
 
 
 @pytest.mark.usefixtures("curve")

@@ -273,6 +273,12 @@ def test_evaluate_refuses_other_gateways_before_it_scores(folder, runs, tmp_path
         evaluate_command(runs[0].folder, locate=True, further_gateways=(other.folder,))
 
 
+def test_locate_refuses_a_run_that_learned_the_test_part_of_the_first(folder, runs, tmp_path):
+    other = bisplat.train(bisplat.read_dataset(folder / "two"), tmp_path / "run", split="random", model="mlp", steps=1)
+    with pytest.raises(InputError, match=r"not trained on test spectra of .*; train both with the same split and seed"):
+        locate_command((runs[0].folder, other.folder), tmp_path / "a.csv", (folder / "one", folder / "two"))
+
+
 def test_fingerprints_do_not_depend_on_scale_and_offset():
     pictures = np.random.default_rng(0).integers(0, 100, (3, 90, 360), np.uint8)
     fingerprints = Fingerprints(Beamformer())

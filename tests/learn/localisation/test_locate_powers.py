@@ -119,6 +119,12 @@ def test_gateways_elsewhere_are_refused(hall, bisplat_command, tmp_path):
     assert status == 1 and "expected the gateways where they are in" in err and "found one 1 m away" in err
 
 
+def test_powers_heard_at_another_frequency_are_refused(hall, bisplat_command):
+    bisplat.write_rssi("other", hall.positions, hall.rssi_dbm, GATEWAYS, "5 GHz")
+    status, _, err = bisplat_command("locate", hall.folder, "--heard", "other", "-o", "where.csv")
+    assert status == 1 and "other: expected 2400 MHz as in" in err.replace("2.4 GHz", "2400 MHz"), err
+
+
 def test_plan_lowers_the_variance_of_powers(hall, bisplat_command):
     planned = bisplat.plan(hall, 8)
     assert planned.positions.shape == (8, 3) and (np.diff(planned.open_variance) < 0).all()

@@ -7,6 +7,8 @@ from torch import nn
 
 from learn.models.bst import BilinearSpatialTransformer, bilinear_weights
 from learn.models.networks import Interpolated, LinearOfParts
+from learn.training.train import train
+from scenes.files.errors import InputError
 
 
 def papers_weights(azimuth, elevation, clusters):
@@ -69,9 +71,11 @@ def test_every_place_on_the_chart_has_some_weight(clusters):
     assert weights.sum(axis=1).min() >= 0.5 - 1e-9  # half a cell above the lowest and below the highest row
 
 
-def test_clusters_must_be_a_square():
+def test_clusters_must_be_a_square(tiny, tmp_path):
     with pytest.raises(ValueError, match="square number of clusters, found 60"):
         weights_of([0.0], [0.0], 60)
+    with pytest.raises(InputError, match=r"bisplat: expected options that it can be built with, .*square number"):
+        train(tiny, tmp_path / "run", model="bisplat", options={"clusters": 60})
 
 
 class Recorder(nn.Module):

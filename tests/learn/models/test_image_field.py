@@ -125,9 +125,10 @@ def test_strengths_are_those_of_the_highest_likelihood():
 
 
 def test_no_waves_in_dark_responses(room):
-    model = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-    model.fit(dataclasses.replace(room, responses=np.zeros_like(room.responses)), KNOWN)
-    assert not len(model.middles) and not model.responses(torch.zeros(2, 3)).any()
+    for known in (KNOWN, np.arange(20)):  # of so many, the angle of the walls is looked for, too
+        model = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+        model.fit(dataclasses.replace(room, responses=np.zeros_like(room.responses)), known)
+        assert not len(model.middles) and not model.responses(torch.zeros(2, 3)).any()
     assert not most_likely(np.ones((2, 1), complex), np.zeros(2, complex), np.ones(1), 1.0, 2).variances.any()
 
 

@@ -20,7 +20,7 @@ def unlike(found):
 @pytest.mark.parametrize("phases_known", [True, False])
 def test_gains_are_found(phases_known):
     own = np.exp(1j * np.arange(24))[:, None] / np.linalg.norm(TRUE, axis=1, keepdims=True)
-    gains, held_out = aligned_gains(BY_CHAIN, TRACED, TRUE * (3j if phases_known else own), phases_known)
+    gains, held_out = aligned_gains(BY_CHAIN, TRACED, TRUE * (3j if phases_known else own), phases_known, True)
     assert unlike(BY_CHAIN @ (1 + gains)) < 0.2 * unlike(TRACED)
     assert unlike(held_out) < 0.2 * unlike(TRACED)
 
@@ -29,12 +29,21 @@ def test_a_position_is_tested_with_gains_that_are_not_from_it():
     """Where noise is measured, the gains of all positions fit it; those of the other parts fit the true responses."""
     measured = TRUE.copy()
     measured[::4] = GENERATOR.normal(size=(6, 16, 2)) @ [1, 1j] * np.abs(TRUE).mean()
-    gains, held_out = aligned_gains(BY_CHAIN, TRACED, measured, phases_known=True)
+    gains, held_out = aligned_gains(BY_CHAIN, TRACED, measured, phases_known=True, flips=True)
     fitted = BY_CHAIN @ (1 + gains)
     assert np.abs(fitted - measured)[::4].mean() < np.abs(held_out - measured)[::4].mean()
     assert np.abs(fitted - TRUE)[::4].mean() > np.abs(held_out - TRUE)[::4].mean()
 
 
 def test_a_single_position_is_left_as_traced():
-    _, held_out = aligned_gains(BY_CHAIN[:1], TRACED[:1], TRUE[:1], phases_known=True)
+    _, held_out = aligned_gains(BY_CHAIN[:1], TRACED[:1], TRUE[:1], phases_known=True, flips=True)
     np.testing.assert_array_equal(held_out, TRACED[:1])
+
+
+def test_responses_of_elements_at_given_places_are_never_flipped():
+    """Flipped responses fit the traced ones exactly, so where flips are allowed no gains are left to find."""
+    flipped = TRACED[:, ::-1].conj()
+    allowed, forbidden = (
+        aligned_gains(BY_CHAIN, TRACED, flipped, phases_known=False, flips=flips)[0] for flips in (True, False)
+    )
+    assert np.abs(allowed).max() < 1e-6 and np.abs(forbidden).max() > 0.01
