@@ -315,7 +315,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "options": ("x", 3, {"wrong": 1}, {"pixels": object()}), "steps": WHOLE[:6], "batch_size": WHOLE[:6],
                 "budget": (*NUMBER, 0), "preset": WORD[:2],
                 "learning_rate": (*NUMBER, 0), "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2),
-                "matmul_precision": WORD,
+                "matmul_precision": WORD[:2],
                 "find_phases": FLAG[:1], "init": PATH, "devices": WHOLE, "nodes": WHOLE, "wrong": (1,),
             },
         ),
