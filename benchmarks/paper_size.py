@@ -1,7 +1,7 @@
 """How good are the published models at their published sizes, trained for some minutes, and do they still improve?
 
-bisplat simulate lab -n 6000 -o runs/lab-6000
-python benchmarks/paper_size.py runs/lab-6000 --json
+bisplat simulate lab --placement path -n 6000 -o runs/lab-path
+python benchmarks/paper_size.py runs/lab-path --json
 
 The models are trained at once, each in a process of its own, so that they share the GPU. The split is random, as that
 of the paper's data is. With `--steps`, all take this number of steps instead. Before, a hundred steps and the

@@ -10,9 +10,9 @@ the first. The throughput at few pixels is also measured with matrix products in
 
 Then three trainings with the same number of steps of 8 spectra are compared by validation SSIM and seconds: one at all
 pixels, one at few pixels except for the last tenth of the steps, and one as the second, with matrix products in
-bfloat16. For models that splat primitives, the throughput of
-their networks alone is measured too. nerf2 never used all pixels: its first figure is for random pixels, drawn
-separately for each spectrum. bisplat-plus is not trained, since each step takes seconds.
+bfloat16. For models that splat primitives, the throughput of their networks alone is measured too. nerf2 never used all
+pixels: its first figure is for random pixels, drawn separately for each spectrum. bisplat-plus is not trained, since
+each step takes seconds.
 """
 
 from __future__ import annotations

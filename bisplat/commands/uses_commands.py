@@ -154,7 +154,7 @@ def locate(
         locate_tags_of(runs[0], output, force, region, boresight)
         return
     refuse_given(OF_TRACKS, "a dataset whose antenna moved, and no run, found a run")
-    from learn.localisation.heard_pictures import heard_pictures, parts_of
+    from learn.localisation.heard_pictures import heard_pictures, parts_of, require_unseen
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
     from learn.localisation.places_file import write_places
@@ -177,11 +177,7 @@ def locate(
     for folder, run in zip(pictures[1:], loaded[1:], strict=True):
         of_run = zip(names, parts, parts_of(names, folder, run), strict=True)
         learned = [name for name, first, other in of_run if first == "test" and other in ("train", "validation")]
-        if learned:
-            raise InputError(
-                f"{run.folder}: expected a run that was not trained on test spectra of {loaded[0].folder}, found one "
-                f"trained on {len(learned)}, such as {learned[0]}; train both with the same split and seed"
-            )
+        require_unseen(run, loaded[0], learned)
     chosen = list(range(len(names)))
     if "test" in parts and pictures[0].resolve().name != "spectrum":
         chosen = [number for number, part in enumerate(parts) if part == "test"]

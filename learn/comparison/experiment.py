@@ -122,10 +122,11 @@ class Experiment:
         key = {"label": label, "seed": seed, "train_size": train_size}
         name, method = row_name(key), built(label, make)
         source = source_of(label, method, usual_methods())
-        if self.kept.is_measured(key, name, is_own(method) or source is not None, source):
+        if self.kept.is_measured(key, name, is_own(method), source):
             return
         say(name)
-        settings, folder = self.settings, self.folder / run_folder(key | ({} if source is None else {"source": source}))
+        known_as = {} if source is None else {"source": source}
+        settings, folder = self.settings, self.folder / run_folder({**key, **known_as})
         task = Task(
             self.dataset,
             settings.split,
@@ -156,7 +157,7 @@ class Experiment:
             "milliseconds_per_spectrum": round(milliseconds, 2),
             MEAN_PICTURE: self._ssim_of_mean_picture(task),
         }
-        self._keep(key, test, scores, cost if source is None else {**cost, "source": source})
+        self._keep(key, test, scores, {**cost, **known_as})
 
     def measure_ceiling(self) -> None:
         """Measure the row of the array's ceiling, a bound that is fitted to the test spectra themselves."""

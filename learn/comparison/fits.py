@@ -135,7 +135,7 @@ def measure_fits(
                 key = {"label": label, "seed": seed, "train_size": size}
                 name, method = f"{average_name(key)}, seed {seed}", built(label, make, "methods")
                 source = source_of(label, method, usual)
-                if kept.is_measured(key, name, is_own(method) or source is not None, source):
+                if kept.is_measured(key, name, is_own(method), source):
                     continue
                 if trained_by_steps(make):
                     say(name)

@@ -65,7 +65,7 @@ class KeptRows:
         """The row with this key. None: it has not been measured."""
         return next((row for row in self.rows if key.items() <= row.items()), None)
 
-    def is_measured(self, key: dict[str, Any], name: str, may_change: bool, source: str | None) -> bool:
+    def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None) -> bool:
         """Whether a row has been measured; not if its method was another one or has been edited since.
 
         What is decided is said.
@@ -73,14 +73,13 @@ class KeptRows:
         Args:
             key: the row's key.
             name: what it is called.
-            may_change: whether the method may be another one than its label says: a class of the user's, or a method of
-                ours with a label or options of the user's.
-            source: hash of what it is (``source_of``). None: it is not known.
+            own: whether the class is the user's.
+            source: hash of what it is (``source_of``). None: it is not known of the user's, and not needed of ours.
         """
         row = self.row(key)
-        if row is None or (not may_change and "source" not in row):
+        if row is None or not (own or source is not None or "source" in row):
             return row is not None
-        if may_change and source is None:
+        if own and source is None:
             say(f"{name}: measured before and kept; no source tells whether its class has changed since")
         elif "source" not in row:
             say(f"{name}: measured before and kept; an older version kept nothing that tells whether it has changed")

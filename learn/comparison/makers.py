@@ -46,12 +46,10 @@ def makers(
     if not given:
         raise ParameterError(parameter, "expected at least one method, found none")
     if isinstance(given, Mapping):
-        found = {
-            f"{name}{label(each).removeprefix(each)}" if isinstance(each, str) else name: _maker(
-                name, each, find, parameter
-            )
-            for name, each in given.items()
-        }
+        found = {}
+        for name, each in given.items():
+            reduced = label(each).removeprefix(each) if isinstance(each, str) else ""
+            found[f"{name}{reduced}"] = _maker(name, each, find, parameter)
     else:
         for name in given:
             require_instance(str, **{parameter: name})

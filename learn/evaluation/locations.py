@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 from scipy.stats import chi2
 
 from learn.localisation.fingerprints import Fingerprints
+from learn.localisation.heard_pictures import require_unseen
 from learn.localisation.locate import Place, locate
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
@@ -99,12 +100,7 @@ def heard_by(runs: Sequence[Run | Path]) -> Heard:
     for run, dataset in zip(loaded[1:], datasets[1:], strict=True):
         _require_same(datasets[0], dataset)
         trained = np.intersect1d(run.split(dataset).known, test)
-        if len(trained):
-            raise InputError(
-                f"{run.folder}: expected a run that was not trained on test spectra of {loaded[0].folder}, found one "
-                f"trained on {len(trained)}, such as {dataset.names[trained[0]]}; train both with the same split and "
-                "seed"
-            )
+        require_unseen(run, loaded[0], [dataset.names[index] for index in trained])
     # A picture of one brightness has no fingerprint.
     told = np.any([np.ptp(dataset.pictures[test], axis=(1, 2)) > 0 for dataset in datasets], axis=0)
     if not told.any():

@@ -73,6 +73,24 @@ def parts_of(names: list[str], folder: Path, run: Run) -> list[str]:
     return [part.get(name, NEW) for name in names]
 
 
+def require_unseen(run: Run, first: Run, learned: list[str]) -> None:
+    """Refuse a run that was trained on test spectra of the first run.
+
+    Args:
+        run: a further run.
+        first: the first run.
+        learned: names of the first run's test spectra that the further run was trained on.
+
+    Raises:
+        InputError: there are any.
+    """
+    if learned:
+        raise InputError(
+            f"{run.folder}: expected a run that was not trained on test spectra of {first.folder}, found one "
+            f"trained on {len(learned)}, such as {learned[0]}; train both with the same split and seed"
+        )
+
+
 def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, "K 90 360"], run: Run) -> None:
     """Compare the stated frequency, array and grid with those of a run, or else the pictures with its array."""
     problems: list[str] = []

@@ -229,9 +229,7 @@ def _measure(
     method = built(label, make, "methods")
     source = source_of(label, method, ROOM_METHODS)
     keys: list[dict[str, Any]] = [{"label": label, "seed": seed, "train_size": size} for size in sizes]
-    missing = [
-        key for key in keys if not kept.is_measured(key, row_name(key), is_own(method) or source is not None, source)
-    ]
+    missing = [key for key in keys if not kept.is_measured(key, row_name(key), is_own(method), source)]
     if not missing:
         return
     say(f"{label}, seed {seed}")

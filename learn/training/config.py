@@ -16,7 +16,7 @@ from learn.data.splits import Split, SplitKind
 from learn.models.steps import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, cut, shown
+from scenes.files.errors import InputError, ParameterError, cut, require_whole, shown
 from scenes.files.json_file import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER, Count, conform
@@ -91,15 +91,15 @@ class Config:
 
 
 def _as_json(option: str, value: Any) -> Any:
+    wrong = ParameterError(option, f"expected a number, a text, a switch or a list, found {shown(value)}")
     try:
         found = json.loads(json.dumps(value.item() if isinstance(value, np.generic) else value))
     except (TypeError, ValueError):
-        found = {}
+        raise wrong from None
     if isinstance(found, dict):
-        raise ParameterError(option, f"expected a number, a text, a switch or a list, found {shown(value)}")
-    if isinstance(found, int) and abs(found) > LARGEST_OPTION:
-        wanted = f"expected a whole number from {-LARGEST_OPTION} to {LARGEST_OPTION}"
-        raise ParameterError(option, f"{wanted}, found {shown(value)}")
+        raise wrong
+    if isinstance(found, int) and not isinstance(found, bool):
+        require_whole(-LARGEST_OPTION, LARGEST_OPTION, **{option: found})
     return found
 
 

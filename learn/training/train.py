@@ -176,7 +176,7 @@ def _with_steps_of(folder: Path, config: Config) -> Config:
     assert config.by_steps is not None
     begun = read_config(folder).config.by_steps
     steps = config.by_steps.steps if begun is None else begun.steps
-    say(f"{folder}: goes on with the {steps} steps that this run began with, whatever the budget")
+    say(f"{folder}: keeps the {steps} steps that this run began with, whatever the budget")
     return replace(config, by_steps=replace(config.by_steps, steps=steps))
 
 

@@ -8,15 +8,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
 from scenes.files.output_folder import has_other_files
 from scenes.files.temporary import remove_left
 from simulate.dataset.dataset_writer import write_metadata
-from simulate.dataset.metadata import read_metadata_file
-
-IN_SOME: dict[str, Any] = {"frequencies_hz": [], "moving": "transmitter", "band": None, "receivers_sha256": ""}
-"""Settings that some simulations record, and what holds where they are missing."""
+from simulate.dataset.metadata import Metadata, read_metadata_file
 
 
 def begun(folder: Path, metadata: dict[str, Any]) -> bool:
@@ -37,9 +36,10 @@ def begun(folder: Path, metadata: dict[str, Any]) -> bool:
     found = read_metadata_file(path, "the settings of a dataset")
     found.setdefault("engine", "rays")  # the only engine of version 0.1, which did not record it
     # Through JSON, so that numbers compare as they were written.
-    wanted = json.loads(json.dumps(metadata))
-    for key in ("seed", *wanted, *IN_SOME):  # the seed first, since propagation and measurement contain seeds, too
-        there, here = (settings.get(key, IN_SOME.get(key)) for settings in (found, wanted))
+    wanted, missing = json.loads(json.dumps(metadata)), to_builtins(Metadata())
+    recorded = [key for key in missing if key in found]  # some settings are recorded by some simulations only
+    for key in ("seed", *wanted, *recorded):  # the seed first, since propagation and measurement contain seeds, too
+        there, here = (settings.get(key, missing.get(key)) for settings in (found, wanted))
         if there != here:
             raise InputError(
                 f"{folder}: expected a new folder or one that this command began, found a dataset whose "

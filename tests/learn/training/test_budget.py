@@ -24,7 +24,8 @@ def test_a_budget_is_turned_into_steps_once(tiny, tmp_path, monkeypatch, capsys)
         run = bisplat.train(tiny, tmp_path / "run", model="mlp", budget=2.0)
     assert measured == [1] and run.config.by_steps.steps == 3
     said = capsys.readouterr().err
-    assert "3 steps fit into 2 minutes" in said and "goes on with the 3 steps that this run began with" in said
+    assert "3 steps fit into 2 minutes" in said
+    assert "keeps the 3 steps that this run began with, whatever the budget" in said
     with pytest.raises(InputError, match="an earlier run with seed 1, found one with seed 0"):
         bisplat.train(tiny, tmp_path / "run", model="mlp", budget=2.0, seed=1)
 
