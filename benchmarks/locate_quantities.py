@@ -44,7 +44,7 @@ def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> di
         heard = dataset.uplink[parts.test]
         places = locate_channels(dataset, heard, known=parts.known)
         simpler = by_channels(dataset, parts.known, heard, 0)
-    rows = error_rows(places, dataset.positions[parts.test], simpler)
+    rows = error_rows(places, dataset.positions[parts.test], simpler, dataset.positions[parts.known])
     figures = {f"{row['method']}, {key}": row[key] for row in rows for key in ("median, m", "90 %, m")}
     return figures | {"within 90 % region": rows[0]["within 90 % region"]}
 

@@ -61,14 +61,15 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
         seen, numbers = read, list(range(len(read.rows)))
     places: list[list[Place]]
     if isinstance(dataset, RssiDataset):
-        places = locate_powers(dataset, seen.rows, known=known, level=0.0 if heard is None else level)
-        simpler = None if seen.truth is None else by_powers(dataset, known, seen.rows, 0)
+        level = 0.0 if heard is None else level
+        places = locate_powers(dataset, seen.rows, known=known, level=level)
+        simpler = None if seen.truth is None else by_powers(dataset, known, seen.rows - (level or 0.0), 0)
     else:
         places = locate_channels(dataset, seen.rows, known=known)
         simpler = None if seen.truth is None else by_channels(dataset, known, seen.rows, 0)
     write_places(output, [str(number) for number in numbers], places, [part] * len(places))
     if seen.truth is not None and simpler is not None:
-        judged = error_rows(places, seen.truth, simpler)
+        judged = error_rows(places, seen.truth, simpler, dataset.positions[slice(None) if known is None else known])
         if judged:
             print_rows("errors of the positions", judged)
     several, empty = sum(len(each) > 1 for each in places), sum(not each for each in places)

@@ -46,7 +46,11 @@ def view(
 
         channels = read_csi(what)
         require_places_and_band(channels)
-        serve(f"bisplat: {channels.folder.name}", port, lambda client: ChannelTab(client, channels, planned).close)
+        serve(
+            f"bisplat: {channels.folder.resolve().name}",
+            port,
+            lambda client: ChannelTab(client, channels, planned).close,
+        )
         return
     from learn.view.session import Session
     from learn.view.subject import subject
@@ -55,7 +59,9 @@ def view(
     shown = subject(what)
     shown.planned = planned
     propagation, seed = shown.propagation
-    tracing = None if shown.scene is None else Tracing(shown.scene, shown.beamformer, propagation, shown.region, seed)
+    tracing = None
+    if shown.scene is not None and not shown.array_moves:
+        tracing = Tracing(shown.scene, shown.beamformer, propagation, shown.region, seed)
     serve(f"bisplat: {shown.name}", port, lambda client: Session(client, shown, tracing).close)
     if tracing is not None:  # Dr.Jit aborts a process that exits normally while the tracing thread is tracing
         os._exit(0)

@@ -42,6 +42,10 @@ class AveragedTable:
         """The averages, sorted."""
         raise NotImplementedError
 
+    def facts(self) -> dict[str, Any]:
+        """What results.json holds, apart from where the scores come from."""
+        raise NotImplementedError
+
     def remark(self) -> str | None:
         """A sentence that names the methods that had too few training steps. None: there are none."""
         return remark_on(self.averages(), self.minutes)

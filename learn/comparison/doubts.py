@@ -54,6 +54,21 @@ def doubts_of(averages: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     return found
 
 
+def footnote_of(averages: Sequence[Mapping[str, Any]]) -> str:
+    """What the mark of rows with doubts means. Empty: there are no such rows.
+
+    Args:
+        averages: rows of ``Comparison.averages``.
+
+    >>> footnote_of([{"label": "mlp", "train_size": None, "ssim_median": 0.4, "steps": 20}])
+    '† fewer than 100 training steps: says little'
+    """
+    found = [f"fewer than {FEW_STEPS} training steps"] if any(map(took_few_steps, averages)) else []
+    if any(map(is_below_mean_picture, averages)):
+        found.append("below the mean picture")
+    return f"† {', or '.join(found)}: says little" if found else ""
+
+
 def remark_on(averages: Sequence[Mapping[str, Any]], minutes: float | None) -> str | None:
     """Name all rows with doubts, for a reader of the table.
 

@@ -245,7 +245,7 @@ def check(
             f'{dataset.frequency}"'
         )
     if found.leakage is not None and found.leakage.leaks:
-        found.warnings.append(found.leakage.warning())
+        found.warnings.append(found.leakage.warning(split))
     elif parts is not None and found.distances is not None and (near := found.distances.warning()):
         found.warnings.append(near)
     if dataset is not None:

@@ -30,6 +30,7 @@ from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.fixed_array import require_fixed_array
+from simulate.dataset.recorded_scene import at_its_frequency
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
@@ -167,7 +168,7 @@ def crossvalidate(
         raise ParameterError("tracer", f"expected a Tracer, found {shown(tracer)}")
     run = run if isinstance(run, Run) else load_run(run)
     dataset = run.dataset()
-    scene = seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene))
+    scene = at_its_frequency(seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene)), dataset)
     if other_frequency(dataset.wavelength, scene.wavelength):
         raise InputError(
             f"{scene.name}: expected a scene at the frequency of {run.folder}, {in_megahertz(dataset.wavelength)}, "

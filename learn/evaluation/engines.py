@@ -17,7 +17,7 @@ from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.fixed_array import require_fixed_array
-from simulate.generation.same_array import with_same_array
+from simulate.dataset.recorded_scene import at_its_frequency
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import (
@@ -161,9 +161,7 @@ def scene_for_rays(dataset: Dataset) -> Scene:
             f"{dataset.folder}: expected a dataset without measurement errors, which would count as errors of the "
             f"rays, found {errors}"
         )
-    scene = read_scene(dataset.folder / dataset.metadata["scene_file"])
-    for frequency in dataset.metadata.get("frequencies_hz", ()):  # there is one at most
-        scene = with_same_array(scene, frequency)
+    scene = at_its_frequency(read_scene(dataset.folder / dataset.metadata["scene_file"]), dataset)
     return replace(
         scene,
         gateway=replace(scene.gateway, pattern="dipole"),

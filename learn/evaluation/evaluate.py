@@ -14,12 +14,14 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, score
+from learn.data.same_receiver import SAME_DIRECTION, SAME_PLACE, pose_difference
 from learn.data.scorable import require_scorable, scorable
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.origin import Origin
 from learn.evaluation.stated_intervals import StatedIntervals, intervals_by_distance
 from learn.models.base import Report
 from learn.training.deviation import pixel_errors
+from learn.training.own_dataset import require_same_receiver
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
@@ -183,8 +185,9 @@ def evaluate(
 
     Raises:
         InputError: the run, the dataset or the index cannot be read; the run's dataset has been replaced; the index
-            names spectra that the run was trained on; the spectra are on another grid than the run's predictions; the
-            array has fewer than three elements; or all test spectra are constant.
+            names spectra that the run was trained on; the spectra are of another grid, frequency or array than the
+            run's predictions, or another end moves; the array has fewer than three elements; or all test spectra are
+            constant.
 
     Example:
         >>> evaluation = evaluate("runs/lab")
@@ -211,6 +214,8 @@ def evaluate(
             f"{tested_on.folder}: expected spectra on the grid that the run predicts, {run.beamformer.grid}, "
             f"found {grid}"
         )
+    if not same:
+        _require_same_link(run, known_data, tested_on)
     parts = run.split(known_data)
     known, test = parts.known, parts.test if same else np.arange(len(tested_on.names))
     if index is not None:
@@ -259,8 +264,36 @@ def evaluate(
     )
 
 
+def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
+    """Refuse another dataset whose spectra are not what a run predicts. Warn if its gateway is elsewhere.
+
+    Args:
+        run: the run.
+        known: the dataset that it was trained on.
+        tested: the other dataset.
+
+    Raises:
+        InputError: it is of another frequency or array, or another end moves.
+    """
+    require_same_receiver(tested, run.folder, run.beamformer, float(run.model.wavelength))
+    if known.moving != tested.moving:
+        raise InputError(
+            f"{tested.folder}: expected spectra for which the {known.moving} moves, as for {run.folder}, found some "
+            f"for which the {tested.moving} does"
+        )
+    distance, angle = pose_difference(
+        (known.gateway_position, known.gateway_orientation), (tested.gateway_position, tested.gateway_orientation)
+    )
+    if distance > SAME_PLACE * tested.wavelength or angle > SAME_DIRECTION:
+        say(
+            f"warning: the gateway of {tested.folder} is {distance:.3g} m away from that of {run.folder} and turned by "
+            f"{angle:.3g}°; the run predicts what the latter receives"
+        )
+
+
 def _tested_on(dataset: Dataset, same: bool, index: Path | None) -> str | None:
     """What the test spectra are, in words. None: the test part of the run's split."""
+    of = "" if same else f" of {dataset.folder.resolve().name}"
     if index is not None:
-        return f"the spectra named in {Path(index).name}"
-    return None if same else f"all spectra of {dataset.folder.resolve().name}"
+        return f"the spectra{of} named in {Path(index).name}"
+    return None if same else f"all spectra{of}"

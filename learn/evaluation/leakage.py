@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from learn.data.metrics import ssim_of_each
-from learn.data.splits import Split
+from learn.data.splits import Split, SplitKind
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -63,12 +63,17 @@ class Leakage:
         ssim_p10, ssim_p90 = np.quantile(self.ssim, [0.1, 0.9])
         return f"a median SSIM of {self.ssim_median:.3f} (eight of ten between {ssim_p10:.3f} and {ssim_p90:.3f})"
 
-    def warning(self) -> str:
-        """Distances and similarity, with what follows if the split leaks."""
-        return (
-            f"{self.facts()}; a score on this split says little about new positions: use the split blocked (from 21 "
-            "spectra on)"
-        )
+    def warning(self, split: SplitKind | None = None) -> str:
+        """Distances and similarity, with what follows if the split leaks.
+
+        Args:
+            split: the split. None: the dataset's own.
+        """
+        if split in ("blocked", "area"):
+            better = "leave near positions out with --guard" + (", or use the split area" if split == "blocked" else "")
+        else:
+            better = "use the split blocked (from 21 spectra on)"
+        return f"{self.facts()}; a score on this split says little about new positions: {better}"
 
 
 def leakage(dataset: Dataset, parts: Split | None = None) -> Leakage | None:

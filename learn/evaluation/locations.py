@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.stats import chi2
 
 from learn.localisation.fingerprints import Fingerprints
 from learn.localisation.heard_pictures import require_unseen
 from learn.localisation.locate import Place, locate
+from learn.localisation.stated_region import share_in_region
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
@@ -35,12 +35,16 @@ class Locations:
         names: names of their spectra.
         truth: [K, 3] their true positions, metres, world frame.
         places: the places where each may be, from ``bisplat.locate``.
+        known: [n, 3] known positions, metres.
+        further_runs: names of the runs of further gateways.
         by_fingerprint: [K, 3] mean position of the k most similar known spectra, metres, for each k of ``NEAREST``.
     """
 
     names: list[str]
     truth: Float[np.ndarray, "K 3"]
     places: list[list[Place]]
+    known: Float[np.ndarray, "n 3"]
+    further_runs: list[str]
     by_fingerprint: dict[int, Float[np.ndarray, "K 3"]]
 
     @property
@@ -58,10 +62,9 @@ class Locations:
             key = {"model": "", "fingerprint": "_fingerprint"}.get(name, "_fingerprint_4")
             metrics[f"location_error_median_cm{key}"] = 100 * float(np.median(errors))
             metrics[f"location_error_p90_cm{key}"] = 100 * float(np.percentile(errors, 90))
-        first = [each[0] for each in self.places]
-        away = np.stack([place.position for place in first]) - self.truth
-        distance = [each @ np.linalg.solve(place.covariance, each) for each, place in zip(away, first, strict=True)]
-        metrics["within_90_percent_region"] = float(np.mean(np.array(distance) <= chi2.ppf(0.9, 3)))
+        within = share_in_region([each[0] for each in self.places], self.truth, self.known)
+        if within is not None:
+            metrics["within_90_percent_region"] = within
         metrics["of_several_places"] = float(np.mean([len(each) > 1 for each in self.places]))
         return metrics
 
@@ -129,6 +132,8 @@ def evaluate_locations(heard: Heard, report: Report = lambda phase, done, total:
         names=[datasets[0].names[each] for each in test],
         truth=positions[test],
         places=locate(runs, pictures, report, positions[known]),
+        known=positions[known],
+        further_runs=[run.name for run in runs[1:]],
         by_fingerprint={count: positions[nearest[:, :count]].mean(axis=1) for count in NEAREST},
     )
 

@@ -32,7 +32,7 @@ class Spacing:
     """How densely known positions lie.
 
     Attributes:
-        known: number of known positions.
+        known: number of different known positions.
         shape: what they fill: a volume, a plane (or a layer of less than half a wavelength), or a path.
         size: volume in cubic wavelengths, area in square wavelengths, or length in wavelengths.
 
@@ -54,6 +54,8 @@ class Spacing:
         box, enlarged by ``(n + 1) / (n - 1)`` along each axis, since positions chosen near the border are nearly all
         corners.
 
+        Positions that were measured several times count once.
+
         Args:
             positions: known positions in the order of measurement, metres.
             wavelength: metres.
@@ -61,6 +63,7 @@ class Spacing:
         Returns:
             The spacing. None: there are fewer than ten positions, or all lie within half a wavelength.
         """
+        positions = positions[np.sort(np.unique(positions, axis=0, return_index=True)[1])]
         n = len(positions)
         if n < FEWEST:
             return None

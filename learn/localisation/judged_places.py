@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
-from scipy.stats import chi2
 
 from learn.localisation.channel_fingerprints import unlike
 from learn.localisation.locate import Place
 from learn.localisation.locate_channels import fit_regression
 from learn.localisation.locate_powers import points_among
+from learn.localisation.stated_region import share_in_region
 from learn.powers.known_powers import KnownPowers
 from learn.powers.path_loss import LEAST_DEVIATION
 from simulate.csi.csi_dataset import CsiDataset
@@ -68,6 +68,7 @@ def error_rows(
     places: Sequence[Sequence[Place]],
     truth: Float[np.ndarray, "K 3"],
     simpler: Mapping[str, Float[np.ndarray, "K 3"]],
+    known: Float[np.ndarray, "n 3"],
 ) -> list[dict[str, Any]]:
     """A row for each method: median and 90th percentile of the distances to the truth, metres.
 
@@ -78,9 +79,10 @@ def error_rows(
         places: places of each transmitter.
         truth: their true positions.
         simpler: positions by other methods.
+        known: known positions, metres.
 
     >>> place = Place(np.zeros(3), np.eye(3), 1.0, 0.0)
-    >>> error_rows([[place], []], np.array([[3.0, 0, 4], [0, 0, 0]]), {})
+    >>> error_rows([[place], []], np.array([[3.0, 0, 4], [0, 0, 0]]), {}, np.vstack([np.eye(3), -np.eye(3)]))
     [{'method': 'locate', 'median, m': 5.0, '90 %, m': 5.0, 'within 90 % region': 0.0}]
     """
     kept = np.array([bool(each) for each in places])
@@ -88,12 +90,10 @@ def error_rows(
     truth = truth[kept]
     if not len(first):
         return []
-    positions = np.stack([each.position for each in first])
-    squared = [
-        (away @ np.linalg.solve(place.covariance, away)) for away, place in zip(positions - truth, first, strict=True)
+    positions, within = np.stack([each.position for each in first]), share_in_region(first, truth, known)
+    rows: list[dict[str, Any]] = [
+        _row("locate", positions, truth) | {"within 90 % region": None if within is None else round(within, 3)}
     ]
-    within = float(np.mean(np.array(squared) <= chi2.ppf(0.9, 3)))
-    rows = [_row("locate", positions, truth) | {"within 90 % region": round(within, 3)}]
     return rows + [_row(name, each[kept], truth) | {"within 90 % region": None} for name, each in simpler.items()]
 
 

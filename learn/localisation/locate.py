@@ -47,7 +47,7 @@ class Place(NamedTuple):
     Attributes:
         position: [3] metres, world frame.
         covariance: [3, 3] covariance of the position, m². It grows with the part of the spectrum that the run does not
-            explain.
+            explain. It is 0 along an axis along which the training positions have no extent.
         probability: probability of this place among all places of the transmitter, 0…1.
         misfit: squared distance of measured and predicted fingerprint: about the share of the spectrum that the run
             does not explain. For received powers and channels, what ``locate_powers`` and ``locate_channels`` say.
@@ -127,7 +127,7 @@ def locate(
             continue
         starts = starting_points(points, likely(fingerprint), APART * wavelength)
         refined = refine(field.predicted, np.tile(fingerprint, (MODES, 1)), starts, region, wavelength)
-        found.append(_places(refined, prior, numbers, wavelength))
+        found.append(_places(refined, prior, numbers, region, wavelength))
     return found
 
 
@@ -186,7 +186,9 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
     return region
 
 
-def _places(refined: Refined, prior: Prior, numbers: float, wavelength: float) -> list[Place]:
+def _places(
+    refined: Refined, prior: Prior, numbers: float, region: Float[np.ndarray, "2 3"], wavelength: float
+) -> list[Place]:
     """The distinct places among the refined positions of a transmitter, the most probable one first."""
     positions, misfit, normal = refined
     order = [int(each) for each in misfit.argsort()]
@@ -197,7 +199,9 @@ def _places(refined: Refined, prior: Prior, numbers: float, wavelength: float) -
     # The derivatives say nothing about places more than a wavelength away, so no deviation is larger than that.
     variance = (LEAST_MISFIT + misfit[kept]) / max(numbers - 3, 1)
     precision = normal[kept] / variance[:, None, None] + np.eye(3) / wavelength**2
-    covariance = np.linalg.inv(precision)
+    free = np.flatnonzero(region[1] > region[0])
+    covariance = np.zeros_like(precision)
+    covariance[:, free[:, None], free] = np.linalg.inv(precision[:, free[:, None], free])
     # The volume that a place's covariance spans would be a further factor. Measured data are located worse with it,
     # since the field is flat where it is wrong.
     likelihood = -numbers / 2 * np.log(LEAST_MISFIT + misfit[kept])

@@ -51,7 +51,7 @@ def refine(
     misfit = ((found - seen) ** 2).sum(axis=1)
     damping = np.full(len(start), 1e-2)
     for _ in range(STEPS):
-        derivative = _derivative(predicted, positions, STEP * wavelength)
+        derivative = _derivative(predicted, positions, STEP * wavelength) * (region[1] > region[0])
         normal = derivative.transpose(0, 2, 1) @ derivative
         towards = np.einsum("kfi,kf->ki", derivative, found - seen)
         diagonal = np.einsum("kii->ki", normal)

@@ -183,23 +183,28 @@ class BandField(KrigedField):
         return torch.cat([self._at(each)[0] for each in positions.split(AT_ONCE)])
 
     def at(
-        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None = None, radius: float = 0.0
+        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None = None
     ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]:
         """Responses as for ``band_responses``, and the standard deviation of their real and imaginary parts.
 
         Args:
             positions: transmitter positions, metres, world frame.
             left_out: for each position the index of a known one that must not be used.
-            radius: known positions nearer to the new one must not be used, either, metres.
         """
-        responses, variance = self.with_variance(positions, left_out, radius)
+        responses, variance = self.with_variance(positions, left_out)
         of_level = on_curve(variance, self.variances.double().numpy(), self.deviations.double().numpy())
         return responses, float(self.level) * of_level
 
     def with_variance(
-        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None, radius: float
+        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None, radius: float = 0.0
     ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]:
-        """As ``at``, with the relative variance instead of the deviation."""
+        """As ``at``, with the relative variance instead of the deviation.
+
+        Args:
+            positions: as for ``at``.
+            left_out: as for ``at``.
+            radius: known positions nearer to the new one must not be used, either, metres.
+        """
         places = torch.from_numpy(np.asarray(positions)).float().split(AT_ONCE)
         without = [None] * len(places) if left_out is None else torch.from_numpy(left_out).split(AT_ONCE)
         with torch.inference_mode():
@@ -233,7 +238,8 @@ class BandField(KrigedField):
             samples = torch.where(distance.isinf()[..., None], away, samples)
         times = self.times[near][..., None]
         covariance = self.covariance(samples, samples, self.fading(distances(times, times), self.drift), *self._of())
-        cross = self.covariance(samples, wanted, self.expected_fading(positions, near)[..., None], *self._of())[..., :1]
+        fading = self.expected_fading(positions, near, left_out)[..., None]
+        cross = self.covariance(samples, wanted, fading, *self._of())[..., :1]
         identity = torch.eye(covariance.shape[-1], device=covariance.device)
         # One solution for each component: [B, I, 2n, 1].
         weights = self.solve(covariance[:, None] + self.noises[:, None, None] * identity, cross[:, None])[..., 0]

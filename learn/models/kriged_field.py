@@ -169,7 +169,9 @@ class KrigedField(KnownSpectra):
         """
         return torch.exp(-separation / scale * (1 if self.of_responses else 2))
 
-    def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
+    def expected_fading(
+        self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"], left_out: Int[Tensor, " B"] | None = None
+    ) -> Float[Tensor, "B n"]:
         """Expected factor ``e^(−τ/T)`` of κ (its square in ``|κ|²`` for spectra) between new and known positions.
 
         The time of a new position is unknown; ``leg_times`` tells the probable ones.
@@ -177,10 +179,17 @@ class KrigedField(KnownSpectra):
         Args:
             positions: new positions, metres, world frame.
             near: indices of known positions, for each new position.
+            left_out: as for ``interpolated``. The path does not pass this known position.
         """
-        if len(self.places) < 2:
+        if len(self.places) - (left_out is not None) < 2:
             return torch.ones_like(near, dtype=positions.dtype)
-        times, probability = leg_times(positions, self.places, self.times)
+        if left_out is None:
+            times, probability = leg_times(positions, self.places, self.times)
+        else:
+            known = torch.arange(len(self.places), device=left_out.device)
+            paths = [(self.places[kept], self.times[kept]) for kept in (known != each for each in left_out)]
+            legs = [leg_times(here[None], *path) for here, path in zip(positions, paths, strict=True)]
+            times, probability = (torch.cat(parts) for parts in zip(*legs, strict=True))
         time_between = (times[:, None, :] - self.times[near][:, :, None]).abs()
         return (self.fading(time_between, self.drift) * probability[:, None]).sum(dim=-1)
 
@@ -205,7 +214,7 @@ class KrigedField(KnownSpectra):
         fading = self.fading(distances(times, times), self.drift)
         covariance = self.covariance(samples, samples, fading, self.shares, self.length)
         covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
-        fading = self.expected_fading(positions, near).repeat_interleave(len(self.offsets), dim=1)[..., None]
+        fading = self.expected_fading(positions, near, left_out).repeat_interleave(len(self.offsets), dim=1)[..., None]
         cross_covariance = self.covariance(samples, wanted, fading, self.shares, self.length)[..., : len(self.offsets)]
         weights = self.solve(covariance, cross_covariance)
         values = (weights.mT @ self._rows(near, columns)).flatten(1) + self.mean[columns]

@@ -15,6 +15,9 @@ from torch import Tensor
 
 from learn.models.splat_cpu import splat_cpu
 
+WHOLE = 1e-3
+"""A number of columns this near a whole one is whole: a grid's azimuths are in single precision."""
+
 Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]]
 """The entries a, b, c of the inverse covariances Σ⁻¹ = [[a, b], [b, c]] of primitives, per square degree."""
 
@@ -62,7 +65,8 @@ def splat(
         rotation: ρ_i, radians.
         opacity: o_i in (0, 1).
         coefficient: c_i (real, imaginary).
-        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, … 360 − step.
+        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, …; the step may be negative, and the columns
+            need not make a full turn.
         elevations: elevations of the grid's rows, degrees.
     """
     order = torch.argsort(depth, stable=True)
@@ -99,7 +103,24 @@ def splat_by_conic(
         from learn.models.splat_triton import splat_triton as renderer  # only CUDA builds of torch include Triton
     else:
         renderer = splat_reference
-    return renderer(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
+    if renderer is splat_reference or (turn := _turn(azimuths)) is None:
+        return splat_reference(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
+    if azimuths[1] < 0:  # the mirror image of a grid whose azimuths increase
+        (a, b, c), azimuth = conic, (-azimuth).remainder(360)
+        conic = a, -b, c
+    field = renderer(azimuth, elevation, conic, opacity, coefficient, turn, elevations)
+    if len(turn) == len(azimuths):
+        return field
+    return field[:, :, torch.arange(len(azimuths), device=field.device) % len(turn)]
+
+
+def _turn(azimuths: Float[Tensor, " W"]) -> Float[Tensor, " W_360"] | None:
+    """Azimuths of one full turn from 0° up, with the grid's step. None: no number of steps makes a full turn."""
+    steps = 360 / abs(float(azimuths[1])) if len(azimuths) > 1 else 0.5
+    columns = round(steps)
+    if abs(steps - columns) > WHOLE:
+        return None
+    return torch.arange(columns, dtype=azimuths.dtype, device=azimuths.device) * (360 / columns)
 
 
 def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> Conic:

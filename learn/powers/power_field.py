@@ -6,7 +6,7 @@ covariance of fading is left of the wave.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -48,6 +48,7 @@ class PowerField:
     """
 
     NAME: ClassVar[str] = "helmholtz"
+    TAKEN_BY: ClassVar[Literal["linear", "weibull"]] = "linear"  # how NumPy takes quantiles of the errors
 
     def fit(self, known: KnownPowers) -> None:
         chosen = _at_most(len(known.positions), known.seed)
@@ -93,11 +94,13 @@ class PowerField:
         if size[self.share] > (1 - LEAST_GAIN) * size[0.0]:
             self.share = 0.0
         stated = mixed[self.share] / np.maximum(deviations[heard], JITTER)
-        self._quantiles = self._spread(stated) if stated.size >= LEAST_ERRORS else ndtri(QUANTILES)
+        self._quantiles = self._spread(stated)
 
     def _spread(self, stated: Float[np.ndarray, " errors"]) -> Float[np.ndarray, " 3"]:
         """``QUANTILES`` of left-out errors in stated standard deviations."""
-        return np.quantile(stated, QUANTILES)
+        if stated.size < LEAST_ERRORS:
+            return ndtri(QUANTILES)
+        return np.quantile(stated, QUANTILES, method=self.TAKEN_BY)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
         near = self.covariance(positions, self._positions)

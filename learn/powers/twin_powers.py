@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from learn.powers.explained_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
-from learn.powers.power_field import QUANTILES
 from learn.twin.described_gateways import scenes_with_gateways
 from scenes.files.extras import require_extra
 from scenes.files.plain_text import say
@@ -68,6 +67,7 @@ class TwinPowers(ExplainedPowers):
     """
 
     NAME: ClassVar[str] = "twin"
+    TAKEN_BY: ClassVar[Literal["linear", "weibull"]] = "weibull"  # right on average even for a few errors
 
     def __init__(
         self,
@@ -114,7 +114,7 @@ class TwinPowers(ExplainedPowers):
         super().fit(known)
 
     def _spread(self, stated: Float[np.ndarray, " errors"]) -> Float[np.ndarray, " 3"]:
-        low, middle, high = np.quantile(stated, QUANTILES, method="weibull")  # right on average even for a few errors
+        low, middle, high = super()._spread(stated)
         return np.array([middle + self._wider * (low - middle), middle, middle + self._wider * (high - middle)])
 
     def _gains(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from learn.comparison.doubts import FEW_STEPS, average_name
+from learn.comparison.doubts import average_name, footnote_of
 from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
@@ -26,8 +26,6 @@ COST_COLUMNS = {
     "milliseconds_per_spectrum": "ms per spectrum",
 }
 
-FOOTNOTE = f"† fewer than {FEW_STEPS} training steps, or below the mean picture: says little"
-
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
     """Write the averages over the seeds, and the distribution of the SSIM of the first seed.
@@ -43,7 +41,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
     doubts, made = comparison.doubts(), Provenance.of_comparison(comparison)
     marks = {label: f"{label}{DOUBTFUL}" if label in doubts else label for label in rows}
-    curves, note = {marks[label]: values for label, values in ssim.items()}, FOOTNOTE if doubts else ""
+    curves, note = {marks[label]: values for label, values in ssim.items()}, footnote_of(comparison.averages())
     draw_ssim_distribution(curves, folder / "ssim_cdf.png", note, made)
     _write_tables(comparison, comparison.table(), folder)
     write_page(
@@ -87,7 +85,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
     measure = f"median SSIM{over_seeds(rows)}"
     axis.set_xlabel(measure)
     axis.grid(axis="x", alpha=0.3)
-    save(figure, folder / "ablation.png", Provenance.of_comparison(comparison), FOOTNOTE if doubts else "")
+    save(figure, folder / "ablation.png", Provenance.of_comparison(comparison), footnote_of(comparison.averages()))
     draw_learning_curves(comparison, folder / "learning_curves.png")
     _write_tables(comparison, rows[::-1], folder)
 
@@ -102,7 +100,7 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
         folder: folder to write to; it must exist.
     """
     averages, doubts = comparison.averages(), comparison.doubts()
-    made, note = Provenance.of_comparison(comparison), FOOTNOTE if doubts else ""
+    made, note = Provenance.of_comparison(comparison), footnote_of(comparison.averages())
     axes = ("training spectra", f"median SSIM{over_seeds(averages)}")
     draw_sweep(averages, "ssim_median", axes, folder / "sweep.png", made, doubts, note)
     _write_tables(comparison, averages, folder)
@@ -115,5 +113,5 @@ def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]],
         f"{name}{DOUBTFUL}" if name in doubts else name: row
         for name, row in zip(map(average_name, averages), averages, strict=True)
     }
-    note = FOOTNOTE if doubts else ""
+    note = footnote_of(comparison.averages())
     write_tables(rows, {**SCORE_COLUMNS, **COST_COLUMNS}, folder, Provenance.of_comparison(comparison), note)

@@ -33,6 +33,9 @@ BROADEST, NARROWEST = 5, 2
 SILENT = "0.82"
 """Grey of cells in which nothing is received."""
 
+UNHEARD = "nothing received"
+"""Label of such cells."""
+
 INTERVAL = "magma_r"
 """Colour map of the widths of intervals: dark is uncertain."""
 
@@ -94,7 +97,8 @@ def draw_intervals(coverage: CoverageMap, path: Path, scene: Scene | None = None
         _mark(coverage, axis, [gateway])
         axis.set_title(in_figure(coverage.dataset.gateway_names[gateway]))
     figure.colorbar(image, ax=list(axes), label="width of the 90 % interval (dB)", aspect=30, pad=0.02)
-    figure.legend(handles=_handles(coverage, lines), loc="outside upper left", ncols=5, handlelength=1.4)
+    handles = [each for each in _handles(coverage, lines) if each.get_label() != UNHEARD]  # they have intervals, too
+    figure.legend(handles=handles, loc="outside upper left", ncols=5, handlelength=1.4)
     save(figure, path, _made(coverage), _note(coverage, shown))
 
 
@@ -206,7 +210,7 @@ def _handles(coverage: CoverageMap, lines: Float[np.ndarray, "n 2 2"]) -> list[A
     if len(lines):
         handles.append(Line2D([], [], color="0.15", lw=0.8, label="section of the scene"))
     if (np.isfinite(coverage.median) & ~coverage.received).any():
-        handles.append(Patch(color=SILENT, label="nothing received"))
+        handles.append(Patch(color=SILENT, label=UNHEARD))
     return handles
 
 

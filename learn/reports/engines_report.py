@@ -80,7 +80,7 @@ def draw_plane(plane: EnginePlane, folder: Path) -> None:
     for axis, (title, values) in zip(axes, panels.items(), strict=True):
         image = axis.pcolormesh(plane.x, plane.y, values, vmin=LOWEST, vmax=HIGHEST, cmap=MAGNITUDE, shading="nearest")
         borders = np.arange(plane.paths.min(), plane.paths.max()) + 0.5
-        if len(borders):
+        if len(borders) and min(plane.paths.shape) > 1:  # a region can be a line
             axis.contour(plane.x, plane.y, plane.paths, levels=borders, colors="white", linewidths=1)
         axis.set(title=title, xlabel="x (m)", aspect="equal")
     axes[0].set_ylabel("y (m)")

@@ -79,7 +79,8 @@ def _write_page(evaluation: Evaluation, folder: Path, locations: Locations | Non
     if locations is not None:
         values["figures"] |= embedded(folder, ("location_errors",))
     located = None if locations is None else locations.metrics()
-    write_page(folder / "report.html", "evaluation.html.j2", made, run=evaluation.run_name, located=located, **values)
+    values |= {"located": located, "further_runs": [] if locations is None else locations.further_runs}
+    write_page(folder / "report.html", "evaluation.html.j2", made, run=evaluation.run_name, **values)
 
 
 def named_scores(evaluation: Evaluation) -> dict[str, Scores]:

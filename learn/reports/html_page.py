@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from PIL import Image
 
-from learn.baselines.array_ceiling import shown_name
+from learn.baselines.array_ceiling import CEILING, SAMPLES, shown_name
 from learn.reports.method_styles import THIS_RUN
 from learn.reports.provenance import Provenance
+from learn.reports.table_files import shown_number
 from scenes.files.atomic import write_atomically
 
 SCORE_COLUMNS = {
@@ -28,8 +29,13 @@ SCORE_COLUMNS = {
 ENVIRONMENT = Environment(
     loader=PackageLoader("learn.reports"), autoescape=select_autoescape(["j2"]), undefined=StrictUndefined
 )
-ENVIRONMENT.filters["shown_name"] = shown_name
-ENVIRONMENT.globals["THIS_RUN"] = THIS_RUN
+ENVIRONMENT.filters.update(shown_name=shown_name, shown_number=shown_number)
+ENVIRONMENT.globals.update(THIS_RUN=THIS_RUN, CEILING=CEILING, SAMPLES=SAMPLES)
+ENVIRONMENT.globals["WITHOUT_TRAINING"] = {
+    "mean-picture": "predicts the mean of the known spectra",
+    "nearest": "copies the spectrum at the nearest known position",
+    "inverse-distance": "averages the spectra at the four nearest known positions, weighted by 1 / distance",
+}
 
 
 def write_page(path: Path, template: str, provenance: Provenance | None = None, **values: Any) -> None:

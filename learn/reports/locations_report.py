@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,8 @@ def write_locations(locations: Locations, folder: Path, made: Provenance | None 
         made: where the model comes from. Its name is then in the figure, and the rest at its foot.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / "locations.json", (json.dumps(locations.metrics(), indent=2) + "\n").encode())
+    facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})
+    write_atomically(folder / "locations.json", (json.dumps(facts, indent=2) + "\n").encode())
     write_places(folder / "locations.csv", locations.names, locations.places, ["test"] * len(locations.names))
     figure = Figure(figsize=(COLUMN, 2.7), layout="constrained")
     axis = figure.subplots()
@@ -38,8 +40,14 @@ def write_locations(locations: Locations, folder: Path, made: Provenance | None 
         share = np.arange(1, len(errors) + 1) / len(errors)
         label = f"{name}: median {100 * np.median(errors):.1f} cm"
         axis.step(np.sort(100 * errors), share, where="post", label=label, **{**styles[name], "marker": None})
-    axis.set(xlabel="error of the position (cm)", ylabel="share of test transmitters", xscale="log", ylim=(0, 1))
+    axis.set(xlabel="error of the position (cm)", ylabel="share of located positions", xscale="log", ylim=(0, 1))
     label_log_axis(axis.xaxis)
     axis.grid(alpha=0.3)
     figure.legend(loc="outside upper left", handlelength=3.2)
-    save(figure, folder / "location_errors.png", made)
+    save(figure, folder / "location_errors.png", made and replace(made, spectra=f"{made.spectra}, {_of(locations)}"))
+
+
+def _of(locations: Locations) -> str:
+    """How many test spectra were located, and with which further runs, in words."""
+    with_others = f" with the runs of further gateways {', '.join(locations.further_runs)}"
+    return f"{len(locations.names)} of them located{with_others if locations.further_runs else ''}"

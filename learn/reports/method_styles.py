@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import zlib
+from collections import Counter
 from collections.abc import Iterable
 from itertools import product
 from typing import Any
@@ -14,6 +16,7 @@ CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.2, "ls": "--"}
 
 SOLID, DASHED, DOTTED, DASH_DOT, LONG = "-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (8, 2))
 SPARSE, DASH_DOT_DOT, SHORT = (0, (1, 1.8)), (0, (3, 1, 1, 1, 1, 1)), (0, (2, 1))
+_DASHES = (SOLID, DASHED, DOTTED, DASH_DOT, LONG, SPARSE, DASH_DOT_DOT, SHORT)
 
 KNOWN: dict[str, tuple[str, Any, str]] = {
     "helmholtz": ("#1f4e9e", SOLID, "o"),
@@ -53,10 +56,10 @@ REDUCED = " (reduced)"
 def method_name(label: str) -> str:
     """The name of a method without what tables and figures add to it.
 
-    >>> method_name("bisplat (this run)"), method_name("mlp †"), method_name("nerf2 (reduced)")
+    >>> method_name("bisplat (this run)"), method_name("mlp, 200 †"), method_name("nerf2 (reduced)")
     ('bisplat', 'mlp', 'nerf2')
     """
-    return label.removesuffix(DOUBTFUL).removesuffix(THIS_RUN).removesuffix(REDUCED)
+    return re.sub(r", \d+$", "", label.removesuffix(DOUBTFUL)).removesuffix(THIS_RUN).removesuffix(REDUCED)
 
 
 def line_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -75,7 +78,8 @@ def line_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
     """
     found: dict[str, dict[str, Any]] = {}
     taken: set[int] = set()
-    for label in sorted(set(labels), key=method_name):
+    sizes: Counter[str] = Counter()
+    for label in sorted(set(labels), key=lambda each: (method_name(each), each)):
         name = ALSO_CALLED.get(method_name(label), method_name(label))
         if name == CEILING:
             found[label] = CEILING_STYLE
@@ -88,6 +92,9 @@ def line_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
             number = next((each for each in free if each not in taken), number)
             taken.add(number)
             colour, dash, marker = _OTHERS[number]
+        if sizes[name]:  # the same method, with another number of known spectra
+            dash = _DASHES[(_DASHES.index(dash) + sizes[name]) % len(_DASHES)]
+        sizes[name] += 1
         width = 1.8 if label.removesuffix(DOUBTFUL).endswith(THIS_RUN) else 1.1
         found[label] = {"color": colour, "ls": dash, "lw": width, "marker": marker}
     return found

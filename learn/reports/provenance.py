@@ -5,11 +5,11 @@ from __future__ import annotations
 import datetime
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # loads torch
     from learn.comparison.score_table import ScoreTable
@@ -86,7 +86,7 @@ class Provenance:
         return cls(
             title=f"{evaluation.run_name} on held-out spectra",
             model=origin.model,
-            dataset=evaluation.dataset.folder.resolve().name,
+            dataset=evaluation.dataset.folder.resolve().name if evaluation.tested_on is None else origin.dataset,
             split=origin.split if evaluation.tested_on is None else f"{origin.split}, tested on {evaluation.tested_on}",
             spectra=f"{origin.train} training, {origin.validation} validation, {tested}",
             distances=evaluation.distances.sentence(),
@@ -125,7 +125,7 @@ class Provenance:
             dataset=Path(settings.dataset).name,
             split=split_words(settings.split, settings.guard, settings.split_seed),
             spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
-            distances=comparison.distances.sentence() if comparison.distances else "",
+            distances=_distances(comparison, rows),
             array=(comparison.array and comparison.array.cannot_tell) or "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
         )
@@ -137,12 +137,13 @@ class Provenance:
 
         name, things = comparison.folder.resolve().name, comparison.THINGS
         seeds = max(row["seed"] for row in comparison) + 1
+        up_to = "up to " if len({row["train_size"] for row in comparison}) > 1 else ""
         return cls(
             title=title or f"Comparison of methods on {name}",
             model=", ".join(dict.fromkeys(row["label"] for row in comparison)),
             dataset=name,
             split=split_words(comparison.split, comparison.guard or None, comparison.seed),
-            spectra=f"{comparison.known} known {things}, {comparison.test} test {things}",
+            spectra=f"{up_to}{comparison.known} known {things}, {comparison.test} test {things}",
             distances="" if comparison.distances is None else comparison.distances.sentence(),
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
         )
@@ -172,3 +173,17 @@ class Provenance:
     def png_metadata(self) -> dict[str, str]:
         """The text chunks of a PNG."""
         return {"Title": self.title, "Description": self.sentence(), "Software": f"{PACKAGE} {self.version}"}
+
+
+def _distances(comparison: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
+    """From tested to known positions: of each number of known spectra its own, since fewer are farther apart."""
+    if comparison.distances is None:
+        return ""
+    medians = {row["known"]: row.get("test_to_known_median_m") for row in rows}
+    stated = [median for _, median in sorted(medians.items()) if median is not None]
+    if len(stated) < 2:
+        return comparison.distances.sentence()
+    return (
+        f"from a test position to the nearest known one: median {stated[0]:.3g} m with {min(medians)} known spectra, "
+        f"{stated[-1]:.3g} m with {max(medians)}"
+    )

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from learn.comparison.doubts import FEW_STEPS, average_name, doubts_of
-from learn.reports.method_styles import DOUBTFUL
+from learn.comparison.doubts import doubts_of, footnote_of
 from learn.reports.provenance import Provenance
 from learn.reports.sweep_figure import draw_sweep, over_seeds
-from learn.reports.table_files import write_tables
+from learn.reports.table_files import write_scores
 from learn.rooms.room_comparison import RoomComparison
-from scenes.files.atomic import write_atomically
 
 
 def write_room_comparison(comparison: RoomComparison, folder: Path) -> None:
@@ -24,14 +21,10 @@ def write_room_comparison(comparison: RoomComparison, folder: Path) -> None:
     """
     averages = comparison.averages()
     made = _provenance(comparison)
-    facts = {**comparison.facts(), "provenance": made.facts()}
-    write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
-    doubts = doubts_of(averages)
-    rows = {f"{average_name(row)}{DOUBTFUL if average_name(row) in doubts else ''}": row for row in comparison.table()}
-    write_tables(rows, comparison.COLUMNS, folder, made)
+    write_scores(comparison, folder, made)
     axes = ("known spectra in a test room", f"mean SSIM\n{over_seeds(averages).strip()}")
-    note = f"† fewer than {FEW_STEPS} training steps: says little" if doubts else ""
-    draw_sweep(averages, "ssim_mean", axes, folder / "rooms.png", made, doubts, note)
+    figure = folder / "rooms.png"
+    draw_sweep(averages, "ssim_mean", axes, figure, made, doubts_of(averages), footnote_of(averages))
 
 
 def _provenance(comparison: RoomComparison) -> Provenance:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from learn.comparison.doubts import FEW_STEPS, average_name, doubts_of
+from learn.comparison.doubts import average_name, doubts_of, footnote_of
 from learn.comparison.score_table import ScoreTable
 from learn.reports.provenance import Provenance
 from learn.reports.score_distribution import draw_score_distribution
@@ -50,7 +50,7 @@ def write_score_sweep(comparison: ScoreTable, folder: Path) -> None:
     """
     made, averages = Provenance.of_scores(comparison), comparison.averages()
     write_scores(comparison, folder, made)
-    measure, doubts = comparison.MEASURE, doubts_of(averages)
+    measure = comparison.MEASURE
     axes = (f"training {comparison.THINGS}", f"median {measure.of_each}\n{over_seeds(averages).strip()}")
-    note = f"† fewer than {FEW_STEPS} training steps: says little" if doubts else ""
-    draw_sweep(averages, measure.key, axes, folder / "sweep.png", made, doubts, note)
+    figure = folder / "sweep.png"
+    draw_sweep(averages, measure.key, axes, figure, made, doubts_of(averages), footnote_of(averages))

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.comparison.averaged_table import AveragedTable
 from learn.comparison.averages import spread_of
-from learn.comparison.doubts import average_name, doubts_of
-from learn.comparison.score_table import ScoreTable
+from learn.comparison.doubts import average_name, doubts_of, footnote_of
 from learn.reports.method_styles import DOUBTFUL
 from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
@@ -44,6 +44,23 @@ def in_latex(text: str) -> str:
     return "".join(_SPECIAL.get(sign, sign) for sign in printable(text))
 
 
+def shown_number(value: float, key: str) -> str:
+    """A number of a table, with as many digits as say something.
+
+    Args:
+        value: the number.
+        key: key of the column.
+
+    >>> shown_number(0.91234, "ssim_median"), shown_number(4000.0, "steps"), shown_number(0.04, "seconds")
+    ('0.912', '4,000', '0.04')
+    """
+    if key in ("parameters", "training_seconds", "steps"):
+        return f"{value:,.0f}"
+    return (
+        f"{value:,.0f}" if key == "seconds" and value >= 100 else f"{value:.3g}" if key == "seconds" else f"{value:.3f}"
+    )
+
+
 def write_tables(
     rows: Mapping[str, Mapping[str, Any]],
     columns: Mapping[str, str],
@@ -68,7 +85,7 @@ def write_tables(
     write_atomically(folder / CSV, _csv(rows, present).encode())
 
 
-def write_scores(comparison: ScoreTable, folder: Path, provenance: Provenance) -> None:
+def write_scores(comparison: AveragedTable, folder: Path, provenance: Provenance) -> None:
     """Write results.json, with all scores and where they come from, and their table.tex and table.csv.
 
     Args:
@@ -78,9 +95,10 @@ def write_scores(comparison: ScoreTable, folder: Path, provenance: Provenance) -
     """
     facts = {**comparison.facts(), "provenance": provenance.facts()}
     write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
-    doubts = doubts_of(comparison.averages())
+    averages = comparison.averages()
+    doubts = doubts_of(averages)
     rows = {f"{average_name(row)}{DOUBTFUL if average_name(row) in doubts else ''}": row for row in comparison.table()}
-    write_tables(rows, comparison.COLUMNS, folder, provenance)
+    write_tables(rows, comparison.COLUMNS, folder, provenance, footnote_of(averages))
 
 
 def _latex(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str], provenance: Provenance, note: str) -> str:
@@ -99,7 +117,7 @@ def _cell(row: Mapping[str, Any], key: str) -> str:
     value = row.get(key)
     if value is None:
         return "--"
-    text = f"{value:,.0f}" if key in ("parameters", "training_seconds") else f"{value:.3f}"
+    text = shown_number(value, key)
     spread = row.get(spread_of(key))
     return text if spread is None else rf"{text} $\pm$ {spread:.3f}"
 

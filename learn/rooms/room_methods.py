@@ -74,7 +74,7 @@ class _Modelled:
     _model: SpectrumModel
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        return predict(self._model, positions).spectra.clip(0, 1)
+        return predict(self._model, positions).spectra
 
 
 class HelmholtzInRoom(_Modelled):

@@ -124,7 +124,13 @@ def _write(
 
 
 def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) -> Bool[np.ndarray, " B"]:
-    """Write numbers 0…1 into an array, as grey levels if it holds these. Return which spectra are finite."""
+    """Write numbers into an array, at least 0 and at most 1, as grey levels if it holds these.
+
+    Interpolated spectra can be a little below 0 or above 1.
+
+    Returns:
+        Which spectra are finite.
+    """
     finite = np.ones(len(numbers), bool)
     for first in range(0, len(numbers), PREDICT_AT_ONCE["cpu"]):  # so few that they stay in a cache
         some = slice(first, first + PREDICT_AT_ONCE["cpu"])
@@ -137,8 +143,11 @@ def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) 
                 each = np.clip(each, 0, 1)
                 each *= LARGEST_GREY
                 each += 0.5
-            if numbers is not spectra:
                 spectra[some] = each
+            else:
+                unbounded = each[~whole]  # a copy, which shows what is wrong
+                np.clip(each, 0, 1, out=spectra[some])
+                spectra[some][~whole] = unbounded
     return finite
 
 

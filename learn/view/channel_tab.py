@@ -68,11 +68,13 @@ class ChannelTab(Tab):
 
     def _show(self, position: Position) -> None:
         assert self._dataset.positions is not None
-        index = int(np.linalg.norm(self._dataset.positions - position, axis=1).argmin())
+        index = self._recorded_at(position)
+        if index is None:
+            index = int(np.linalg.norm(self._dataset.positions - position, axis=1).argmin())
         panel, words = self._profile(index)
         distance = float(np.linalg.norm(self._dataset.positions[index] - position))
         near = "" if distance < AT_A_POSITION else f", the nearest one, {distance:.2f} m from the transmitter"
-        self._numbers.content = in_markdown(f"Row {index}, counted from 0{near}: {words}")
+        self._numbers.content = in_markdown(f"Row {index + 1}{near} (number {index} in files): {words}")
         if self._image is None:
             self._image = self._gui.add_image(panel, format="png", order=-3)
         else:
@@ -84,6 +86,6 @@ class ChannelTab(Tab):
         assert band is not None
         whole = np.concatenate([self._dataset.uplink[index], self._dataset.downlink[index]], axis=-1)
         profile = delay_profile(whole.astype(complex), band)
-        title = f"power over delay, row {index}, mean of {len(whole)} antennas"
+        title = f"power over delay, row {index + 1}, mean of {len(whole)} antennas"
         peak = 1e9 * profile.delays[profile.decibels.argmax()]
         return draw_delays(title, profile, WIDTH), f"strongest delay {peak:.4g} ns"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -154,16 +154,24 @@ def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind, grid: AngularGrid
 
 @cache
 def _polar(grid: AngularGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Row and column of the spectrum for each pixel of a polar panel, and whether the pixel is on the disc.
+    """Row and column of the spectrum for each pixel of a polar panel, and whether the grid has the pixel's direction.
 
-    Azimuth 0° is on the right, azimuth 90° at the top.
+    Azimuth 0° is on the right, azimuth 90° at the top. Directions up to one row beyond the grid count as its own, so
+    that there is no hole at the boresight.
     """
     x, y = np.meshgrid(np.arange(DIAMETER) + 0.5 - DIAMETER / 2, DIAMETER / 2 - np.arange(DIAMETER) - 0.5)
     radius = np.hypot(x, y) / (DIAMETER / 2)
     elevation = 90 * (1 - radius)
-    columns = np.round(np.degrees(np.arctan2(y, x)) / grid.azimuth_step_deg).astype(int) % COLUMNS
-    rows = np.round((elevation - grid.elevation_first_deg) / grid.elevation_step_deg).astype(int).clip(0, ROWS - 1)
-    return rows, columns, radius <= 1
+    columns = np.round(_column(np.degrees(np.arctan2(y, x)), grid)).astype(int)
+    rows = np.round((elevation - grid.elevation_first_deg) / grid.elevation_step_deg).astype(int)
+    columns[columns == round(360 / abs(grid.azimuth_step_deg))] = 0  # a full turn further
+    inside = (radius <= 1) & (rows >= -1) & (rows <= ROWS) & (columns < COLUMNS)
+    return rows.clip(0, ROWS - 1), columns.clip(0, COLUMNS - 1), inside
+
+
+def _column(azimuth: float | Float[np.ndarray, "H W"], grid: AngularGrid) -> Any:
+    """Column of an azimuth in degrees, from 0; beyond the last one if the grid does not reach so far."""
+    return azimuth / grid.azimuth_step_deg % (360 / abs(grid.azimuth_step_deg))
 
 
 @cache
@@ -177,7 +185,7 @@ def _where(azimuth: float, elevation: float, kind: Kind, grid: AngularGrid) -> t
     """Pixel (x, y) of a direction; azimuth and elevation are in degrees."""
     if kind == "rectangular":
         row = (elevation - grid.elevation_first_deg) / grid.elevation_step_deg
-        return LEFT + azimuth / grid.azimuth_step_deg + 0.5, TOP + ROWS - 0.5 - row
+        return LEFT + _column(azimuth, grid) + 0.5, TOP + ROWS - 0.5 - row
     radius = DIAMETER / 2 * (1 - elevation / 90)
     middle = DIAMETER / 2
     angle = np.radians(azimuth)
@@ -195,12 +203,16 @@ def _frame(kind: Kind, grid: AngularGrid, colours: Colours) -> UInt8[np.ndarray,
         pen.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=INK)
         for azimuth in range(0, 271, 90):
             x, y = _where(azimuth, 0, kind, grid)[0], TOP + height
+            if x > LEFT + width:
+                continue
             pen.line((x, y, x, y + 5), fill=INK)
             pen.text((x, y + 7), f"{azimuth}°", fill=INK, font=small, anchor="mt")
         pen.text((LEFT + width, TOP + height + 7), "azimuth", fill=INK, font=small, anchor="rt")
         lowest, highest = grid.elevations_deg[[0, -1]]
         for elevation in (lowest, 30, 60, highest):
             x, y = LEFT, _where(0, elevation, kind, grid)[1]
+            if not TOP < y < TOP + height:
+                continue
             pen.line((x - 5, y, x, y), fill=INK)
             pen.text((x - 8, y), f"{elevation:g}°", fill=INK, font=small, anchor="rm")
         pen.text((4, TOP + 18), "elev.", fill=INK, font=small, anchor="lm")

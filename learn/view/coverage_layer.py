@@ -64,13 +64,21 @@ def drawn(subject: PowerSubject, coverage: CoverageMap, shown: str, quantity: st
     dataset, powers = subject.dataset, subject.dataset.rssi_dbm
     names = dataset.gateway_names
     gateway = names.index(shown) if shown in names else None
-    strongest = np.maximum(coverage.strongest, 0)
     if quantity == WIDTH and coverage.width is not None:
-        width = coverage.width[gateway] if gateway is not None else _taken(coverage.width, strongest)
-        scale = Colours(INTERVAL, float(np.nanmin(width)), float(np.nanmax(width)) + 1e-6, " dB")
-        points = np.broadcast_to(np.array(SILENT, np.uint8), (len(dataset), 3))
+        silent = coverage.strongest == NO_GATEWAY
         title = f"width of the 90 % interval, {shown}"
-        return Drawn(_image(colour_of(np.nan_to_num(width), scale), coverage), points, _bar(scale, title))
+        if gateway is not None:
+            width = coverage.width[gateway]
+        else:
+            width = np.where(silent, np.nan, _taken(coverage.width, np.maximum(coverage.strongest, 0)))
+            title += "; grey: nothing received"
+        told = width[np.isfinite(width)]
+        low, high = (float(told.min()), float(told.max())) if told.size else (0.0, 0.0)
+        scale = Colours(INTERVAL, low, high + 1e-6, " dB")
+        cells = colour_of(np.nan_to_num(width, nan=low), scale)
+        cells[np.isnan(width)] = SILENT
+        points = np.broadcast_to(np.array(SILENT, np.uint8), (len(dataset), 3))
+        return Drawn(_image(cells, coverage), points, _bar(scale, title))
     if gateway is None:
         table = np.round(255 * np.array([each[:3] for each in distinct(len(names))])).astype(np.uint8)
         table = np.vstack([table, [SILENT]]).astype(np.uint8)  # −1 is the last

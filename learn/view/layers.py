@@ -12,11 +12,11 @@ from viser import BatchedMeshHandle, ClientHandle, PointCloudHandle
 from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.compared_spectra import PREDICTED, TRUE
 from learn.view.hemisphere import DOT_DEG, colours_of_dots, disc, dots, ellipses
-from learn.view.room_layers import add_room, add_transmitter, switch
+from learn.view.room_layers import TRANSMITTER, add_room, add_transmitter, switch
 from learn.view.subject import Position, SpectrumArray, Subject
 from learn.view.uses import add_uses
 from scenes.browser.callbacks import shield
-from scenes.browser.scene_view import add_gateway, add_region, set_up
+from scenes.browser.scene_view import GATEWAY, add_gateway, add_region, set_up
 from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Layers:
         changed: function that is called when primitives are switched on or off; the caller then calls ``show`` again.
 
     Attributes:
-        transmitter: the transmitter's handle, which the user drags.
+        transmitter: handle of the transmitter, or of an array that moves, which the user drags.
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, position: Position, changed: Callable[[], None]):
@@ -52,7 +52,9 @@ class Layers:
         self._radius = 0.09 * self._size
         set_up(client, bounds)
         rooms, furniture = add_room(client, subject.scene)
-        add_gateway(api, subject.gateway, subject.wavelength, 0.8 * self._radius)
+        self._gateway = add_gateway(api, subject.gateway, subject.wavelength, 0.8 * self._radius)
+        if subject.array_moves:
+            api.add_icosphere("/standing", radius=0.008 * self._size, color=TRANSMITTER, position=tuple(gateway))
         elements = (subject.beamformer.array.positions * subject.wavelength).astype(np.float32)
         api.add_point_cloud("/gateway/elements", elements, (60, 0, 20), point_size=0.003 * self._size)
         region = add_region(api, subject.region)
@@ -73,17 +75,18 @@ class Layers:
         self._splats: BatchedMeshHandle | None = None
 
         known, self._tested = self._positions(client)
-        self.transmitter = add_transmitter(client, position, self._size)
+        colour = GATEWAY if subject.array_moves else TRANSMITTER
+        self.transmitter = add_transmitter(client, position, self._size, colour)
         with client.gui.add_folder("Layers"):
             self._on_sphere = client.gui.add_dropdown("hemisphere shows", ("predicted", "recorded or traced"))
             switch(client, "walls, floor, ceiling", rooms)
             switch(client, "furniture", furniture)
-            switch(client, "transmitter region", [region])
+            switch(client, "receiver region" if subject.array_moves else "transmitter region", [region])
             switch(client, "training positions", known)
             switch(client, "test positions, by SSIM (yellow: 1)", self._tested)
             switch(client, "spectrum on the hemisphere", [self._sphere])
             switch(client, "dominant directions", [self._predicted, self._true])
-            switch(client, "traced paths", [self._paths] if subject.scene else [])
+            switch(client, "traced paths", [self._paths] if subject.scene and not subject.array_moves else [])
             add_uses(client, subject, self._size)
             visible = subject.has_primitives
             self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=visible)
@@ -108,6 +111,8 @@ class Layers:
         """
         self._spectra = predicted, true
         self._colour_sphere()
+        if self._subject.array_moves:
+            self._gateway.position = position
         for node, spectrum in ((self._predicted, predicted), (self._true, true)):
             node.points = self._ray(spectrum)
         with self._client.atomic():  # the browser must always see as many colours as points

@@ -132,7 +132,7 @@ class PowerTab(Tab):
         measured = None if index is None else subject.dataset.rssi_dbm[index]
         if index is not None:
             learned = "learned from it" if index in subject.known else "did not learn from it"
-            lines += [f"Survey position {index + 1}; {self._by.value} {learned}", ""]
+            lines += [f"Survey position {index + 1} (number {index} in files); {self._by.value} {learned}", ""]
         lines += power_rows(subject.dataset.gateway_names, subject.dataset.floor_dbm, predicted, measured)
         if outside(position, subject.known_region):
             lines += ["", "**The position is outside the bounding box of the known positions.**"]

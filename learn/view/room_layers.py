@@ -32,18 +32,24 @@ def add_room(client: ClientHandle, scene: Scene | None) -> tuple[list[SceneNodeH
     return walls, [node for node in nodes if not node.name.startswith("/walls")]
 
 
-def add_transmitter(client: ClientHandle, position: Float[np.ndarray, " 3"], size: float) -> TransformControlsHandle:
+def add_transmitter(
+    client: ClientHandle,
+    position: Float[np.ndarray, " 3"],
+    size: float,
+    colour: tuple[int, int, int] = TRANSMITTER,
+) -> TransformControlsHandle:
     """Draw the transmitter with the arrows by which it is dragged.
 
     Args:
         client: the tab.
         position: its position, metres, world frame.
         size: size of the view, metres.
+        colour: RGB.
     """
     handle = client.scene.add_transform_controls(
         "/transmitter", scale=0.1 * size, disable_rotations=True, depth_test=False, position=position
     )
-    client.scene.add_icosphere("/transmitter/tag", radius=0.008 * size, color=TRANSMITTER)
+    client.scene.add_icosphere("/transmitter/tag", radius=0.008 * size, color=colour)
     return handle
 
 

@@ -50,6 +50,7 @@ class Session(Tab):
         for sentence in subject.missing:
             gui.add_markdown(f"**Note.** {in_markdown(sentence)}")
         self._image: GuiImageHandle | None = None  # made when the first panels are drawn
+        self._what = "Receiver" if subject.array_moves else self._what
         super()._build(recorded)
         self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
         with gui.add_folder("Spectrum"):

@@ -29,7 +29,7 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.fixed_array import require_fixed_end
-from simulate.dataset.recorded_scene import recorded_scene
+from simulate.dataset.recorded_scene import scene_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
@@ -103,6 +103,11 @@ class Subject:
             known = self.dataset.positions[self.parts.known]
             return bounding_box(known)
         return None if self.run is None else self.run.model.region.double().cpu().numpy()
+
+    @property
+    def array_moves(self) -> bool:
+        """Whether the positions are those of the array, and the transmitter stands where the gateway is drawn."""
+        return self.dataset is not None and self.dataset.moving == "receiver"
 
     @property
     def wavelength(self) -> float:
@@ -240,7 +245,7 @@ def subject(what: str) -> Subject:
         require_fixed_end(dataset)
         nothing = np.zeros(0, dtype=int)
         parts = Split(train=dataset.train, validation=nothing, test=dataset.test)
-        return _with_scene(folder.name, dataset, parts, None)
+        return _with_scene(folder.resolve().name, dataset, parts, None)
     run = load_run(folder)
     try:
         dataset = run.dataset()
@@ -253,8 +258,8 @@ def subject(what: str) -> Subject:
             f"The dataset of this run cannot be used ({error}), so there are no recorded spectra and no scene. The "
             "gateway is drawn at the origin with its boresight upwards."
         ]
-        return Subject(folder.name, gateway, region, None, None, None, run, missing)
-    return _with_scene(folder.name, dataset, parts, run)
+        return Subject(folder.resolve().name, gateway, region, None, None, None, run, missing)
+    return _with_scene(folder.resolve().name, dataset, parts, run)
 
 
 def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> Subject:
@@ -262,17 +267,22 @@ def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> S
     position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
     gateway = Gateway(position, orientation, **array.of_gateway())  # type: ignore[arg-type]
     region = bounding_box(dataset.positions)
-    scene = None
+    scene: Scene | None = None
     try:
-        complete_scene = recorded_scene(dataset.folder, dataset.metadata)
+        complete_scene = scene_of(dataset)
         if complete_scene is None:
             missing = ["The dataset names no scene (measured datasets have none), so there is no ray tracing."]
+        elif dataset.moving == "receiver":
+            scene, missing = complete_scene, ["There is no ray tracing here to an array that moves."]
         else:
             scene, missing = seen_by(dataset, complete_scene), _other_gateways(complete_scene)
+            gateway = scene.gateway
             region = bounding_box(np.vstack([region, scene.transmitter.region]))
     except (InputError, OSError) as error:
         missing = [f"The scene of this dataset cannot be read ({error}), so there is no ray tracing."]
-    return Subject(name, scene.gateway if scene else gateway, region, scene, dataset, parts, run, missing)
+    if dataset.moving == "receiver":
+        missing.append("The receiver moves: its array is drawn where you move it, and the transmitter as a yellow dot.")
+    return Subject(name, gateway, region, scene, dataset, parts, run, missing)
 
 
 def _other_gateways(scene: Scene) -> list[str]:

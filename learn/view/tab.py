@@ -38,6 +38,7 @@ class Tab(ABC):
         self._shield = partial(shield, client)
         self._gui, self._recorded = client.gui, recorded
         self._position: Position = recorded[0].astype(float) if len(recorded) else start
+        self._asked, self._what = 0, "Transmitter"
         self._changed, self._open = threading.Event(), True
 
     def close(self) -> None:
@@ -54,7 +55,7 @@ class Tab(ABC):
         self._numbers = self._gui.add_markdown("", order=-2)
         self._state = self._gui.add_markdown("", order=-1)
         count = len(self._recorded)
-        with self._gui.add_folder("Transmitter"):
+        with self._gui.add_folder(self._what):
             self._place = self._gui.add_vector3("position (m)", self._position, step=0.001)
             self._place.on_update(self._shield(self._typed))
             self._number = self._gui.add_slider(
@@ -104,14 +105,18 @@ class Tab(ABC):
         self._changed.set()
 
     def _recorded_at(self, position: Position) -> int | None:
-        """Index of the recorded position at which the transmitter is; None: it is at none."""
+        """Index of the recorded position at which the transmitter is; None: it is at none.
+
+        Of several recordings at one position, it is the one that the user has gone to.
+        """
         if not len(self._recorded):
             return None
         distance = np.linalg.norm(self._recorded - position, axis=1)
-        index = int(distance.argmin())
+        index = self._asked if distance[self._asked] < AT_A_POSITION else int(distance.argmin())
         return index if distance[index] < AT_A_POSITION else None
 
     def _go_to(self, index: int) -> None:
+        self._asked = index
         self._move_to(self._recorded[index].astype(float))
         self._write_place()
 

@@ -102,16 +102,15 @@ def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/re
     return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
 
 
-def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "12 2 3"]:
-    """Return the edges of a box by their two ends.
+def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "n 2 3"]:
+    """Return the edges of a box by their two ends; of a box that is a point, a line of length 0.
 
-    >>> edges(np.array([[0, 0, 0], [1, 1, 1]])).shape
-    (12, 2, 3)
+    >>> edges(np.array([[0, 0, 0], [1, 1, 1]])).shape, edges(np.ones((2, 3))).shape
+    ((12, 2, 3), (1, 2, 3))
     """
     corners = np.stack(np.meshgrid(*np.transpose(region), indexing="ij"), axis=-1).reshape(8, 3)
-    return np.array(
-        [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1], np.float32
-    )
+    ends = [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1]
+    return np.array(ends or [(corners[0], corners[0])], np.float32)
 
 
 def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarray]:

@@ -52,7 +52,8 @@ class Gateway:
         spacing: distance between neighbouring elements, wavelengths, above 0 and at most 100.
         pattern: antenna pattern of each element: "iso", "dipole" (short dipole), "hw_dipole" (half-wave dipole) or
             "tr38901" (3GPP TR 38.901).
-        polarization: "V" or "H".
+        polarization: "V" or "H". A dipole lies along this axis. The field of other patterns has, for "V", the direction
+            θ̂ of the spherical angles around +y, and φ̂ for "H".
         elements: position x, y, z of each element, metres, gateway frame, instead of rows, columns and spacing. They
             stay the same at another frequency. ``ElementArray`` states the limits. None: the array is planar.
 
@@ -124,14 +125,16 @@ class Transmitter:
     """The moving transmitter: one antenna and the region it moves in.
 
     The region is a box whose edges are parallel to the axes of the world frame. The antenna's frame is that of Sionna
-    RT [hoydis2023]: the polarisation "V" is along its +z axis, which is world +z unless ``orientation`` turns it.
+    RT [hoydis2023]: the polarisation "V" is along its +z axis, which is world +z unless ``orientation`` turns it, and
+    "H" is along its +y axis.
 
     Attributes:
         region_min: corner of the region with the lowest coordinates, metres, world frame.
         region_max: corner of the region with the highest coordinates, metres, world frame.
         pattern: antenna pattern: "iso", "dipole" (short dipole), "hw_dipole" (half-wave dipole) or "tr38901" (3GPP
             TR 38.901).
-        polarization: "V" or "H".
+        polarization: "V" or "H". A dipole lies along this axis. The field of other patterns has, for "V", the direction
+            θ̂ of the spherical angles around +z, and φ̂ for "H".
         orientation: unit quaternion (x, y, z, w) that rotates the transmitter frame into the world frame. It is the
             same at every position.
 

@@ -15,6 +15,7 @@ from jaxtyping import Float, Int
 
 from scenes.files.errors import InputError, shown
 from scenes.scene.description import Scene
+from scenes.scene.same_array import with_same_array
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
@@ -27,7 +28,6 @@ from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.moving_pairs import AtPairs
 from simulate.generation.moving_receiver import AtElements
 from simulate.generation.reciprocal import element_offsets, reciprocal
-from simulate.generation.same_array import with_same_array
 from simulate.positions.given_positions import points_digest, read_points
 from simulate.positions.placement import AT_IT
 from simulate.spectra.angular_grid import AngularGrid

@@ -22,6 +22,11 @@ from scenes.scene.orientation import GATEWAY_FROM_TRANSMITTER
 from simulate.rays.core.ray_tracer import dr, mi, rt
 from simulate.spectra.element_array import array_of
 
+DIPOLES = ("dipole", "hw_dipole")
+
+LYING = Rotation.from_euler("x", -90, degrees=True)
+"""Turns a dipole from +z to +y of Sionna's frame."""
+
 
 def build_scene(scene: Scene) -> rt.Scene:
     """Build a scene's meshes and radio materials in Sionna RT.
@@ -102,18 +107,15 @@ def gateway_antennas(scene: Scene) -> Antennas:
     gateway = scene.gateway
     rotation = Rotation.from_quat(gateway.orientation)
     offsets = rotation.apply(array_of(gateway, scene.frequency).positions) * scene.wavelength
-    return Antennas(
-        np.asarray(gateway.position) + offsets,
-        sionna_angles(rotation * GATEWAY_FROM_TRANSMITTER),
-        _pattern(gateway.pattern, gateway.polarization),
-    )
+    positions, there = np.asarray(gateway.position) + offsets, rotation * GATEWAY_FROM_TRANSMITTER
+    return _antennas(positions, there, gateway.pattern, gateway.polarization)
 
 
 def transmitter_antennas(scene: Scene, positions: Float[np.ndarray, "n 3"]) -> Antennas:
     """The transmitter's antenna at each of its positions."""
     transmitter = scene.transmitter
-    angles = sionna_angles(Rotation.from_quat(transmitter.orientation))
-    return Antennas(positions, angles, _pattern(transmitter.pattern, transmitter.polarization))
+    rotation = Rotation.from_quat(transmitter.orientation)
+    return _antennas(positions, rotation, transmitter.pattern, transmitter.polarization)
 
 
 def sionna_angles(rotation: Rotation) -> Float[np.ndarray, 3]:
@@ -124,9 +126,16 @@ def sionna_angles(rotation: Rotation) -> Float[np.ndarray, 3]:
         return rotation.as_euler("ZYX")
 
 
-def _pattern(pattern: str, polarization: str) -> Callable:
+def _antennas(positions: Float[np.ndarray, "n 3"], rotation: Rotation, pattern: str, polarization: str) -> Antennas:
+    """Antennas of a device in Sionna's frame, which looks along +x.
+
+    A dipole that is polarised "H" lies along +y. Sionna would keep the pattern of the upright dipole, and only turn its
+    field.
+    """
+    if pattern in DIPOLES and polarization == "H":
+        rotation, polarization = rotation * LYING, "V"
     array = rt.PlanarArray(num_rows=1, num_cols=1, pattern=pattern, polarization=polarization)
-    return array.antenna_pattern.patterns[0]
+    return Antennas(positions, sionna_angles(rotation), array.antenna_pattern.patterns[0])
 
 
 def _radio_material(name: str, material: RadioMaterial, thickness: float) -> rt.RadioMaterial:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import bisplat
+from learn.band.band_kriging import Kriging
 from learn.band.band_scores import score_band
-from learn.band.known_band import PredictedBand
+from learn.band.known_band import KnownBand, PredictedBand
 from scenes.files.errors import InputError
 
 ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8
@@ -72,6 +73,41 @@ def test_scores_are_those_of_their_definitions():
     assert scores["delay_spread_error_median_ns"] == 0
     assert scores["coverage_90"] == pytest.approx(0.75)  # 0.1 is within 0.1645, but not within 0.082
     assert set(score_band(predicted, 0 * truth, 1e6).values()) == {None}
+
+
+def test_the_error_of_a_delay_spread_is_in_nanoseconds(wide):
+    """Two paths of equal power, 250 ns apart instead of 125: spreads of 125 and 62.5 ns. 64 subcarriers of 1 MHz."""
+    frequencies = 1e6 * np.arange(64)
+    truth, other = (1 + np.exp(-2j * np.pi * frequencies * delay)[None, None] for delay in (125e-9, 250e-9))
+    scores = score_band(PredictedBand(other), truth, 64e6)
+    assert scores["delay_spread_error_median_ns"] == pytest.approx(62.5, rel=0.01)
+
+    class Later:
+        """Adds an echo of the same power, 50 ns later, to the true responses."""
+
+        def fit(self, known):
+            self.known = known
+
+        def predict(self, positions):
+            data = self.known.dataset
+            rows = [int(np.flatnonzero((data.positions == each).all(axis=1))[0]) for each in positions]
+            truth.append(data.band_responses[rows])
+            found.append(truth[-1] * (1 + np.exp(-2j * np.pi * self.known.frequencies * 50e-9)))
+            return found[-1]
+
+    truth, found = [], []
+    (row,) = bisplat.compare_band(wide, {"later": Later}, split="random").rows
+    expected = score_band(PredictedBand(np.concatenate(found)), np.concatenate(truth), 40e6)
+    assert expected["delay_spread_error_median_ns"] > 10
+    assert row["delay_spread_error_median_ns"] == pytest.approx(expected["delay_spread_error_median_ns"], abs=0.01)
+
+
+def test_kriging_returns_the_known_responses(wide):
+    method = Kriging()
+    method.fit(KnownBand(wide, np.arange(40)))
+    found = method.predict(wide.positions[:40]).responses
+    truth = wide.band_responses[:40]
+    assert np.linalg.norm(found - truth) < 0.1 * np.linalg.norm(truth)
 
 
 def test_methods_of_ones_own_must_return_responses(wide):

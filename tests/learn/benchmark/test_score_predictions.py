@@ -20,6 +20,7 @@ from scenes.files.errors import InputError
 from simulate.csi.csi_dataset import read_csi
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index
+from simulate.generation.written_parts import picture_names
 from simulate.rssi.given_powers import write_rssi
 from simulate.rssi.rssi_dataset import read_rssi
 from simulate.rssi.rssi_writer import powers_csv
@@ -192,3 +193,47 @@ def test_known_rows_are_as_many_as_the_task_says_and_nested(sets):
     for split in ("random", "blocked"):
         few, more = (set(parts[f"{split}-{size}"][0].tolist()) for size in (5, 12))
         assert few < more and not more & set(parts[f"{split}-12"][1].tolist())
+
+
+@pytest.fixture
+def twice(tmp_path, monkeypatch) -> Path:
+    """A small frozen set whose positions have spectra at two frequencies each."""
+    hertz = (902e6, 1.8e9)
+    sight = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
+    folder = bisplat.simulate("closet", tmp_path / "twice", COUNT, propagation=sight, frequencies=hertz).folder
+    of, names = (
+        BenchmarkSet("a test", "spectra", "closet", COUNT, options={"frequencies": hertz}),
+        picture_names(2 * COUNT),
+    )
+    monkeypatch.setattr(frozen_file, "FACTS", tmp_path / "frozen.json")
+    monkeypatch.setitem(SETS, "twice", of)
+    for task, parts in parts_of_tasks(of, read_dataset(folder, hertz[0])).items():
+        (folder / "tasks" / task).mkdir(parents=True)
+        for part, rows in zip(("train", "test"), parts, strict=True):
+            write_index(folder / "tasks" / task / f"{part}_index.txt", [names[row] for row in rows])
+    record_set(folder, "twice")
+    for cached in (benchmarks, frozen):
+        cached.cache_clear()
+    freeze("twice", folder)
+    frozen.cache_clear()
+    yield folder
+    for cached in (benchmarks, frozen):
+        cached.cache_clear()
+
+
+def test_every_frequency_of_a_set_is_known_and_tested_at_the_same_positions(twice, tmp_path):
+    low, high = (bisplat.read_benchmark("twice-random", twice, hertz) for hertz in (902e6, 1.8e9))
+    for part in ("train", "test"):
+        rows = getattr(low, part), getattr(high, part)
+        np.testing.assert_array_equal(low.positions[rows[0]], high.positions[rows[1]])
+        assert not {low.names[row] for row in rows[0]} & {high.names[row] for row in rows[1]} and len(rows[0])
+    pictures = {name: spectrum for each in (low, high) for name, spectrum in zip(each.names, each.spectra, strict=True)}
+    names = (twice / "tasks" / "random" / "test_index.txt").read_text().split()
+    assert len(names) == len(low.test) + len(high.test)
+    truth = np.stack([pictures[name] for name in names])
+    scores = []
+    for predicted in (truth, np.roll(truth, 1, axis=0), truth[::-1]):
+        (tmp_path / "out").mkdir(exist_ok=True)
+        np.save(tmp_path / "out" / "spectra.npy", predicted)
+        scores.append(bisplat.score_predictions(tmp_path / "out", twice, "twice-random")["ssim_median"])
+    assert scores[0] == pytest.approx(1) and max(scores[1:]) < 0.99

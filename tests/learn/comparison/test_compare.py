@@ -40,6 +40,7 @@ from learn.training.budget import Speed
 from learn.training.config import read_config
 from learn.training.found_responses import Learned
 from learn.training.registry import DEFAULT_MODEL
+from learn.training.run_folder import load_run
 from learn.training.train import train
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError, ParameterError
@@ -281,6 +282,27 @@ def test_row_counts_the_spectra_that_a_method_could_learn_from(tiny, tmp_path):
 
     (row, _) = compare(tiny, {"counting": Counting}, budget=INSTANT, output=tmp_path / "out")
     assert seen == [19] and (row["train"], row["known"]) == (17, 19)
+
+
+def test_no_method_learns_from_positions_within_the_guard(tiny, tmp_path):
+    """The positions of ``tiny`` are 0.56 wavelengths apart."""
+    dataset, seen = read_dataset(tiny), []
+
+    class Recording(Grey):
+        def fit(self, task):
+            seen.append(task.positions)
+
+    (row, _) = compare(tiny, {"recording": Recording}, budget=INSTANT, output=tmp_path / "out", guard=0.6)
+    train(tiny, tmp_path / "run", model="helmholtz", guard=0.6)
+    train(tiny, tmp_path / "steps", model="mlp", guard=0.6, steps=1, find_phases=False)
+    test = dataset.positions[split(dataset, "files", 0).test]
+    by_steps = json.loads((tmp_path / "steps" / "split.json").read_text())
+    numbers = [int(name) - 1 for part in ("train", "validation") for name in by_steps[part]]
+    kept = load_run(tmp_path / "run").model.state_dict()
+    places = next(value.numpy() for name, value in kept.items() if name.endswith("places"))
+    for known in (*seen, places, dataset.positions[numbers]):
+        away = np.linalg.norm(known[:, None] - test, axis=-1).min()
+        assert len(known) == row["known"] < 19 and away > 0.6 * dataset.wavelength
 
 
 # Spectra that cannot be scored

@@ -57,6 +57,9 @@ def test_summary_is_of_the_test_spectra(pictures):
     summary = scores.summary()
     assert summary["ssim_median"] == sorted(scores.ssim)[1]
     assert summary["ssim_mean"] == pytest.approx(sum(scores.ssim) / 3)
+    assert summary["ssim_p05"] == pytest.approx(
+        np.sort(scores.ssim) @ [0.9, 0.1, 0]
+    )  # a tenth of the way to the second
     assert summary["psnr_mean"] == pytest.approx(sum(scores.psnr) / 3)
     assert summary["mae_mean"] == pytest.approx(sum(scores.mae) / 3)
     assert summary["aoa_error_median_deg"] == sorted(scores.aoa_error)[1]

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from learn.evaluation.crossvalidate import crossvalidate
-from learn.evaluation.engines import compare_engines
+from learn.evaluation.engines import compare_engines, compare_responses
 from learn.evaluation.engines_plane import compare_on_plane
 from learn.reports.engines_report import draw_plane, write_engines
 from learn.training.train import train
@@ -76,6 +76,12 @@ def test_line_of_sight_is_the_field_in_free_space(full_wave, tmp_path):
     metrics = json.loads((tmp_path / "report" / "engines.json").read_text())
     assert metrics["correlation_rays_together"] > 0.999 and metrics["ssim_rays"] > 0.97
     assert (tmp_path / "report" / "engines_map.png").stat().st_size > 10_000
+
+
+def test_stronger_rays_have_a_positive_level_error(full_wave):
+    chosen = np.arange(5)
+    compared = compare_responses(full_wave, chosen, 2 * full_wave.responses[chosen])
+    assert compared.level_error_db == pytest.approx(20 * np.log10(2))
 
 
 def test_rays_are_traced_at_the_frequency_of_the_dataset(floor_scene, tmp_path):

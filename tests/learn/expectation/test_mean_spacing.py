@@ -68,6 +68,12 @@ def test_order_of_measurement_tells_a_path_from_a_region():
     assert (Spacing.between(spiral, 0.5).shape, Spacing.between(mixed, 0.5).shape) == ("path", "volume")
 
 
+def test_several_recordings_at_a_position_count_once():
+    places = uniform(100, (2, 3, 1.5))
+    assert Spacing.between(places.repeat(5, axis=0), WAVELENGTH) == Spacing.between(places, WAVELENGTH)
+    assert Spacing.between(uniform(4, (2, 3, 1)).repeat(5, axis=0), WAVELENGTH) is None
+
+
 def test_grid_is_no_path():
     axes = [np.arange(size) * 0.4 for size in (6, 5, 4)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -133,10 +133,26 @@ def test_a_known_picture_is_found_at_its_own_place_with_a_small_deviation():
         return weights / weights.sum(axis=1, keepdims=True)
 
     wavelength = 0.32
-    refined = refine(predicted, np.eye(27)[[13]], np.zeros((1, 3)), np.array([[-1.0] * 3, [1.0] * 3]), wavelength)
-    (place,) = _places(refined, lambda positions: np.zeros(len(positions)), 8.0, wavelength)
+    region = np.array([[-1.0] * 3, [1.0] * 3])
+    refined = refine(predicted, np.eye(27)[[13]], np.zeros((1, 3)), region, wavelength)
+    (place,) = _places(refined, lambda positions: np.zeros(len(positions)), 8.0, region, wavelength)
     assert np.linalg.norm(place.position) < 1e-6
     assert np.sqrt(np.trace(place.covariance)) < 0.02  # no wavelength, as a flat field alone would say
+
+
+def test_in_a_flat_region_the_height_is_no_unknown():
+    """The fingerprint says as much of x + z as of y. At the known height, x is told as exactly as y."""
+    goal = np.array([[0.03, -0.02, 0.0]])
+
+    def predicted(positions):
+        return np.stack([positions[:, 0] + positions[:, 2], positions[:, 1]], axis=1)
+
+    region = np.array([[-1.0, -1, 0], [1, 1, 0]])
+    refined = refine(predicted, predicted(goal), np.zeros((1, 3)), region, 0.32)
+    np.testing.assert_allclose(refined.positions, goal, atol=1e-6)
+    (place,) = _places(refined, lambda positions: np.zeros(len(positions)), 8.0, region, 0.32)
+    assert not place.covariance[2].any() and not place.covariance[:, 2].any()
+    assert place.covariance[0, 0] == pytest.approx(place.covariance[1, 1]) and abs(place.covariance[0, 1]) < 1e-9
 
 
 def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsys):

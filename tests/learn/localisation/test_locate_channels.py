@@ -8,7 +8,13 @@ import pytest
 
 import bisplat
 from bisplat.__main__ import main
-from learn.localisation.channel_fingerprints import MOST_DELAYS, ChannelFingerprints
+from learn.localisation.channel_fingerprints import (
+    DIRECTIONS,
+    MOST_DELAYS,
+    MOST_DIRECTIONS,
+    ChannelFingerprints,
+    _over_a_sphere,
+)
 from learn.localisation.judged_places import by_channels, error_rows
 from learn.localisation.locate_channels import locate_channels
 from scenes.files.errors import InputError
@@ -45,11 +51,22 @@ def places(csi):
 
 
 def test_errors_are_smaller_than_those_of_similar_rows(csi, places):
-    rows = error_rows(places, csi.positions[TEST], by_channels(csi, KNOWN, csi.uplink[TEST], 0))
+    rows = error_rows(places, csi.positions[TEST], by_channels(csi, KNOWN, csi.uplink[TEST], 0), csi.positions[KNOWN])
     found = {row["method"]: row["median, m"] for row in rows}
     assert list(found) == ["locate", "fingerprint", "fingerprint, mean of 4", "fingerprint, mean of 16"]
     assert found["locate"] < 0.8 * min(each for name, each in found.items() if name != "locate")
     assert rows[0]["within 90 % region"] >= 0.75
+
+
+def test_fingerprint_is_largest_in_the_direction_of_a_wave():
+    """Of the wave e^{jk u·a} from the direction u; 4 × 4 antennas in the x–y plane tell u but for the side."""
+    places = 0.06 * np.stack([*np.meshgrid(np.arange(4), np.arange(4)), np.zeros((4, 4))], axis=-1).reshape(-1, 3)
+    directions = _over_a_sphere(min(DIRECTIONS * 16, MOST_DIRECTIONS))
+    for towards in directions[::11]:
+        wave = np.exp(2j * np.pi / WAVELENGTH * places @ towards)[None, :, None] * np.ones(26)
+        powers = ChannelFingerprints(places, WAVELENGTH, wave).of(wave).powers[0].reshape(len(directions), -1)
+        found = directions[powers.max(axis=1).argmax()]
+        np.testing.assert_allclose(found[:2], towards[:2], atol=0.2)
 
 
 def test_level_phase_and_timing_do_not_count(csi, places):

@@ -41,7 +41,9 @@ def test_likelihood_by_hand():
 
 def test_errors_are_smaller_than_those_of_simpler_methods(hall):
     places = locate_powers(hall, hall.rssi_dbm[TEST], known=KNOWN, level=0)
-    rows = error_rows(places, hall.positions[TEST], by_powers(hall, KNOWN, hall.rssi_dbm[TEST], 0))
+    rows = error_rows(
+        places, hall.positions[TEST], by_powers(hall, KNOWN, hall.rssi_dbm[TEST], 0), hall.positions[KNOWN]
+    )
     found = {row["method"]: row["median, m"] for row in rows}
     assert list(found)[1:] == ["fingerprint", "fingerprint, mean of 4", "fingerprint, mean of 16", "log-distance"]
     assert found["locate"] < 0.9 * min(each for name, each in found.items() if name != "locate")
@@ -94,6 +96,17 @@ def test_command_locates_the_test_part_or_what_was_heard(hall, bisplat_command):
     with open("there.csv") as file:
         [row] = csv.DictReader(file)
     assert float(row["x"]) == pytest.approx(place.position[0], abs=1e-3) and row["part"] == "new"
+
+
+def test_the_stated_level_is_that_of_the_simpler_methods_too(hall, bisplat_command):
+    """A device that is 6 dB stronger, and said to be, is located as well by all methods as one of the same level."""
+    tables = []
+    for name, level in (("same", 0), ("stronger", 6)):
+        bisplat.write_rssi(name, hall.positions[60:80], hall.rssi_dbm[60:80] + level, GATEWAYS, "2.4 GHz")
+        status, out, _ = bisplat_command("locate", hall.folder, "--heard", name, "--level", level, "-o", f"{name}.csv")
+        assert status == 0 and "log-distance" in out and "fingerprint" in out
+        tables.append([line for line in out.splitlines() if "fingerprint" in line or "log-distance" in line])
+    assert tables[0] == tables[1] and len(tables[0]) == 4
 
 
 @pytest.mark.parametrize(

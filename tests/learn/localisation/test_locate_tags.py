@@ -165,6 +165,34 @@ def test_the_command_locates_the_transmitter_of_a_receiver_that_moved(tmp_path):
     assert read_places(tmp_path / "where.csv")["1"] == pytest.approx(place, abs=1e-3)
 
 
+def test_a_turned_array_is_a_track_where_its_elements_are(tmp_path):
+    """Its elements lie along its x axis, which is the world's y axis after a turn by 90° about z."""
+    turned, place = (0, 0, np.sqrt(0.5), np.sqrt(0.5)), np.array([0.7, 0.3, 0.0])
+    array = bisplat.ElementArray(TRACK - [0.5, 0, 0])
+    bisplat.write_dataset(
+        tmp_path / "tags",
+        place[None],
+        [free_space(place, TRACK[:, [1, 0, 2]])],
+        array,
+        FREQUENCY,
+        gateway_position=(0, 0.5, 0),
+        gateway_orientation=turned,
+    )
+    box = (0.2, -0.1, 0.0, 1.3, 1.1, 0.0)
+    locate_command((tmp_path / "tags",), tmp_path / "where.csv", region=box)
+    (found,) = read_places(tmp_path / "where.csv").values()
+    assert found == pytest.approx(place, abs=1e-3)
+
+
+def test_all_elements_of_an_array_that_moved_are_places_of_the_track(tmp_path):
+    place, array = PLACES[1], bisplat.PlanarArray(1, 2)
+    offsets = WAVELENGTH * array.positions
+    responses = np.stack([free_space(place, TRACK + offset) for offset in offsets], axis=1)
+    bisplat.write_dataset(tmp_path / "moved", TRACK, responses, array, FREQUENCY, moving="receiver")
+    locate_command((tmp_path / "moved",), tmp_path / "where.csv", region=tuple(BOX.ravel()))
+    assert read_places(tmp_path / "where.csv")["1"] == pytest.approx(place, abs=1e-3)
+
+
 def test_a_dataset_of_pictures_alone_is_refused(tmp_path, folder):
     shutil.copytree(folder / "one", tmp_path / "pictures")
     (tmp_path / "pictures" / "channels.npz").unlink()

@@ -1,6 +1,7 @@
 """Kriging of responses over a band: exact waves, the algebra, the stated deviation, and its state."""
 
 import copy
+import re
 
 import numpy as np
 import pytest
@@ -29,17 +30,17 @@ def places(count: int, seed: int = 0, size: float = 0.5) -> np.ndarray:
     return np.random.default_rng(seed).uniform(0, size, (count, 3))
 
 
-def two_waves(positions: np.ndarray) -> np.ndarray:
+def two_waves(positions: np.ndarray, frequencies: np.ndarray = FREQUENCIES) -> np.ndarray:
     """Responses [K, 2, subcarriers] of two plane waves of delays 20 and 70 ns at the origin."""
     directions, delays = np.array([[1, 0, 0], [0, 0.6, 0.8]]), np.array([20e-9, 70e-9])
     late = delays - positions @ directions.T / 299_792_458
-    waves = np.exp(-2j * np.pi * FREQUENCIES * late[..., None])
+    waves = np.exp(-2j * np.pi * frequencies * late[..., None])
     return np.einsum("aw,kws->kas", np.array([[1, 0.5], [0.8j, -0.7]]), waves)
 
 
-def fitted(positions: np.ndarray, responses: np.ndarray) -> BandField:
+def fitted(positions: np.ndarray, responses: np.ndarray, spacing: float = SPACING) -> BandField:
     field = BandField(np.stack([positions.min(0), positions.max(0)]), Beamformer(PlanarArray(1, 2)), WAVELENGTH)
-    field.found = field.fit_to(positions, responses, SPACING, np.arange(len(positions), dtype=float))
+    field.found = field.fit_to(positions, responses, spacing, np.arange(len(positions), dtype=float))
     return field
 
 
@@ -73,7 +74,17 @@ def field(quick) -> BandField:
 def test_two_plane_waves_of_known_delays_are_predicted(field):
     new = places(50, seed=1, size=0.4) + 0.05
     assert snr(field.at(new)[0], two_waves(new)) > 35
-    assert "delay spread 2" in field.found  # 50 ns apart, of powers 1.64 and 0.74: 23 ns
+
+
+@pytest.mark.parametrize(("subcarriers", "spacing"), [(SUBCARRIERS, SPACING), (150, SPACING / 10)])
+def test_the_delay_spread_of_two_waves_is_told(subcarriers, spacing):
+    """They are 50 ns apart and have the powers 1.64 and 0.74: √(p (1 − p)) · 50 ns. Of 150, every third."""
+    frequencies = CARRIER + spacing * (np.arange(subcarriers) - subcarriers // 2)
+    known = places(60)
+    field = fitted(known, two_waves(known, frequencies), spacing)
+    share = 1.64 / (1.64 + 0.74)
+    told = float(re.match(r"delay spread ([\d.]+) ns", field.found)[1])
+    assert told == pytest.approx(50 * np.sqrt(share * (1 - share)), rel=0.15)
 
 
 def test_all_components_together_are_the_dense_solution(field):
@@ -151,10 +162,10 @@ def test_what_is_nearer_than_a_radius_is_left_out(field):
     beyond = np.linalg.norm(known - known[3], axis=1) >= 0.2
     others = copy.deepcopy(field)
     others.times, others.values, others.places = (each[beyond] for each in (field.times, field.values, field.places))
-    found, deviation = field.at(known[3:4], np.array([3]), 0.2)
-    expected, stated = others.at(known[3:4])
+    found, variance = field.with_variance(known[3:4], np.array([3]), 0.2)
+    expected, alone = others.with_variance(known[3:4], None)
     np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
-    np.testing.assert_allclose(deviation, stated, rtol=1e-2)
+    np.testing.assert_allclose(variance, alone, rtol=1e-2)
 
 
 def test_a_stored_field_predicts_the_same(field):

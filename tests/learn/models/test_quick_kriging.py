@@ -36,6 +36,13 @@ def quick(field: KrigedField, positions: torch.Tensor) -> np.ndarray:
         return field.responses(positions).numpy()
 
 
+def without(field: KrigedField, member: int) -> KrigedField:
+    """The field as if a known spectrum had never been measured."""
+    other, kept = copy.deepcopy(field), torch.arange(len(field.places)) != member
+    other.places, other.times, other.values = field.places[kept], field.times[kept], field.values[kept]
+    return other
+
+
 def somewhere(count: int) -> torch.Tensor:
     return torch.from_numpy(np.random.default_rng(9).uniform(*REGION, (count, 3))).float()
 
@@ -103,3 +110,13 @@ def test_positions_that_are_not_finite_have_no_responses():
     positions[1, 2] = torch.nan
     found = quick(field_of(40), positions)
     assert np.isnan(found[1]).all() and np.isfinite(found[[0, 2]]).all()
+
+
+@pytest.mark.parametrize("known", [2, 3, 60])
+@pytest.mark.parametrize("drift", [0.7, 30.0])
+def test_what_is_left_out_tells_neither_its_value_nor_its_time(known, drift):
+    field, members = field_of(known, drift), [0, known // 2, known - 1]
+    found, variance = field.interpolated(field.places[members], torch.tensor(members))
+    alone = [without(field, each).interpolated(field.places[[each]]) for each in members]
+    torch.testing.assert_close(found, torch.cat([each[0] for each in alone]), atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(variance, torch.cat([each[1] for each in alone]), atol=1e-5, rtol=1e-4)

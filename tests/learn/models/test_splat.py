@@ -87,6 +87,15 @@ def test_spectrum_grid_renders_as_the_equations_say(renderer):
     assert_renders_the_equations(primitives(6, batch=1, scales=(2, 10)), axis(0, 360, 1), axis(1, 91, 20))
 
 
+@pytest.mark.parametrize(
+    "azimuths",
+    [axis(0, 180, 10), -axis(0, 360, 10), -axis(0, 90, 5), axis(0, 720, 40), axis(0, 70, 7), axis(0, 1, 1)],
+    ids=["half a turn", "mirrored", "a mirrored quarter", "two turns", "no part of a turn", "one column"],
+)
+def test_columns_that_are_not_one_turn_render_as_the_equations_say(renderer, azimuths):
+    assert_renders_the_equations(primitives(8), azimuths, GRID[1])
+
+
 def test_primitives_on_the_seam_render_on_both_sides(renderer):
     attributes = primitives(8, scales=(10, 20))
     attributes["azimuth"] = torch.tensor([0.0, 359.999, 0.001, 358.0, 2.0, 180.0, 0.5, 359.5], dtype=torch.float64)
@@ -191,13 +200,14 @@ def test_single_precision_is_nearly_as_good(renderer):
 LEARNED = tuple(name for name in NAMES if name != "depth")  # depth only orders
 
 
-def test_gradients_are_those_of_finite_differences(renderer):
+@pytest.mark.parametrize("azimuths", [axis(0, 360, 30), -axis(0, 180, 30)], ids=["a turn", "mirrored half"])
+def test_gradients_are_those_of_finite_differences(renderer, azimuths):
     attributes = primitives(4, scales=(20, 60), seed=5)
     attributes["azimuth"][0] = 359.5
 
     def field(*learned):
         named = dict(zip(LEARNED, learned, strict=True))
-        return splat(**named, depth=attributes["depth"], azimuths=axis(0, 360, 30), elevations=axis(3, 90, 30))
+        return splat(**named, depth=attributes["depth"], azimuths=azimuths, elevations=axis(3, 90, 30))
 
     inputs = [attributes[name].requires_grad_() for name in LEARNED]
     assert torch.autograd.gradcheck(field, inputs, eps=1e-6, atol=1e-5)

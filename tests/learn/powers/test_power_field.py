@@ -92,6 +92,8 @@ def test_left_out_neighbours_do_not_predict_themselves():
     left_out = by_inverse_distance(at, powers, at, leave_out=True)[:, 0]
     assert left_out[1] == pytest.approx(-30, abs=1e-3) and left_out[2] == pytest.approx(-20, abs=1e-3)
     assert by_inverse_distance(at[:1], powers[:1], at, leave_out=False).ravel().tolist() == [-10] * 4
+    between = by_inverse_distance(at[[0, 3]], powers[[0, 3]], np.array([[1.25, 0, 0]]))
+    assert between.item() == pytest.approx(0.75 * -10 + 0.25 * -40)  # at distances of 1.25 and 3.75
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])

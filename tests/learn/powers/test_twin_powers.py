@@ -7,7 +7,7 @@ import pytest
 
 import bisplat
 from learn.powers.known_powers import KnownPowers
-from learn.powers.power_field import PowerField
+from learn.powers.power_field import LEAST_ERRORS, PowerField
 from learn.powers.power_scores import score_powers
 from learn.powers.twin_powers import TwinPowers
 from scenes.files import extras
@@ -52,6 +52,15 @@ def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(hear
     assert scores[fitted]["error_median_db"] < 0.75 * scores[kriging]["error_median_db"]
     assert 0.8 <= scores[fitted]["coverage_90"] <= 0.95
     assert scores[fitted]["interval_median_db"] < 0.75 * scores[kriging]["interval_median_db"]
+
+
+def test_intervals_are_wider_since_the_corrections_are_made_by_the_same_powers(heard):
+    """Also if the errors are too few for quantiles, so that those of the normal distribution are taken."""
+    twin = TwinPowers(PLACE, heard, PLACES, DIRECT)
+    twin._wider = 1.5
+    np.testing.assert_allclose(twin._spread(np.zeros(LEAST_ERRORS - 1)), [-1.5 * 1.645, 0, 1.5 * 1.645], atol=1e-3)
+    many = np.random.default_rng(0).normal(size=100_000)
+    np.testing.assert_allclose(twin._spread(many), [-1.5 * 1.645, 0, 1.5 * 1.645], atol=0.05)
 
 
 def test_a_description_of_another_place_does_no_harm(heard):

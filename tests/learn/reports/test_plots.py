@@ -119,3 +119,4 @@ def test_spectra_without_a_stated_deviation_are_no_misses(tmp_path, monkeypatch)
     for given in (errors, np.vstack([errors, np.full((50, 20), np.nan)])):
         draw_reliability(given, tmp_path / "reliability.png")
     np.testing.assert_array_equal(*curves)
+    np.testing.assert_allclose(curves[0], np.linspace(0.01, 0.99, 99), atol=0.03)  # normal errors, rightly stated

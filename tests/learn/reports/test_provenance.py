@@ -62,6 +62,9 @@ def test_a_method_looks_the_same_in_any_order_and_any_company():
         assert line_styles(order) == expected
     marked = line_styles(["nearest †", "mlp"])["nearest †"]
     assert marked == expected["nearest"] == line_styles(["nearest"])["nearest"]
+    sizes = line_styles(["nearest, 20", "nearest, 200", "mlp"])
+    assert {style["color"] for name, style in sizes.items() if "nearest" in name} == {expected["nearest"]["color"]}
+    assert sizes["nearest, 20"]["ls"] != sizes["nearest, 200"]["ls"]
     assert line_styles(["mlp (this run)"])["mlp (this run)"]["color"] == line_styles(["mlp"])["mlp"]["color"]
 
 

@@ -1,22 +1,31 @@
 """Methods in unseen rooms: all know the same spectra, no test spectrum is among them, and training rooms are others."""
 
+import itertools
 import json
 import shutil
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 import torch
 from matplotlib.axes import Axes
+from scipy.spatial.transform import Rotation
 
 import bisplat
 import learn.rooms.compare_rooms as compare_module
 from bisplat.__main__ import main
 from learn.reports.rooms_report import write_room_comparison
 from learn.rooms.known_in_room import KnownInRoom
-from learn.rooms.neighbour_attention import AttentionOverNeighbours, NeighbourAttention, RoomTensors
+from learn.rooms.neighbour_attention import (
+    AttentionOverNeighbours,
+    NeighbourAttention,
+    RoomTensors,
+    _to_all_pixels,
+    local_places,
+)
 from learn.rooms.room_methods import TwinInRoom
 from learn.twin.twin_model import Twin
 from scenes.storage.scene_yaml import load_scene
@@ -147,7 +156,41 @@ def test_untrained_attention_weighs_by_inverse_distance():
     assert not correction.any()
 
 
-def test_attention_learns(rooms):
+def test_coarse_pixels_are_interpolated_where_they_look():
+    """A wave around the horizon and up: the middle of a coarse pixel is that of its six columns and six rows."""
+    azimuth, elevation = np.radians(np.arange(360)), np.radians(np.arange(90))
+    coarse_azimuth, coarse_elevation = np.radians(np.arange(60) * 6 + 2.5), np.radians(np.arange(15) * 6 + 2.5)
+    coarse = torch.from_numpy(np.cos(coarse_azimuth - 0.3) * np.sin(coarse_elevation)[:, None])[None, None]
+    fine = _to_all_pixels(coarse)[0, 0].numpy()
+    expected = np.cos(azimuth - 0.3) * np.sin(elevation)[:, None]
+    np.testing.assert_allclose(fine[3:-3], expected[3:-3], atol=0.004)
+
+
+def test_untrained_attention_predicts_by_inverse_distance_in_a_turned_room(rooms):
+    dataset = next(iter(rooms))
+    turn, shift = Rotation.from_euler("xyz", [0.4, -0.3, 1.2]), np.array([3.0, -2, 1])
+    moved = replace(
+        dataset,
+        positions=turn.apply(dataset.positions) + shift,
+        gateway_position=turn.apply(dataset.gateway_position) + shift,
+        gateway_orientation=(turn * Rotation.from_quat(dataset.gateway_orientation)).as_quat(),
+    )
+    np.testing.assert_allclose(
+        local_places(moved, moved.positions), local_places(dataset, dataset.positions), atol=1e-4
+    )
+    torch.manual_seed(0)
+    method, known, test = AttentionOverNeighbours(), np.arange(5), np.arange(5, 9)
+    method.fit(KnownInRoom(dataset, known, 0))
+    found = method.predict(dataset.positions[test])
+    away = np.linalg.norm(dataset.positions[test][:, None] - dataset.positions[known], axis=-1)
+    shares = 1 / away / (1 / away).sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(found, np.einsum("bk,kij->bij", shares, dataset.spectra[known]), atol=1e-4)
+    assert np.linalg.norm(local_places(dataset, dataset.gateway_position[None])) < 1e-6
+    ahead = dataset.gateway_position + Rotation.from_quat(dataset.gateway_orientation).apply([0, 0, dataset.wavelength])
+    np.testing.assert_allclose(local_places(dataset, ahead[None]), [[0, 0, 1]], atol=1e-6)
+
+
+def test_attention_learns(rooms, monkeypatch):
     datasets = list(rooms)
     tensors = RoomTensors.of(datasets[0], np.arange(15))
     torch.testing.assert_close(tensors.directions @ tensors.directions.mT, torch.eye(3).expand(15, 60, 3, 3))
@@ -158,9 +201,11 @@ def test_attention_learns(rooms):
         with torch.no_grad():
             return float(np.mean([method._loss(tensors, generator) for _ in range(8)]))
 
-    before = loss()
-    method.learn(datasets[:1], 0.04, seed=0)
-    assert method.steps > 3 and loss() < before
+    before, ticks = loss(), itertools.count(0, 0.1)
+    clock = SimpleNamespace(monotonic=lambda: next(ticks))  # a step takes a tenth of a second
+    monkeypatch.setattr("learn.rooms.neighbour_attention.time", clock)
+    method.learn(datasets[:1], 0.02, seed=0)
+    assert method.steps in (11, 12) and loss() < before
 
 
 def test_the_command_writes_its_files(rooms, capsys, tmp_path, monkeypatch):

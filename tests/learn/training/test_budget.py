@@ -51,7 +51,7 @@ def test_a_budget_beyond_a_week_is_refused_before_anything_is_timed(tiny, tmp_pa
 
 def test_a_short_budget_is_a_few_steps_of_real_training(tiny, tmp_path):
     steps = bisplat.train(tiny, tmp_path / "run", model="mlp", budget=0.01).config.by_steps.steps
-    assert 1 <= steps < 200
+    assert 1 <= steps < 2000  # a step of any model takes more than a third of a millisecond
 
 
 def test_steps_are_timed_and_taken_with_the_asked_precision_of_matrix_products(tiny, tmp_path, monkeypatch):

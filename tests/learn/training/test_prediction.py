@@ -86,16 +86,18 @@ class Levels(SpectrumModel):
         return positions[:, :1, None].expand(-1, 90, 360)
 
 
-def test_grey_levels_of_other_numbers_are_black_or_white():
+def test_other_numbers_become_0_or_1_and_black_or_white():
     points = np.array([[-0.5, 0, 0], [0.25, 0, 0], [1.5, 0, 0]])
     levels = predicted(model_of(Levels), points, GREY)[0].spectra
     assert levels[:, 0, 0].tolist() == [0, 64, 255]
+    assert predicted(model_of(Levels), points, FLOAT)[0].spectra[:, 0, 0].tolist() == [0, 0.25, 1]
 
 
 def test_spectra_that_are_not_finite_are_named():
     values = [0.5, np.nan, np.inf, 3e38]  # the sum over the pixels of the last one is not finite
-    _, finite = predicted(model_of(Levels), np.array([[value, 0, 0] for value in values]), FLOAT)
+    found, finite = predicted(model_of(Levels), np.array([[value, 0, 0] for value in values]), FLOAT)
     assert finite.tolist() == [True, False, False, True]
+    np.testing.assert_array_equal(found.spectra[:, 0, 0], [0.5, np.nan, np.inf, 1])
     model = model_of(ResponseMLP)
     with torch.no_grad():
         model.network.outward.bias[3] = np.nan

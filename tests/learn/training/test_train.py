@@ -26,6 +26,7 @@ from learn.models.mlp import ResponseMLP
 from learn.models.quadrature import quadrature
 from learn.models.steps import Processes, Steps
 from learn.reports.evaluation_report import write_evaluation
+from learn.reports.provenance import Provenance
 from learn.training import by_steps
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
@@ -36,7 +37,7 @@ from learn.training.train import train_run
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import LOCK, locked
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_index
+from simulate.dataset.dataset_writer import write_gateway, write_index
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise, spectrum_of
 
@@ -403,6 +404,37 @@ def test_evaluation_on_another_dataset_tests_on_all_of_it_against_baselines_from
     near = known[np.linalg.norm(theirs.positions[:, None] - ours.positions[known], axis=-1).argmin(axis=1)]
     expected = ssim(ours.spectra[near].astype(float), theirs.spectra.astype(float))
     np.testing.assert_allclose(found.scores["nearest"].ssim, expected, atol=1e-6)
+    made = Provenance.of_evaluation(found)
+    assert made.dataset == "tiny" and made.split.endswith("tested on all spectra of other")
+
+
+@pytest.mark.parametrize(
+    ("metadata", "expected"),
+    [
+        ({"frequency_hz": 1.83e9}, "expected a run at 1830 MHz, found one at 915 MHz"),
+        ({"array": {"rows": 8, "columns": 2, "spacing": 0.5}}, "expected a run of .*found one of "),
+        ({"moving": "receiver"}, "expected spectra for which the transmitter moves, as for .*, found some for which"),
+    ],
+    ids=["frequency", "array", "moving"],
+)
+def test_spectra_that_are_not_what_the_run_predicts_are_refused(
+    metadata, expected, tmp_path, finished_run, write_folder
+):
+    other = write_folder(tmp_path / "other", count=3)
+    stated = json.loads((other / "metadata.json").read_text())
+    (other / "metadata.json").write_text(json.dumps(stated | metadata))
+    with pytest.raises(InputError, match=expected):
+        evaluate(finished_run, other)
+
+
+@pytest.mark.usefixtures("no_ceiling")
+def test_spectra_of_a_gateway_elsewhere_are_scored_with_a_warning(tmp_path, finished_run, write_folder, capsys):
+    other = write_folder(tmp_path / "other", count=3)
+    evaluate(finished_run, other)
+    assert "warning: the gateway" not in capsys.readouterr().err
+    write_gateway(other / "gateway_info.yml", "tiny", (0, 2, 1), (0, 0, 0, 1))
+    evaluate(finished_run, other)
+    assert f"the gateway of {other} is 2 m away from that of {finished_run}" in capsys.readouterr().err
 
 
 def test_dataset_that_lost_spectra_the_run_was_trained_on_is_refused(tmp_path, tiny_config, finished_run, write_folder):

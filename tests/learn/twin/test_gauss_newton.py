@@ -5,7 +5,7 @@ import pytest
 
 from learn.twin import gauss_newton
 from learn.twin.gauss_newton import _Minimum, _Search, halved_to_valid, most_likely
-from learn.twin.linearised import over_band
+from learn.twin.linearised import by_materials, over_band
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject
@@ -92,6 +92,20 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
     ratios = (wrong[2] + with_phases.values) / with_phases.deviations
     assert np.abs(ratios).max() < 4 and np.sqrt((ratios**2).mean()) < 2
     assert (with_phases.deviations <= [each.tolerance * 1.001 for each in wrong[1]]).all()
+
+
+def test_columns_of_materials_are_what_changed_materials_do(true, measured):
+    followed, positions = Propagation(max_depth=1, rays=20_000, diffraction=False), measured[0][:8]
+    which = unknowns(true, Tolerances(position=0, rotation=0, objects=0, materials=0.3))
+    tracer = Tracer(true, followed)
+    columns = by_materials(tracer, which, positions, tracer.responses(positions).astype(complex))
+    before, expected = tracer.responses(positions).astype(complex), np.zeros_like(columns)
+    for column in range(len(which)):
+        changed = vary(true, which, 0.02 * np.eye(len(which))[column])
+        expected[..., column] = (Tracer(changed, followed).responses(positions) - before) / 0.02
+    largest = np.abs(expected).max()
+    assert largest > 0.01 * np.abs(before).max()
+    np.testing.assert_allclose(columns, expected, atol=0.01 * largest)
 
 
 def test_a_step_that_puts_the_gateway_into_a_box_is_halved():

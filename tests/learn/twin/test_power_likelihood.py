@@ -1,9 +1,12 @@
 """Received powers beside traced ones: the level and the share of fading are found, and bounds count as bounds."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from learn.twin.power_likelihood import NOISES, PowerLikelihood, _median_of_heard
+from learn.twin.power_likelihood import DB, NOISES, PowerLikelihood, _median_of_heard
+from learn.twin.power_search import PowerSearch
 
 GENERATOR = np.random.default_rng(0)
 TRACED = (GENERATOR.normal(size=(400, 2, 2)) @ [1, 1j]) * [1e-3, 1e-4]
@@ -41,6 +44,29 @@ def test_slopes_are_those_of_the_likelihood():
     _, slopes, curvatures = judged._terms(expected, deviations)
     np.testing.assert_allclose(slopes, -(high[0] - low[0]) / (4 * step), atol=1e-5)
     np.testing.assert_allclose(curvatures, -(high[1] - low[1]) / (2 * step), atol=1e-5)
+
+
+def test_slope_of_a_search_is_that_of_the_posterior():
+    """By finite differences, where the responses are linear in unknowns of unequal priors."""
+    generator = np.random.default_rng(6)
+    jacobian, traced = (generator.normal(size=(12, 2, n, 2)) @ [1, 1j] for n in (3, 1))
+    prior, values, scales = np.array([0.2, 0.02, 1.0]), np.array([0.1, 0.03, -0.5]), np.abs(traced[..., 0]) ** 2
+    powers = DB * np.log(scales) + generator.normal(0, 3, (12, 2)) - 60
+    likelihood = PowerLikelihood(powers, -200.0, scales, np.ones(12))
+    which = [SimpleNamespace(tolerance=each) for each in prior]
+    search = PowerSearch({}, which, np.zeros((12, 3)), likelihood, print)
+
+    def fit(step):
+        responses = traced[..., 0] + jacobian @ step
+        return likelihood.given(np.abs(responses) ** 2, 1e-5, 4.0), responses
+
+    def unlikely(step):
+        return fit(step)[0].unlikely.sum() + (((values + step) / prior) ** 2).sum()
+
+    model = search._quadratic(*fit(np.zeros(3)), jacobian, values)
+    for number, small in enumerate(1e-5 * np.diag(prior)):
+        slope = (unlikely(small) - unlikely(-small)) / 2e-5
+        assert slope == pytest.approx(-2 * model.towards[number], rel=0.02, abs=0.02)
 
 
 def test_a_power_that_was_not_received_is_a_bound():

@@ -2,6 +2,9 @@
 
 import shutil
 
+import numpy as np
+
+import bisplat
 from learn.view.session import Session
 from learn.view.subject import subject
 from scenes.browser.served_page import serving
@@ -26,3 +29,21 @@ def test_twenty_tabs_of_which_some_go_away_midway_all_have_pictures(tiny, tmp_pa
         assert last.next("GuiImageMessage")
         last.close()
     assert len(closed) == 21
+
+
+def test_an_array_that_moves_is_drawn_where_it_is(tmp_path, join):
+    array, positions = bisplat.PlanarArray(), [[3.0, 0, 1], [2, 2, 1]]
+    waves = array.manifold(np.radians([200.0, 60.0]), np.radians([40.0, 10.0]))
+    bisplat.write_dataset(
+        tmp_path / "data", positions, waves, array, "2.4 GHz", gateway_position=(0.5, 0.5, 2.0), moving="receiver"
+    )
+    shown = subject(str(tmp_path / "data"))
+    assert "transmitter as a yellow dot" in shown.missing[-1]
+    with serving("moving", 8691, lambda client: Session(client, shown, None).close) as address, join(address) as tab:
+        moved = tab.next("SetPositionMessage")
+        while moved["name"] != "/gateway" or tuple(moved["position"]) == (0.5, 0.5, 2.0):
+            moved = tab.next("SetPositionMessage")
+        np.testing.assert_allclose(moved["position"], positions[0])
+        standing = tab.next("IcosphereMessage")
+        while standing["name"] != "/standing":
+            standing = tab.next("IcosphereMessage")

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from learn.models.aperture import BiSplatAperture
 from learn.models.bisplat import BiSplatWRF
-from learn.view.chart import DECIBELS, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
+from learn.view.chart import BACKGROUND, DECIBELS, INK, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.compared_spectra import in_phase_with, numbers, panels
 from learn.view.hemisphere import DOT_DEG, dots, ellipses
 from learn.view.session import Session
@@ -57,6 +57,30 @@ def test_pixel_of_a_direction_has_its_colour_in_both_views():
     inside = polar[:, : LEFT + 270]  # without the colour bar
     rows, columns = np.nonzero((inside == yellow).all(axis=-1))
     assert abs(rows.mean() - (TOP + 135 - 45)) < 1 and abs(columns.mean() - (LEFT + 135)) < 1
+
+
+def test_a_grid_of_half_a_turn_is_blank_in_the_other_half():
+    """Azimuths 0° to 179.5°, and elevations from 45° on: only the upper half of the inner disc."""
+    grid, everywhere = AngularGrid(45.0, 0.5, 0.5), np.ones((90, 360))
+    polar = draw([Panel("", everywhere, LINEAR)], "polar", grid)[TOP : TOP + 270, LEFT : LEFT + 270]
+    drawn = (polar != BACKGROUND).any(axis=-1)
+    rows, columns = np.mgrid[:270, :270] + 0.5 - 135
+    radius = np.hypot(rows, columns)
+    assert drawn[(rows < -1) & (radius < 66)].all()
+    assert not drawn[(rows > 2) | (radius > 70)].any()
+
+
+def test_labels_are_within_the_panel_on_any_grid():
+    for grid in (AngularGrid(45.0, 0.5, 0.5), AngularGrid(0.0, 1.0, -1.0), AngularGrid(0.0, 0.5, 1.0)):
+        image = draw([Panel("", np.zeros((90, 360)), LINEAR)], "rectangular", grid)
+        ticks = np.flatnonzero((image[TOP + 93] == INK).all(axis=-1))
+        expected = [
+            a for a in (0, 90, 180, 270) if (a / grid.azimuth_step_deg) % 720 < 360 or grid.azimuth_step_deg < 0
+        ]
+        assert len(ticks) == len(expected) and (ticks >= LEFT).all() and (ticks < LEFT + 361).all()
+        left = image[:, LEFT - 4]
+        lines = np.flatnonzero((left == INK).all(axis=-1))
+        assert (lines >= TOP).all() and (lines <= TOP + 90).all() and len(lines) >= 2
 
 
 def test_decibels_end_at_the_lowest():
@@ -279,12 +303,25 @@ def test_names_in_a_panel_are_text():
     said: list[str] = []
     gui = MagicMock()
     gui.add_markdown.side_effect = lambda content, **options: said.append(content)
-    nothing = SimpleNamespace(missing=["no [link](x) <img src=x>"], predictors={"m": None})
+    nothing = SimpleNamespace(missing=["no [link](x) <img src=x>"], predictors={"m": None}, array_moves=False)
     tab = Session.__new__(Session)
     Tab.__init__(tab, SimpleNamespace(gui=gui), np.zeros((0, 3)), np.zeros(3))
     tab._subject, tab._tracing = nothing, None
     tab._build("recorded spectrum")
     assert said[0] == r"**Note.** no \[link\]\(x\) \<img src\=x\>"
+
+
+def test_of_several_recordings_at_one_position_the_chosen_one_is_shown():
+    tab = Session.__new__(Session)
+    places = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 0, 0]])
+    Tab.__init__(tab, SimpleNamespace(gui=MagicMock()), places, np.zeros(3))
+    Tab._build(tab, "recorded spectrum")
+    tab._handle, tab._tracing = MagicMock(), None
+    for index in (2, 1, 3, 2):
+        tab._go_to(index)
+        assert tab._recorded_at(tab._position) == index
+    assert tab._recorded_at(places[3]) == 3 and tab._recorded_at(places[0]) == 0
+    assert tab._recorded_at(np.array([0.5, 0, 0])) is None
 
 
 def test_title_with_a_line_break_is_drawn():

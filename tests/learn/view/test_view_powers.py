@@ -78,6 +78,10 @@ def test_intervals_are_those_of_the_strongest_gateway_or_there_are_none(shown):
     coverage = shown.coverage("helmholtz", 1.2)
     one, strongest = (drawn(shown, coverage, name, WIDTH).image for name in ("west", STRONGEST))
     assert (one != strongest).any()
+    deaf = np.where(coverage.strongest == 0, FLOOR - 20, coverage.median)
+    silent = dataclasses.replace(coverage, median=np.where(np.isnan(coverage.median), np.nan, deaf))
+    cells = drawn(shown, silent, STRONGEST, WIDTH).image
+    assert (cells[silent.strongest == -1, :3] == SILENT).all() and (cells[silent.strongest == 1, :3] != SILENT).any()
     plain = shown.coverage("mean", 1.2)
     np.testing.assert_array_equal(
         drawn(shown, plain, "west", WIDTH).image, drawn(shown, plain, "west", POWER).image
@@ -107,7 +111,7 @@ def test_tab_has_a_table_of_the_powers_and_a_key(shown, join):
         tab.close()
     assert "| gateway | predicted | 90 % interval | measured |" in tables[0]
     learned = "learned from it" if 0 in shown.known else "did not learn from it"
-    assert f"Survey position 1; helmholtz {learned}" in tables[0]
+    assert f"Survey position 1 (number 0 in files); helmholtz {learned}" in tables[0]
 
 
 # Delays

@@ -55,6 +55,24 @@ def test_every_array_and_number_of_a_simulated_dataset_is_there(dataset, tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["data.h5"]
 
 
+def test_a_band_and_the_places_of_a_moving_receiver_are_there(tmp_path):
+    made = simulate(
+        small_scene(),
+        tmp_path / "data",
+        4,
+        propagation=Propagation(max_depth=0),
+        moving="both",
+        transmitters=2,
+        bandwidth="20 MHz",
+        subcarriers=6,
+    )
+    export_hdf5(made.folder, tmp_path / "data.h5")
+    with h5py.File(tmp_path / "data.h5") as file:
+        assert (file.attrs["bandwidth_hz"], file.attrs["moving"]) == (20e6, "both")
+        assert (file["band_responses"][:] == made.band_responses).all() and file["band_responses"].shape[2] == 6
+        assert (file["receivers_m"][:] == made.receivers).all() and (file["positions_m"][:] == made.positions).all()
+
+
 def test_measured_dataset_has_no_responses_but_those_that_were_retrieved(dataset, tmp_path):
     measured = replace(
         dataset, responses=None, metadata={}, frequency=Frequency(), train=np.zeros(0, int), test=np.zeros(0, int)

@@ -195,6 +195,13 @@ def test_responses_over_a_band(tmp_path, axes, sentence):
     assert made.band == bisplat.Band(20e6, 8)
 
 
+def test_responses_over_a_band_with_the_columns_first(tmp_path):
+    other = BAND.reshape(-1, 3, 5, 8).swapaxes(1, 2).reshape(-1, 15, 8)
+    made, said = recorded(tmp_path, Recording(bandwidth="20 MHz"), pos=PLACES, H=other)
+    assert "along y first" in said
+    np.testing.assert_allclose(made.band_responses, BAND, rtol=1e-5)
+
+
 def test_band_whose_width_is_not_stated_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"× 15 elements, found shape .*; --bandwidth says that one axis"):
         recorded(tmp_path, pos=PLACES, H=BAND)

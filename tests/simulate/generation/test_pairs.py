@@ -16,7 +16,7 @@ from learn.view.subject import subject
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.progress import progress_bar
-from scenes.scene.description import SceneObject
+from scenes.scene.description import SPEED_OF_LIGHT, SceneObject
 from scenes.scene.shapes import box
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
@@ -149,7 +149,12 @@ def test_pairs_over_a_band_and_at_several_frequencies(scene, tmp_path):
     }
     given |= {name: np.array(given[name]) for name in ("positions", "receivers")}
     wide = simulate(scene, tmp_path / "wide", bandwidth="20 MHz", subcarriers=6, **given)
-    np.testing.assert_array_equal(wide.band_responses[..., 3], wide.responses)
+    elements = given["receivers"][:, None] + element_offsets(scene.gateway, scene.wavelength)
+    distance = np.linalg.norm(elements - given["positions"][:, None], axis=-1)
+    for subcarrier, hertz in enumerate(wide.band.frequencies(scene.frequency)):
+        wavelength = SPEED_OF_LIGHT / hertz
+        expected = wavelength / (4 * np.pi * distance) * np.exp(-2j * np.pi * distance / wavelength)
+        np.testing.assert_allclose(wide.band_responses[..., subcarrier], expected, rtol=2e-3)
     with pytest.raises(InputError, match="expected spectra of a link with one end that stands still"):
         export_csi(wide, tmp_path / "csi")
     simulate(scene, tmp_path / "two", frequencies=(915e6, 1e9), **given)

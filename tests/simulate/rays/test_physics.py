@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import sheet
+from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from simulate.spectra.angular_grid import AngularGrid
@@ -203,6 +204,25 @@ def test_free_space_response_is_friis_with_the_phase_of_each_elements_own_distan
     r = np.linalg.norm(positions[:, None] - elements_looking_along_minus_x((0, 0, 1.5)), axis=2)
     assert decibels(found, free_space(r)).max() < 0.01
     assert degrees(found, free_space(r)).max() < 0.1
+
+
+@pytest.mark.parametrize("received", "VH")
+@pytest.mark.parametrize("sent", "VH")
+def test_dipoles_point_where_those_of_the_full_wave_engine_do(received, sent, make_scene, far_sheet):
+    """Amplitude and sign of the exact response of two short dipoles, far enough apart for rays."""
+    scene = make_scene(far_sheet)
+    tilted = tuple(Rotation.from_euler("xyz", [0.3, -0.4, 0.5]).as_quat())
+    scene = replace(
+        scene,
+        gateway=replace(scene.gateway, pattern="dipole", polarization=received),
+        transmitter=replace(scene.transmitter, pattern="dipole", polarization=sent, orientation=tilted),
+    )
+    positions = np.array([0, 0, 1.5]) + 60 * Rotation.random(8, random_state=3).apply([1, 0, 0])
+    found = Tracer(scene, LOS_ONLY).responses(positions)
+    ends = element_direction(scene), transmitter_direction(scene)
+    elements = elements_looking_along_minus_x((0, 0, 1.5))
+    exact = [free_space_response(each, ends[0], positions, ends[1], scene.frequency) for each in elements]
+    assert np.abs(found - np.stack(exact, axis=1)).max() < 0.01 * np.abs(exact).max()
 
 
 FLOOR_POSITIONS = np.array([[-2.0, 0.0, 0.4], [-3.0, 1.0, 1.0], [-4.5, -0.8, 2.3], [-2.2, 0.3, 1.5], [-5.0, 0.9, 0.6]])

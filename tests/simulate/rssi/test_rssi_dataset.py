@@ -261,6 +261,7 @@ def test_hdf5_has_all(folder, tmp_path):
     read = bisplat.read_rssi(folder)
     with h5py.File(tmp_path / "hall.h5") as file:
         np.testing.assert_array_equal(file["rssi_dbm"], read.rssi_dbm)
+        np.testing.assert_array_equal(file["positions_m"], read.positions)
         np.testing.assert_array_equal(file["gateway_positions_m"], read.gateway_positions)
         assert [name.decode() for name in file["gateway_names"]] == read.gateway_names
         assert (file.attrs["floor_dbm"], file.attrs["frequency_hz"]) == (-99, 2.4e9)

@@ -54,6 +54,14 @@ def test_noise_is_circular_gaussian_and_independent_from_element_to_element_and_
     assert abs((noise[1:] * noise[:-1].conj()).mean()) < 0.02
 
 
+def test_noise_is_independent_from_subcarrier_to_subcarrier_and_as_strong_at_each():
+    """The signal's power is its mean over elements and subcarriers: here 2.5."""
+    y = np.ones((4000, 3, 4), complex) * np.array([1, 1, 2, 2])
+    noise = (Measurement(snr_db=10).apply(y, np.arange(4000), 0) - y).reshape(4000, -1)
+    assert noise.T @ noise.conj() / 4000 == pytest.approx(0.25 * np.eye(12), abs=0.02)  # 5 standard deviations
+    assert noise.T @ noise / 4000 == pytest.approx(np.zeros((12, 12)), abs=0.02)
+
+
 def test_all_elements_have_the_same_noise_however_unlike_their_signals():
     y = np.zeros((4000, 4), complex)
     y[:, 0] = 2.0  # the mean over the array is 1

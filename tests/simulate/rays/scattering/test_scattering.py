@@ -11,6 +11,7 @@ from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
+from simulate.generation.reciprocal import element_offsets
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_paths import fields
 from simulate.rays.core.terms import Interaction
@@ -88,6 +89,21 @@ def test_field_is_a_function_of_the_position(monkeypatch):
     assert np.abs(Tracer(rough_scene(), DIFFUSE, seed=2).responses(POSITIONS) / found - 1).min() > 0.2
     monkeypatch.setattr(scattered, "LANES", 1)
     assert (Tracer(rough_scene(), DIFFUSE).responses(POSITIONS[::-1])[::-1] == found).all()
+
+
+def test_a_small_patch_is_a_source_of_spherical_waves():
+    """From two places in one direction from it: the phase of each way from antenna to patch to antenna, −k (r + r')."""
+    tile = SceneObject("tile", sheet((-3.01, -0.01, 0), (0.02, 0, 0), (0, 0.02, 0)), "concrete")
+    scene = replace(rough_scene(), objects=(tile,))
+    away = np.array([0.0, 0.3, 1.0]) / np.hypot(0.3, 1)
+    distances = np.array([1.1, 1.37, 2.9])
+    patch, k = np.array([-3.0, 0, 0]), 2 * np.pi / scene.wavelength
+    elements = np.asarray(scene.gateway.position) + element_offsets(scene.gateway, scene.wavelength)
+    tracer = Tracer(scene, replace(DIFFUSE, patches=20))
+    found = tracer.responses(patch + distances[:, None] * away)
+    way = distances[:, None] + np.linalg.norm(elements - patch, axis=1)
+    expected = np.exp(-1j * k * way) / distances[:, None]
+    np.testing.assert_allclose(found / found[0, 0], expected / expected[0, 0], rtol=0.03)
 
 
 @pytest.mark.slow
