@@ -123,9 +123,11 @@ def crossvalidation(runs: Path, name: str) -> Measured | None:
 
 
 def scale(runs: Path, name: str) -> Measured | None:
-    """Time and bytes of 10⁸ spectra, from the time per spectrum of a benchmark and the files of the demo's dataset."""
+    """Time and bytes of 10⁸ spectra, from the time per spectrum of a benchmark, with the default rays, and the files of
+    the demo's dataset.
+    """
     timed, dataset = _benchmark_figures(runs, "simulation"), runs / "demo" / "dataset"
-    per_spectrum = "milliseconds_per_further_spectrum_to_50000"
+    per_spectrum = "milliseconds_per_further_spectrum_with_diffraction"
     if timed is None or per_spectrum not in timed[0] or not dataset.is_dir():
         return None
     figures, date, machine = timed
