@@ -45,4 +45,4 @@ $(VENV)/.ready: pyproject.toml constraints.txt simulate/rays/core/llvm.py
 	@touch $@
 
 clean:
-	rm -rf $(VENV) runs *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache .pytest_cache

@@ -106,7 +106,7 @@ def draw(comparison: EngineComparison, truth: Dataset, path: Path) -> None:
 
 
 def main(
-    folder: Path = Path("runs/fullwave"),
+    folder: Path = Path("runs/mechanisms"),
     positions: int = 400,
     positions_sionna: int = 50,
     fields: Path = Path("tests/data"),

@@ -1,6 +1,6 @@
 """How well are tags located from responses along a moving antenna, and the responses predicted?
 
-python benchmarks/moving_antenna.py data/adarf-d1 --json > runs/moving-antenna.json
+python benchmarks/moving_antenna.py data/adarf-d1 --json > runs/moving_antenna.json
 
 The data are measured: an RFID reader's antenna moves along a metre and reads five tags at 50 stops (data set D1 of
 AdaRF, at 920.625 MHz). Tags are located by the hologram of free space and by ``bisplat.locate_tags``, which know
@@ -231,13 +231,13 @@ def main(
     """Locate tags and predict responses.
 
     Args:
-        measured: folder of the measured reads, with measured.npz.
+        measured: folder of the measured reads, with measured.npz: for each read (row) and stop (column) "phasor",
+            "rssi" (dB) and "antenna_x" (m); for each row "frequency" (Hz), "position" (x, y of the tag, m) and "tag".
         smallest: only test the benchmark, in seconds, on made-up reads; its figures mean nothing.
         json_output: print one JSON object.
     """
     if not smallest and (measured is None or not (measured / "measured.npz").is_file()):
-        print(f"no measured reads at {measured}, so nothing is measured", file=sys.stderr)
-        return
+        sys.exit(f"{measured}: expected a folder with measured.npz, found none")
     reads = made_up() if smallest or measured is None else read_measured(measured)
     result: dict[str, Any] = dict(located(reads.some(first_runs(reads))))
     if not smallest:

@@ -56,7 +56,7 @@ def alike(truth: Dataset, responses: tuple[np.ndarray, np.ndarray]) -> dict[str,
 
 
 def main(
-    folder: Path = Path("runs/fullwave"),
+    folder: Path = Path("runs/mechanisms"),
     rooms: tuple[str, ...] = ("closet", "workshop", "bedroom"),
     count: int = 300,
     smallest: bool = False,

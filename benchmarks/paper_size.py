@@ -102,7 +102,7 @@ def timed_alone(dataset: Path, folder: Path, size: Size, training: Training) -> 
     return {
         "parameters": sum(each.numel() for each in run.model.parameters()),
         "GFLOP per spectrum": round(counter.get_total_flops() / 1e9, 2),  # matrix products; splatting is not counted
-        "ms per step alone": round(1e3 * kept["seconds"] / kept["steps"], 1),
+        "ms per step, first ones": round(1e3 * kept["seconds"] / kept["steps"], 1),
         "spectra per second": round(PREDICTED / predicted),
     }
 

@@ -13,7 +13,8 @@ them to a file. The rows "expected, ..." say how well this predicts the judging 
 dipoles as antennas, show what it predicts beyond the rooms that it was fitted to.
 
 The last rows say by how much 1 − correlation rises with each feature of a room, over the even rooms: coefficients of
-a ridge regression of log(1 − correlation), and their standard errors by bootstrap.
+a ridge regression of log(1 − correlation): the median over bootstrap draws of rooms, and the range from 10 to 90 % of
+them.
 
 A room takes about a minute of full wave. What was solved is kept in random_rooms.npz, beside this file, and is solved
 again only if the room changes (ledger/solved_rooms.py).

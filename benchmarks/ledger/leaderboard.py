@@ -40,6 +40,9 @@ SMALLEST_FIRST = {"error_median_db"}
 
 MISSING = "–"
 
+MACHINES = "each method on the machine of those who sent it"
+"""Seconds of different methods are of different machines."""
+
 
 def leaderboard(runs: Path, name: str) -> Measured | None:
     """The first score of every method on every task of a set; ``name`` is "leaderboard-" and the set's name."""
@@ -51,7 +54,7 @@ def leaderboard(runs: Path, name: str) -> Measured | None:
     first = next(iter(COLUMNS[kind]))
     methods = sorted({method for method, _ in found}, key=lambda method: _rank(found.get((method, tasks[-1])), first))
     rows = [[method, *(_cell(found.get((method, task)), kind, first) for task in tasks)] for method in methods]
-    return Measured(_date(found), columns=["", *tasks], rows=rows)
+    return Measured(_date(found), MACHINES, columns=["", *tasks], rows=rows)
 
 
 def scores(runs: Path, name: str) -> Measured | None:
@@ -67,7 +70,7 @@ def scores(runs: Path, name: str) -> Measured | None:
         for method in sorted(methods, key=lambda method: _rank(found[method, task], first)):
             rows.append([task, method, *(_cell(found[method, task], kind, key) for key in COLUMNS[kind])])
     headings = [heading for heading, _ in COLUMNS[kind].values()]
-    return Measured(_date(found), columns=["task", "method", *headings], rows=rows)
+    return Measured(_date(found), MACHINES, columns=["task", "method", *headings], rows=rows)
 
 
 def _results(of: str) -> dict[tuple[str, str], dict[str, Any]]:

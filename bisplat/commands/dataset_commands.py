@@ -95,7 +95,8 @@ def responses(dataset: Positional[Path], json: bool = False, force: Force = Fals
     from simulate.spectra.phase_retrieval import GOOD
 
     given = read_dataset(dataset)
-    if given.responses is None:  # recorded ones are never replaced
+    recorded = given.phases_recorded_per_position and given.retrieved is not None
+    if given.responses is None and not recorded:  # recorded ones are never replaced
         require_new(dataset / "channels.npz", force=force)
     residual = retrieve(given).residual
     good = residual < GOOD

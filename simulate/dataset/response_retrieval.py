@@ -41,7 +41,8 @@ def retrieve(dataset: Dataset) -> Retrieval:
             pictures, or another process writes to its folder.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
-    if dataset.responses is not None:
+    recorded = dataset.phases_recorded_per_position and dataset.retrieved is not None
+    if dataset.responses is not None or recorded:
         raise InputError(f"{path}: expected no responses, or retrieved ones, found recorded ones, which are better")
     require_planar(dataset.array, str(folder))
     known = dataset.identification

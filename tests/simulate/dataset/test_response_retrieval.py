@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import bisplat
 from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
@@ -135,6 +136,18 @@ def test_recorded_responses_are_not_replaced(folder):
     with pytest.raises(InputError, match="found recorded ones"):
         retrieve(read_dataset(folder))
     assert read_dataset(folder).responses is not None
+
+
+def test_responses_recorded_with_a_phase_of_each_position_are_not_replaced(tmp_path):
+    """They count as retrieved, since their phases cannot be compared, but no picture gives them back."""
+    array = bisplat.PlanarArray()
+    waves = array.manifold(np.radians([200.0, 60.0]), np.radians([40.0, 10.0]))
+    places = [[3, 0, 1], [2, 2, 1]]
+    bisplat.write_dataset(tmp_path / "mine", places, waves, array, "2.4 GHz", phases="per-position")
+    before = (tmp_path / "mine" / "channels.npz").read_bytes()
+    with pytest.raises(InputError, match="found recorded ones"):
+        responses(tmp_path / "mine", force=True)
+    assert (tmp_path / "mine" / "channels.npz").read_bytes() == before
 
 
 def test_pictures_of_no_array_are_refused(folder):
