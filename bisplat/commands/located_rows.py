@@ -42,7 +42,7 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
     from learn.localisation.heard_rows import HeardRows, heard_channels, heard_powers
     from learn.localisation.judged_places import by_channels, by_powers, error_rows
     from learn.localisation.locate_channels import locate_channels
-    from learn.localisation.locate_powers import locate_powers
+    from learn.localisation.locate_powers import located_by_powers
     from learn.localisation.places_file import NEW, write_places
     from simulate.csi.csi_dataset import read_csi
     from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
@@ -62,8 +62,8 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
     places: list[list[Place]]
     if isinstance(dataset, RssiDataset):
         level = 0.0 if heard is None else level
-        places = locate_powers(dataset, seen.rows, known=known, level=level)
-        simpler = None if seen.truth is None else by_powers(dataset, known, seen.rows - (level or 0.0), 0)
+        places, level = located_by_powers(dataset, seen.rows, known, level)
+        simpler = None if seen.truth is None else by_powers(dataset, known, seen.rows - level, 0)
     else:
         places = locate_channels(dataset, seen.rows, known=known)
         simpler = None if seen.truth is None else by_channels(dataset, known, seen.rows, 0)

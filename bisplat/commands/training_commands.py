@@ -140,8 +140,6 @@ def train(
         if name in options:
             raise ParameterError("option", f"expected each option once, found {name} twice")
         options[name] = [value] if name == "bypass" and isinstance(value, str) else value
-    if isinstance(place := options.get("scene"), str) and Path(place).is_file():
-        options["scene"] = str(Path(place).resolve())
     try:
         train_model(
             dataset,

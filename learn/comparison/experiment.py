@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import hashlib
 import json
 import tempfile
 import time
@@ -36,6 +37,7 @@ from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_whole, require_within, require_word
+from scenes.files.json_file import plain_number
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -237,7 +239,10 @@ def begun(
         require_writable(given_output / PROTOCOL)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     where, by = str(dataset.folder.resolve()), device_name()
-    settings = Settings(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint, guard or None)
+    settings = Settings(
+        *(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint, guard or None),
+        index_sha256=_index_digest(dataset) if split == "files" else None,
+    )
     folder = given_output or Path(tempfile.mkdtemp(prefix="bisplat-"))
     experiment = Experiment(folder, dataset, settings)
     distances = experiment.distances  # refuses splits and test spectra that are of no use, before anything is written
@@ -245,7 +250,19 @@ def begun(
     chosen = in_common(given)
     with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: in_common(read_protocol(path))):
         if (folder / PROTOCOL).exists():
-            require_same_spectra(dataset, folder, read_protocol(folder / PROTOCOL).get("dataset_sha256"))
-        write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
+            before = read_protocol(folder / PROTOCOL)
+            require_same_spectra(dataset, folder, before.get("dataset_sha256"))
+            if before.get("index_sha256") not in (None, settings.index_sha256):
+                raise InputError(
+                    f"{dataset.folder}: expected the index files with which {folder} was begun, found others; compare "
+                    "in another folder"
+                )
+        write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2, default=plain_number) + "\n").encode())
         say_distances(distances)
         yield experiment
+
+
+def _index_digest(dataset: Dataset) -> str:
+    """SHA-256 of what the index files name."""
+    parts = [[dataset.names[row] for row in part] for part in (dataset.train, dataset.test)]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()

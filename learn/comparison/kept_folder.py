@@ -15,7 +15,7 @@ from learn.comparison.kept_rows import KeptRow, KeptRows
 from learn.comparison.protocol import PROTOCOL, in_common
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path
-from scenes.files.json_file import read_json
+from scenes.files.json_file import plain_number, read_json
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
 
@@ -71,5 +71,7 @@ def kept_in(
         if path.exists() and read(path)["data_sha256"] != digest:
             of = next(iter(settings.values()))
             raise InputError(f"{output}: expected a {kind} of {of} as it is now, found one of other data")
-        write_atomically(path, (json.dumps({**settings, "data_sha256": digest}, indent=2) + "\n").encode())
+        write_atomically(
+            path, (json.dumps({**settings, "data_sha256": digest}, indent=2, default=plain_number) + "\n").encode()
+        )
         yield KeptRows(output, row)

@@ -11,8 +11,9 @@ from typing import Annotated, Any
 from msgspec import Meta, Struct
 
 from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_file import parse_json
+from scenes.files.json_file import parse_json, plain_number
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 
@@ -75,15 +76,24 @@ class KeptRows:
             name: what it is called.
             own: whether the class is the user's.
             source: hash of what it is (``source_of``). None: it is not known of the user's, and not needed of ours.
+
+        Raises:
+            InputError: another row has files of the same name.
         """
         row = self.row(key)
+        taken = next((each for each in self.rows if row_name(each) == row_name(key) and each is not row), None)
+        if row is None and taken is not None:
+            raise InputError(
+                f"{self.path}: expected labels whose files have names of their own, found {shown(key['label'])} beside "
+                f"{shown(taken['label'])}"
+            )
         if row is None or not (own or source is not None or "source" in row):
             return row is not None
         if own and source is None:
             say(f"{name}: measured before and kept; no source tells whether its class has changed since")
-        elif "source" not in row:
+        elif "source" not in row and not own:
             say(f"{name}: measured before and kept; an older version kept nothing that tells whether it has changed")
-        elif row["source"] != source:
+        elif row.get("source") != source:
             say(f"{name}: it or its settings have changed, so it is measured again and its old row is replaced")
             return False
         return True
@@ -92,7 +102,9 @@ class KeptRows:
         """Write a row with its key to the file, in place of an old one with this key."""
         rows, old, new = self.rows, self.row(key), {**key, **row}
         kept = [*rows, new] if old is None else [new if each == old else each for each in rows]
-        write_atomically(self.path, ("\n".join(json.dumps(each) for each in kept) + "\n").encode())
+        write_atomically(
+            self.path, ("\n".join(json.dumps(each, default=plain_number) for each in kept) + "\n").encode()
+        )
 
 
 def row_name(row: Mapping[str, Any]) -> str:

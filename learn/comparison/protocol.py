@@ -47,6 +47,7 @@ class Settings:
     test_spectra: int | None = None
     dataset_sha256: str | None = None
     guard: float | None = None
+    index_sha256: str | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
         """The spectra of the test part on which every method is scored."""
@@ -65,6 +66,7 @@ class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     test_spectra: Annotated[int, Meta(ge=1)] | None = None
     dataset_sha256: str | None = None
     guard: Annotated[float, Meta(gt=0, le=GUARD_MOST)] | None = None
+    index_sha256: str | None = None
 
 
 def read_protocol(path: Path) -> dict[str, Any]:

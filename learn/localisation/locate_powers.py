@@ -141,6 +141,18 @@ def locate_powers(
         >>> bool(np.linalg.norm(found[0].position - places[0]) < 0.5)
         True
     """
+    return located_by_powers(dataset, heard, known, level, seed, report)[0]
+
+
+def located_by_powers(
+    dataset: RssiDataset | Path | str,
+    heard: Float[np.ndarray, "K G"],
+    known: Int[np.ndarray, " n"] | None,
+    level: float | None,
+    seed: int = 0,
+    report: Report = lambda phase, done, total: None,
+) -> tuple[list[list[Place]], float]:
+    """As ``locate_powers``, and the level that was stated or estimated, dB."""
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     require_seed(seed=seed)
     if level is not None:
@@ -161,7 +173,7 @@ def locate_powers(
         report("positions", number, len(powers))
         likely = likelihood(row, level)
         found.append(likely_places(points, likely, likelihood.misfit(row, level), cell) if received[number] else [])
-    return found
+    return found, level
 
 
 def points_among(known: Float[np.ndarray, "n 3"], seed: int) -> Float[np.ndarray, "N 3"]:

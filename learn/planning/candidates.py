@@ -18,6 +18,9 @@ FLAT = 1e-6
 """Positions lie in a plane or on a line if their extent along an axis is smaller than this, relative to that along the
 longest axis. Coordinates in files have six decimals."""
 
+STREAM = 3
+"""Number of the random stream. Datasets and ``crossvalidate`` draw their positions from others, with the same seed."""
+
 TRIES = 100
 """Largest number of draws of ``CANDIDATES`` places each in the box around measured positions, until enough are in the
 hull."""
@@ -36,7 +39,7 @@ def free_candidates(scene: Scene, seed: int) -> Float[np.ndarray, "N 3"]:
     Raises:
         InputError: the region has no free place.
     """
-    return free_positions(scene, scene.transmitter.region, CANDIDATES, np.random.default_rng(seed))
+    return free_positions(scene, scene.transmitter.region, CANDIDATES, np.random.default_rng([seed, STREAM]))
 
 
 def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str) -> Float[np.ndarray, "N 3"]:

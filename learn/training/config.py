@@ -44,6 +44,7 @@ class Origin(Struct):
     array: PlanarArray
     grid: AngularGrid
     dataset_sha256: str | None = None
+    frequency_hz: Annotated[float, Meta(gt=0)] | None = None
     versions: dict[str, str] = {}
 
 
@@ -85,9 +86,17 @@ class Config:
         object.__setattr__(self, "options", {name: _as_json(name, value) for name, value in self.options.items()})
 
     def settings(self) -> dict[str, Any]:
-        """All settings in one flat dictionary, by the names of the parameters of ``train``."""
+        """All settings in one flat dictionary, by the names of the parameters of ``train``.
+
+        An option of one's own model that has the name of a parameter is called "option seed".
+        """
         content = asdict(self)
-        return {**content.pop("options"), **(content.pop("by_steps") or {}), **content}
+        options, by_steps = content.pop("options"), content.pop("by_steps")
+        settings = {**content, **(by_steps or {})}
+        return {
+            **{f"option {name}" if name in settings else name: value for name, value in options.items()},
+            **settings,
+        }
 
 
 def _as_json(option: str, value: Any) -> Any:
@@ -111,12 +120,14 @@ class RunRecord(NamedTuple):
         beamformer: the dataset's array and grid.
         dataset_sha256: fingerprint of the dataset. None: an older version trained the run, which kept none.
         version: version of bisplat-wrf that trained the run; empty if it is not known.
+        frequency: of the dataset, Hz. None: an older version trained the run, which did not record it.
     """
 
     config: Config
     beamformer: Beamformer
     dataset_sha256: str | None
     version: str
+    frequency: float | None
 
 
 def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -> None:
@@ -131,6 +142,7 @@ def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -
     content = {
         **asdict(config),
         "dataset_sha256": dataset.fingerprint,
+        "frequency_hz": dataset.frequency.hertz,
         "array": asdict(dataset.array),
         "grid": asdict(dataset.grid),
         "normalisation": "pictures are min-max normalised per spectrum; positions are scaled inside the model",
@@ -171,7 +183,7 @@ def read_config(folder: Path) -> RunRecord:
         beamformer = Beamformer(origin.array, origin.grid)
     except ParameterError as error:  # positions in metres without their frequency
         raise InputError(f"{path}: array.{error}") from None
-    return RunRecord(config, beamformer, origin.dataset_sha256, _version(content))
+    return RunRecord(config, beamformer, origin.dataset_sha256, _version(content), origin.frequency_hz)
 
 
 def _version(content: Any) -> str:

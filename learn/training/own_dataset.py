@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from learn.data.same_receiver import in_megahertz, other_array, other_frequency
+from learn.data.splits import PARTS, Split, read_split
+from learn.training.config import RunRecord
 from scenes.files.errors import InputError
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
@@ -25,6 +30,61 @@ def require_same_spectra(dataset: Dataset, folder: Path, dataset_sha256: str | N
         raise InputError(
             f"{dataset.folder}: expected the dataset that {folder} was trained on, found other spectra, as if they had "
             "been simulated or measured again; put the former dataset there, or train on this one into another folder"
+        )
+
+
+def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: Split) -> None:
+    """Refuse to go on with a run whose dataset, or what it states, has changed since the run was begun.
+
+    Args:
+        dataset: what is in the dataset's folder now.
+        folder: folder of the run.
+        record: what its config.json records.
+        parts: the split as it would be made now.
+
+    Raises:
+        InputError: the spectra, the frequency, the array, the grid or the split are others.
+    """
+    require_same_spectra(dataset, folder, record.dataset_sha256)
+    again = "train on it into another folder"
+    wavelength = None if record.frequency is None else SPEED_OF_LIGHT / record.frequency
+    if wavelength is not None and other_frequency(wavelength, dataset.wavelength):
+        expected, found = in_megahertz(wavelength), in_megahertz(dataset.wavelength)
+        raise InputError(f"{dataset.folder}: expected {expected} as {folder} was begun with, found {found}; {again}")
+    before, now = record.beamformer, dataset.beamformer
+    if other_array(before.array, now.array) or before.grid != now.grid:
+        raise InputError(
+            f"{dataset.folder}: expected {before.array.in_words} on {before.grid} as {folder} was begun with, found "
+            f"{now.array.in_words} on {now.grid}; {again}"
+        )
+    path = folder / "split.json"
+    if not path.exists():  # killed before it was written
+        return
+    begun = read_split(path, dataset.names, dataset.folder)
+    if any(set(getattr(begun, part)) != set(getattr(parts, part)) for part in PARTS):
+        raise InputError(
+            f"{dataset.folder}: expected the split that {folder} was begun with, found another one, as if the index "
+            f"files had been changed; {again}"
+        )
+
+
+def require_untested(before_known: np.ndarray, before: Path, dataset: Dataset, parts: Split) -> None:
+    """Refuse to start with the weights of a run that has learned test spectra of this training.
+
+    Args:
+        before_known: indices of the spectra of this dataset that the run knows.
+        before: its folder.
+        dataset: the dataset to train on.
+        parts: the split of this training.
+
+    Raises:
+        InputError: it knows some of them.
+    """
+    both = np.intersect1d(before_known, parts.test)
+    if len(both):
+        raise InputError(
+            f"{before}: expected a run that has not learned the test spectra, found one that learned {len(both)} of "
+            f"{len(parts.test)}, such as {dataset.names[both[0]]}; choose its --split and --seed here, too"
         )
 
 

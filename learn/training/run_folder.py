@@ -36,6 +36,7 @@ from scenes.files.input_file import MEGABYTE, require_regular
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_frequency import several_frequencies
 from simulate.dataset.picture_files import what_is_at
 from simulate.positions.given_positions import check_points
 from simulate.spectra.beamformer import Beamformer
@@ -55,6 +56,7 @@ class Run:
         model: the trained model, in evaluation mode, on the GPU if there is one.
         dataset_sha256: fingerprint of the dataset that it was trained on. None: an older version trained the run, which
             kept none.
+        frequency: of the dataset, Hz. None: an older version trained the run, which did not record it.
 
     Example:
         >>> import bisplat
@@ -73,6 +75,7 @@ class Run:
     beamformer: Beamformer
     model: SpectrumModel
     dataset_sha256: str | None = None
+    frequency: float | None = None
 
     def __repr__(self) -> str:
         return f"Run({str(self.folder)!r}: {self.config.model}, split {self.config.split}, seed {self.config.seed})"
@@ -160,7 +163,7 @@ class Run:
                 f"{folder}: expected the dataset that {self.folder} was trained on, found {what_is_at(folder)}; if it "
                 f'has moved, write its new place as "dataset" in {self.folder / "config.json"}'
             )
-        found = read_dataset(folder)
+        found = read_dataset(folder, self.frequency if several_frequencies(folder) else None)
         if self.dataset_sha256 is None:
             say(
                 f"warning: {self.folder}: an older version trained this run and kept no fingerprint of its dataset, so "
@@ -288,7 +291,7 @@ def load_run(folder: Path | str) -> Run:
     """
     require_path(folder=folder)
     folder = Path(folder)
-    config, beamformer, dataset_sha256, trained_by = read_config(folder)
+    config, beamformer, dataset_sha256, trained_by, hertz = read_config(folder)
     path = folder / "weights.safetensors"
     if not path.exists():
         raise InputError(
@@ -315,4 +318,4 @@ def load_run(folder: Path | str) -> Run:
     if wrong is not None:
         raise InputError(f"{path}: expected finite weights of {config.model}, found others in {wrong}")
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    return Run(folder, config, beamformer, model.eval().to(device), dataset_sha256)
+    return Run(folder, config, beamformer, model.eval().to(device), dataset_sha256, hertz)

@@ -30,7 +30,7 @@ from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
-from learn.training.own_dataset import require_same_receiver, require_same_spectra
+from learn.training.own_dataset import require_same_data, require_same_receiver, require_untested
 from learn.training.presets import PRESETS, PresetName, in_words
 from learn.training.registry import DEFAULT_MODEL, check_options, model_class, model_entry
 from learn.training.run_folder import Run, load_run, load_weights, save_weights
@@ -144,6 +144,9 @@ def train(
     if preset is not None and budget is None:
         by_steps = {"steps": PRESETS[preset].steps} | by_steps
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
+    options = dict(options or {})
+    if isinstance(scene := options.get("scene"), str) and Path(scene).is_file():
+        options["scene"] = str(Path(scene).resolve())
     config = Config(
         dataset=str(folder.resolve()),
         model=model,
@@ -151,7 +154,7 @@ def train(
         guard=guard,
         seed=seed,
         split_seed=seed,
-        options=dict(options or {}),
+        options=options,
         by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
     place, loaded, learned = Path(output), dataset if isinstance(dataset, Dataset) else None, None
@@ -227,12 +230,14 @@ def train_run(
         raise InputError(f"{dataset.folder}: the model {config.model}: {why}")
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     if (folder / "config.json").exists():
-        require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)
+        require_same_data(dataset, folder, read_config(folder), parts)
     if finished:
         return
     if config.by_steps is not None and config.by_steps.init is not None:
         before = load_run(config.by_steps.init)
         require_same_receiver(dataset, before.folder, before.beamformer, float(before.model.wavelength))
+        if before.is_trained_on(dataset):
+            require_untested(before.split(dataset).known, before.folder, dataset, parts)
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first process claims the folder and writes to it
         _train(config, folder, processes, dataset, parts, learned)
         return

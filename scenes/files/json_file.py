@@ -112,3 +112,15 @@ def _too_deep(value: object) -> bool:
             for child in (each.values() if isinstance(each, dict) else each)
         ]
     return bool(level)
+
+
+def plain_number(value: Any) -> Any:
+    """A number of NumPy as one of Python's; the ``default`` of ``json.dumps`` for arguments that users give.
+
+    >>> import json, numpy
+    >>> json.dumps({"steps": numpy.int64(5)}, default=plain_number)
+    '{"steps": 5}'
+    """
+    if hasattr(value, "item"):
+        return value.item()
+    raise TypeError(f"{type(value).__name__} is not JSON serializable")

@@ -13,9 +13,10 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 
 from scenes.files.atomic import require_writable, sync_folder
+from scenes.files.errors import InputError
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.files.temporary import temporary_folder
@@ -35,6 +36,7 @@ from simulate.generation.dataset_part import make_part
 from simulate.generation.request import Request
 from simulate.generation.workers import parts_of_workers
 from simulate.generation.written_parts import WrittenParts
+from simulate.positions.given_positions import read_points
 
 PART = 100
 """Positions per part. A run that is killed loses at most one part."""
@@ -120,10 +122,24 @@ def _is_finished(request: Request, folder: Path) -> bool:
     files += [] if request.receivers is None else ["rx_pos.csv"]
     if (folder / PARTS).exists() or not all(_has_content(folder / name) for name in files):
         return False
+    scenes = len(request.scenes)
+    if not (folder / "scene").is_dir() or not _has_points(folder / "tx_pos.csv", request.positions, scenes):
+        return False
+    if request.receivers is not None and not _has_points(folder / "rx_pos.csv", request.receivers, scenes):
+        return False
     if not request.engine.is_whole(request.setting, folder):
         return False
     parts = WrittenParts(request, folder, PART)
     return len(parts.whole()) == len(parts.starts)
+
+
+def _has_points(path: Path, points: Float[np.ndarray, "n 3"], times: int) -> bool:
+    """Whether a file holds points, so many times."""
+    try:
+        found = read_points(path)
+    except InputError:
+        return False
+    return np.array_equal(found, np.tile(points, (times, 1)))
 
 
 def _has_content(path: Path) -> bool:

@@ -21,7 +21,7 @@ from scenes.files.errors import (
     shown,
 )
 from scenes.files.folder_lock import locked
-from scenes.files.json_file import read_json
+from scenes.files.json_file import plain_number, read_json
 from scenes.files.output_folder import has_other_files
 from scenes.files.plain_text import say
 from scenes.places.random_room import MOST_PIECES, random_room
@@ -129,7 +129,7 @@ def begin(folder: Path, facts: dict[str, Any]) -> None:
         return
     if has_other_files(folder):
         raise InputError(f"{folder}: expected a new folder, found other files")
-    write_atomically(path, (json.dumps(facts, indent=2) + "\n").encode())
+    write_atomically(path, (json.dumps(facts, indent=2, default=plain_number) + "\n").encode())
 
 
 def _other(found: Any, facts: dict[str, Any]) -> str:

@@ -13,7 +13,7 @@ from scenes.checks.occupancy import blocking_object, inside_object
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from simulate.positions.given_positions import check_points, read_points
-from simulate.positions.places import Places
+from simulate.positions.places import LEAST_POSITIONS, Places
 
 PATH_STEP = 0.008
 """Metres between consecutive positions of a path. It is the median step of the measured RFID data."""
@@ -75,13 +75,18 @@ def chosen_positions(
         The positions, metres, world frame, rounded as tx_pos.csv has them; and words for metadata.json.
 
     Raises:
-        InputError: as ``place`` or ``read_positions``.
+        InputError: as ``place`` or ``read_positions``; or a grid has fewer than ``LEAST_POSITIONS`` free places.
         ParameterError: as ``check_positions``.
     """
     given = places.positions
     if given is None:
         points = place(scene, places.placement, places.n, places.seed, offsets)
         how = f"{places.placement}, seed {places.seed}"
+        if len(points) < LEAST_POSITIONS:
+            raise InputError(
+                f"{scene.name}: expected at least {LEAST_POSITIONS} free places of a grid in the transmitter's region, "
+                f"found {len(points)}; ask for more positions than {places.n}"
+            )
     elif isinstance(given, str | Path):
         points, how = read_positions(Path(given), scene, offsets), f"positions of {Path(given).name}"
     else:

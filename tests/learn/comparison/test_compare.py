@@ -305,6 +305,35 @@ def test_no_method_learns_from_positions_within_the_guard(tiny, tmp_path):
         assert len(known) == row["known"] < 19 and away > 0.6 * dataset.wavelength
 
 
+def test_rows_of_other_index_files_are_not_mixed(tiny, tmp_path):
+    data = shutil.copytree(tiny, tmp_path / "data")
+    compare(data, ("nearest",), budget=INSTANT, output=tmp_path / "out")
+    (data / "train_index.txt").write_text("\n".join(f"{number:05d}" for number in range(5, 25)))
+    (data / "test_index.txt").write_text("\n".join(f"{number:05d}" for number in range(1, 5)))
+    with pytest.raises(InputError, match=r"expected the index files with which .* was begun, found others"):
+        compare(data, ("nearest", "mean-picture"), budget=INSTANT, output=tmp_path / "out")
+
+
+def test_a_class_with_the_label_of_one_of_our_methods_is_measured(tiny, tmp_path, capsys):
+    out = tmp_path / "out"
+    before = compare(tiny, ("nearest",), budget=INSTANT, output=out).rows[0]
+    after = compare(tiny, {"nearest": Grey}, budget=INSTANT, output=out).rows[0]
+    assert after["label"] == "nearest" and after["mae_mean"] != before["mae_mean"]
+    assert "it or its settings have changed" in capsys.readouterr().err
+
+
+def test_labels_whose_files_would_have_one_name_are_refused(tiny, tmp_path):
+    with pytest.raises(InputError, match="found 'my_model' beside 'my model'"):
+        compare(tiny, {"my model": Grey, "my_model": "nearest"}, budget=INSTANT, output=tmp_path / "out")
+
+
+def test_numbers_of_numpy_are_numbers(tiny, tmp_path):
+    rows = compare(tiny, ("nearest",), steps=np.int64(5), test_spectra=np.int64(3), output=tmp_path / "out").rows
+    assert rows[0]["test"] == 3
+    swept = sweep(tiny, sizes=np.array([5, 10]), models=["nearest"], steps=1, output=tmp_path / "sweep")
+    assert [row["train_size"] for row in swept] == [5, 10]
+
+
 # Spectra that cannot be scored
 
 

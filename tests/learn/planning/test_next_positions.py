@@ -11,12 +11,13 @@ import torch
 import bisplat
 from bisplat.__main__ import main
 from learn.planning import candidates, next_positions, planned_fields
-from learn.planning.candidates import candidates_among
+from learn.planning.candidates import candidates_among, free_candidates
 from learn.planning.next_positions import plan
 from learn.planning.planned_fields import Field, fields_of_model, fields_of_run
 from learn.training.run_folder import Run
 from scenes.checks.occupancy import inside_object
 from scenes.files.errors import InputError
+from scenes.places.closet import closet
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import box
 from scenes.storage.scene_writing import write_scene
@@ -190,3 +191,10 @@ def test_run_without_its_dataset_is_refused(finished_run, tiny, tmp_path):
     config.write_text(config.read_text().replace(str(tiny), str(tmp_path / "gone")))
     with pytest.raises(InputError, match=r"gone: expected the dataset that .* was trained on, found nothing there"):
         plan(copy)
+
+
+def test_candidates_are_not_the_positions_of_a_dataset_with_the_same_seed():
+    scene = closet()
+    dataset = place(scene, "uniform", 500, 0)
+    candidates = free_candidates(scene, 0)
+    assert np.linalg.norm(candidates[:, None] - dataset, axis=-1).min() > 1e-6

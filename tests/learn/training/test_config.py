@@ -113,3 +113,8 @@ def test_rows_are_checked(tmp_path, tiny, line, sentence):
     write(tmp_path, "results.jsonl", json.dumps(ROW | {"ssim_median": float("nan")}) + "\n" + line + "\n")
     with pytest.raises(InputError, match=f"results.jsonl, line 2: {sentence}"):
         _ = experiment.kept.rows
+
+
+def test_an_option_with_the_name_of_a_setting_is_told_apart():
+    one, other = (Config(dataset="d", model="own:Class", seed=3, options={"seed": each}) for each in (1, 2))
+    assert one.settings() != other.settings() and one.settings()["seed"] == 3 and one.settings()["option seed"] == 1

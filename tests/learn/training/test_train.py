@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -315,15 +316,55 @@ def test_coordinate_that_never_changes_is_no_division_by_zero(finished_run, tiny
     assert np.isfinite(load_run(finished_run).predict(np.array([[1.0, 0.5, 1.0], [1.0, 0.5, 1.2]])).spectra).all()
 
 
-def test_training_begins_with_the_weights_of_another_run(finished_run, tmp_path, tiny_config, changed):
+def test_training_begins_with_the_weights_of_another_run(finished_run, tmp_path, tiny_config, changed, write_folder):
     """At a rate of nothing they stay what they were, but for the box that positions are scaled by."""
-    config = changed(tiny_config, init=str(finished_run), split="random", split_seed=1, learning_rate=1e-30)
+    other = str(write_folder(tmp_path / "other", count=31))
+    config = changed(tiny_config, dataset=other, init=str(finished_run), learning_rate=1e-30)
     train_run(config, tmp_path / "run")
     found, expected = weights(tmp_path / "run"), weights(finished_run)
     assert not torch.equal(found.pop("region"), expected.pop("region"))
     torch.testing.assert_close(found, expected)
     with pytest.raises(InputError, match="expected a run of the same model and size"):
-        train_run(changed(config, model="mlp"), tmp_path / "other")
+        train_run(changed(config, model="mlp"), tmp_path / "third")
+
+
+def test_weights_of_a_run_that_has_learned_test_spectra_are_refused(tiny, tmp_path):
+    short = {"model": "mlp", "steps": 1, "find_phases": False}
+    bisplat.train(tiny, tmp_path / "before", split="random", seed=1, **short)
+    with pytest.raises(
+        InputError, match=r"before: expected a run that has not learned the test spectra, found one that"
+    ):
+        bisplat.train(tiny, tmp_path / "after", init=tmp_path / "before", **short)
+    assert not (tmp_path / "after").exists()
+    bisplat.train(tiny, tmp_path / "same", init=tmp_path / "before", split="random", seed=1, **short)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (
+            "index",
+            "expected the split that .* was begun with, found another one, as if the index files had",
+        ),
+        ("frequency", "expected 915 MHz as .* was begun with, found 1830 MHz; train on it into another folder"),
+        ("array", "expected 4 × 4 elements .* was begun with, found 2 × 8 elements"),
+    ],
+)
+def test_a_run_is_not_gone_on_with_if_its_dataset_states_other_things_now(change, expected, tiny, tmp_path):
+    data, short = shutil.copytree(tiny, tmp_path / "data"), {"model": "mlp", "steps": 1, "find_phases": False}
+    bisplat.train(data, tmp_path / "run", **short)
+    bisplat.train(data, tmp_path / "run", **short)
+    metadata = json.loads((data / "metadata.json").read_text())
+    if change == "index":
+        (data / "train_index.txt").write_text("\n".join(f"{number:05d}" for number in range(5, 25)))
+        (data / "test_index.txt").write_text("\n".join(f"{number:05d}" for number in range(1, 5)))
+    elif change == "frequency":
+        (data / "metadata.json").write_text(json.dumps(metadata | {"frequency_hz": 1.83e9}))
+    else:
+        array = {"rows": 2, "columns": 8, "spacing": 0.5}
+        (data / "metadata.json").write_text(json.dumps(metadata | {"array": array}))
+    with pytest.raises(InputError, match=expected):
+        bisplat.train(data, tmp_path / "run", **short)
 
 
 def test_damaged_weights_are_refused(finished_run, tmp_path):

@@ -253,6 +253,22 @@ def test_damaged_file_of_a_finished_dataset_is_made_again_and_the_rest_kept(
     assert ("made again" in capsys.readouterr().err) == (len(again) == 1 or (again != [] and fault is not Path.unlink))
 
 
+@pytest.mark.parametrize("lost", ["scene", "rows", "order"])
+def test_lost_scene_and_changed_positions_of_a_finished_dataset_are_made_again(lost, request_of, tmp_path, quick):
+    folder = tmp_path / "data"
+    generate(request_of, folder)
+    before = contents(folder)
+    lines = (folder / "tx_pos.csv").read_text().splitlines()
+    if lost == "scene":
+        shutil.rmtree(folder / "scene")
+    elif lost == "rows":
+        (folder / "tx_pos.csv").write_text("\n".join(lines[:-1]) + "\n")
+    else:
+        (folder / "tx_pos.csv").write_text("\n".join([lines[0], lines[2], lines[1], *lines[3:]]) + "\n")
+    generate(request_of, folder)
+    assert contents(folder) == before
+
+
 def test_second_process_is_refused_while_the_first_one_simulates(request_of, tmp_path, quick):
     folder = tmp_path / "dataset"
     folder.mkdir()

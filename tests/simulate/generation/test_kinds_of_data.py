@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import bisplat
 from learn.evaluation.check import check
 from learn.evaluation.engines import compare_engines
 from scenes.checks.array_clearance import element_positions
@@ -123,6 +124,13 @@ def test_band_that_is_too_wide_for_its_carrier_is_refused(over_band, tmp_path):
     (folder / "metadata.json").write_text(json.dumps(metadata | {"band": {"bandwidth": 5e8, "subcarriers": 6}}))
     with pytest.raises(InputError, match=r"metadata.json: band\.bandwidth: expected at most 20% of the carrier"):
         read_dataset(folder)
+
+
+def test_a_model_of_one_of_several_frequencies_is_evaluated_at_this_one(scene, tmp_path):
+    simulate(scene, tmp_path / "two", 40, propagation=SIGHT, frequencies=("2.4 GHz", 915e6))
+    run = bisplat.train(read_dataset(tmp_path / "two", "2.4 GHz"), tmp_path / "run")
+    assert run.dataset().frequency.hertz == 2.4e9 and bisplat.load_run(tmp_path / "run").frequency == 2.4e9
+    assert bisplat.evaluate(run, ceiling=False).metrics()["ssim_median"] > 0.5
 
 
 def test_every_frequency_has_every_position(scene, of_three):

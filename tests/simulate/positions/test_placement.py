@@ -7,7 +7,8 @@ import pytest
 
 from scenes.files.errors import InputError
 from scenes.scene.shapes import box
-from simulate.positions.placement import PATH_STEP, place, read_positions
+from simulate.positions.placement import PATH_STEP, chosen_positions, place, read_positions
+from simulate.positions.places import Places
 
 LOW, HIGH = np.array([-5, -1, 0.5]), np.array([-2, 1, 2.5])
 CRATE = np.array([[-4, -0.5, 0.2], [-3, 0.5, 3.0]])
@@ -147,3 +148,12 @@ def test_bad_csv_is_refused_with_file_and_row(text, words, tmp_path, scene):
 def test_csv_that_is_not_there_is_refused(tmp_path, scene):
     with pytest.raises(InputError, match=r"way\.csv: expected a CSV of positions, found no such file"):
         read_positions(tmp_path / "way.csv", scene)
+
+
+def test_a_grid_of_a_single_place_is_refused(make_scene, floor):
+    scene = make_scene(floor)
+    cube = replace(scene, transmitter=replace(scene.transmitter, region_min=(-3, -0.5, 1), region_max=(-2, 0.5, 2)))
+    with pytest.raises(
+        InputError, match=r"expected at least 2 free places of a grid .*, found 1; ask for more .* than 2"
+    ):
+        chosen_positions(cube, Places(n=2, placement="grid"))
