@@ -61,9 +61,11 @@ def closed_doors(
         away: the point from which the doors open, metres.
     """
     found = {}
+    every = np.concatenate(sections) if len(sections) else np.zeros((0, 2, 2))
+    owner = np.repeat(np.arange(len(sections)), [len(each) for each in sections])
     for index, name in enumerate(names):
         if is_door(name) and len(sections[index]):
-            others = np.concatenate([each for number, each in enumerate(sections) if number != index])
+            others = every[owner != index]
             leaves = closed_leaves(sections[index], others, away) if len(others) else []
             if leaves:
                 found[index] = leaves

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
-from trimesh import Trimesh
 
 from scenes.checks.depth_buffer import DepthBuffer, depth_buffer
 from scenes.checks.enclosure import UNDER_CEILING, Plane, ceiling_height, cut, opened_ceiling, opened_walls
@@ -22,6 +21,12 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 VIEW = {"elev": 38.0, "azim": -125.0}  # matplotlib's angles, degrees: the viewer is at low x and low y
 COLUMNS = 1600  # width of the picture, pixels: twice that of the figure
+MOST_ROWS = 4000  # height of the picture, pixels; that of a tall, narrow scene has fewer columns
+SIDES = [
+    *([0, 1, 3, 0, 3, 2], [4, 5, 7, 4, 7, 6], [0, 1, 5, 0, 5, 4]),
+    *([2, 3, 7, 2, 7, 6], [0, 2, 6, 0, 6, 4], [1, 3, 7, 1, 7, 5]),
+]
+"""Two triangles of each side of the transmitter region, by the numbers of its corners."""
 SAMPLES = 400  # points along a line that are tested for visibility
 CROP = 0.5  # if the neighbourhood of the antennas is smaller than this share of the scene, only it is drawn
 
@@ -50,14 +55,15 @@ def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
     screen = _project(axes, triangles)
     left, bottom = _project(axes, shown)[:, :2].min(axis=0)
     right, top = _project(axes, shown)[:, :2].max(axis=0)
-    buffer = depth_buffer(screen, (left, right, bottom, top), COLUMNS)
+    columns = max(1, min(COLUMNS, round(MOST_ROWS * (right - left) / (top - bottom)))) if top > bottom else COLUMNS
+    buffer = depth_buffer(screen, (left, right, bottom, top), columns)
     tolerance = 2e-3 * float(np.ptp(screen[:, :, 2]))
     picture = np.zeros((*buffer.depth.shape, 4))
     filled = buffer.nearest >= 0
     picture[filled] = np.column_stack([colors, np.ones(len(colors))])[buffer.nearest[filled]]
     picture[_outlines(buffer, tolerance), :3] *= 0.6
-    region = Trimesh(scene.transmitter.corners()).convex_hull.triangles
-    before = depth_buffer(_project(axes, region), buffer.extent, COLUMNS)
+    region = scene.transmitter.corners()[SIDES].reshape(-1, 3, 3)
+    before = depth_buffer(_project(axes, region), buffer.extent, columns)
     _tint(picture, np.isfinite(before.depth) & (before.depth <= buffer.depth + tolerance))
     image = AxesImage(axes, extent=buffer.extent, origin="lower", interpolation="antialiased", zorder=1)
     image.set_data(picture)

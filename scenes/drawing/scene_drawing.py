@@ -41,6 +41,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             {
                 "name": item.name,
                 "material": item.material,
+                "thickness": scene.thickness(item),
                 "size": _round(item.mesh.extents),
                 "triangles": len(item.mesh.faces),
                 "closed": _is_closed(item),
@@ -49,12 +50,12 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         ],
         "materials": [
             {
-                "name": material.name,
+                "name": name,
                 "relative_permittivity": material.relative_permittivity,
                 "conductivity": material.conductivity,
                 "thickness": material.thickness,
             }
-            for material in scene.materials.values()
+            for name, material in scene.materials.items()
         ],
     }
 

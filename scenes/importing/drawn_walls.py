@@ -11,6 +11,7 @@ from scenes.checks.coincident_faces import drawn_twice
 from scenes.importing.lengths import plain
 from scenes.importing.material_rules import listed
 from scenes.importing.thick_walls import SOLID, walls_as_sheets
+from scenes.importing.two_sided_walls import two_sided_walls
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import is_conductor
 
@@ -58,7 +59,7 @@ def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
         f"made one sheet, with one slab, of each wall and board that is drawn with both its faces: {each}; --walls "
         "as-drawn keeps the faces"
     )
-    warnings = (*_solid(as_sheets), *_coincident(as_sheets))
+    warnings = (*_solid(as_sheets), *_two_sided(as_sheets), *_coincident(as_sheets))
     return DrawnWalls(as_sheets, sheets, (made,) if sheets else (), warnings)
 
 
@@ -85,6 +86,17 @@ def _solid(scene: Scene) -> list[str]:
     return [
         f"waves pass a slab at both faces of {listed(twice)}, which are solid but do not consist of plates; draw each "
         "of their walls as a box or a sheet of its own"
+    ]
+
+
+def _two_sided(scene: Scene) -> list[str]:
+    apart = two_sided_walls(scene, counted_twice(scene), SOLID)
+    if not apart:
+        return []
+    each = listed(f"{name} ({plain(distance)} m)" for name, distance in apart.items())
+    return [
+        f"large faces lie near one another, so that waves pass a slab at each: {each}; if they are the two sides of "
+        "one wall, draw it as a box with one material, or as one sheet"
     ]
 
 

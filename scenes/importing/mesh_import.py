@@ -17,7 +17,7 @@ from scenes.importing.drawn_walls import Walls, drawn_walls
 from scenes.importing.import_arguments import check_import, check_shift
 from scenes.importing.import_unit import unit_doubt
 from scenes.importing.imported_file import ImportedFile, plain_name, read_file
-from scenes.importing.lengths import METRES, plain
+from scenes.importing.lengths import METRES
 from scenes.importing.map_coordinates import far_from_origin, rounding_warnings
 from scenes.importing.material_rules import Rule, choose_materials, require_materials, rule_warnings, stated_materials
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt
@@ -261,7 +261,7 @@ def _conventions(file: ImportedFile, unit: str, up: str | None, shift: Float[np.
     """Say with which axis, unit and shift the file was read."""
     kind = file.path.suffix[1:].upper()
     axis = f"up axis {up}" if up else f"up axis {file.up} (as usual for {kind})"
-    moved = f", shifted by {' '.join(map(plain, shift))} m" if shift.any() else ""
+    moved = f", shifted by {' '.join(f'{each:.12g}' for each in shift)} m" if shift.any() else ""
     return f"read with {axis} and unit {unit}{moved}"
 
 

@@ -8,7 +8,8 @@ L-shaped ones are made on demand. All antennas are short dipoles, which rays and
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from itertools import count
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -42,6 +43,9 @@ class _Sizes:
 
 
 SMALL = _Sizes(((2.8, 4.0), (2.4, 3.2), (2.3, 2.7)), (1.0, 1.0, 0.8))
+TRIES = 20_000
+"""Largest number of places that are drawn for gateway and region, until both are in the room."""
+
 LARGE = _Sizes(((4.5, 8.0), (4.0, 6.0), (2.4, 3.0)), (2.0, 2.0, 1.0))
 
 INNER = 0.55, 0.75
@@ -190,14 +194,15 @@ def random_room(
     require_flag(large=large)
     for number in pieces:
         require_whole(0, MOST_PIECES, pieces=number)
-    generator = np.random.default_rng(seed)
     sizes = LARGE if large else SMALL
-    size = _on_raster(np.array([generator.uniform(*each) for each in sizes.extents]))
-    outline = _Outline(size, _on_raster(size[:2] * generator.uniform(*INNER, size=2)) if shape == "l" else size[:2])
-    finishes = [WALLS[number] for number in generator.integers(len(WALLS), size=4)]
-    floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
-    openings = _openings(outline, generator)
-    gateway, transmitter = _antennas(outline, np.array(sizes.region), generator)
+    antennas, attempts = None, count()
+    while antennas is None:
+        attempt = next(attempts)  # in a few L-shaped rooms there is no place for the region; then another room is drawn
+        generator = np.random.default_rng([seed, 0, attempt] if attempt else seed)
+        drawn = _shell(sizes, shape, generator)
+        antennas = _antennas(drawn.outline, np.array(sizes.region), generator)
+    size, outline, finishes, floor, ceiling, openings = drawn
+    gateway, transmitter = antennas
     if furniture is not None:
         generator = np.random.default_rng([seed, furniture])
     around = np.array([[-1.0], [1.0]])
@@ -227,6 +232,24 @@ def random_room(
     return scene
 
 
+class _Shell(NamedTuple):
+    size: Float[np.ndarray, " 3"]
+    outline: _Outline
+    finishes: list[Finish]
+    floor: Finish
+    ceiling: Finish
+    openings: list[Opening]
+
+
+def _shell(sizes: _Sizes, shape: Shape, generator: np.random.Generator) -> _Shell:
+    """The room without furniture: its size, outline, finishes of the walls, floor, ceiling and openings."""
+    size = _on_raster(np.array([generator.uniform(*each) for each in sizes.extents]))
+    outline = _Outline(size, _on_raster(size[:2] * generator.uniform(*INNER, size=2)) if shape == "l" else size[:2])
+    finishes = [WALLS[number] for number in generator.integers(len(WALLS), size=4)]
+    floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
+    return _Shell(size, outline, finishes, floor, ceiling, _openings(outline, generator))
+
+
 def _openings(outline: _Outline, generator: np.random.Generator) -> list[Opening]:
     """A door, and perhaps a window in another wall."""
     sides: list[Side] = generator.permutation(list(TURNS)).tolist()
@@ -244,10 +267,13 @@ def _openings(outline: _Outline, generator: np.random.Generator) -> list[Opening
 
 def _antennas(
     outline: _Outline, extents: Float[np.ndarray, " 3"], generator: np.random.Generator
-) -> tuple[Gateway, Transmitter]:
-    """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it."""
+) -> tuple[Gateway, Transmitter] | None:
+    """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it.
+
+    None: ``TRIES`` places were not in the room.
+    """
     size = outline.size
-    while True:
+    for _ in range(TRIES):
         low = generator.uniform([0.3, 0.3, 0.4], size - extents - [0.3, 0.3, 0.4])
         region = np.array([low, low + extents]).round(2)
         place = generator.uniform([0.36, 0.36, 0.8], size - 0.36).round(2)
@@ -257,6 +283,8 @@ def _antennas(
             continue
         if np.linalg.norm(outside) > 0.6 and from_walls < 0.6:
             break
+    else:
+        return None
     towards = region.mean(axis=0) - place
     azimuth = np.arctan2(towards[1], towards[0]) + np.radians(generator.uniform(-40, 40))
     elevation = np.radians(generator.uniform(-35, 15))

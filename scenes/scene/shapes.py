@@ -112,7 +112,9 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
     if not np.linalg.norm(np.cross(u, v)) > 0:
         raise ParameterError("v", f"expected a vector across u, {u.tolist()}, found {v.tolist()}")
     width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
-    _check_openings(openings, width, height)
+    if abs(np.dot(u, v)) > ROUNDING * width * height:
+        raise ParameterError("v", f"expected a vector perpendicular to u, {u.tolist()}, found {v.tolist()}")
+    openings = _checked_openings(openings, width, height)
     # Cut along every edge of every opening and keep the cells outside the openings: no overlaps, no T-junctions.
     s_cuts = sorted({0.0, width, *(s for o in openings for s in o[:2])})
     t_cuts = sorted({0.0, height, *(t for o in openings for t in o[2:])})
@@ -122,6 +124,8 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
         for t in pairwise(t_cuts)
         if not any(s0 < sum(s) / 2 < s1 and t0 < sum(t) / 2 < t1 for s0, s1, t0, t1 in openings)
     ]
+    if not cells:
+        raise ParameterError("openings", "expected openings that leave something of the sheet, found none left")
     corners = [(s, t) for (s0, s1), (t0, t1) in cells for s, t in ((s0, t0), (s1, t0), (s1, t1), (s0, t1))]
     vertices = np.asarray(corner) + np.array(corners) / [width, height] @ np.array([u, v], dtype=float)
     faces = np.concatenate([[[k, k + 1, k + 2], [k, k + 2, k + 3]] for k in range(0, len(vertices), 4)])
@@ -130,16 +134,23 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
     return mesh
 
 
-def _check_openings(openings: Sequence[Sequence[float]], width: float, height: float) -> None:
-    """Refuse openings that are not inside a sheet of a width and a height."""
+def _checked_openings(openings: Sequence[Sequence[float]], width: float, height: float) -> list[list[float]]:
+    """Refuse openings that are not inside a sheet of a width and a height.
+
+    Returns:
+        The openings. Ends within ``ROUNDING`` of an edge of the sheet are at the edge, so that no sliver remains.
+    """
     if isinstance(openings, Sequence) and not openings:
-        return
+        return []
     found = check_array("openings", openings, (None, 4), "rows of s0, s1, t0, t1")
     ends, sides = found.reshape(-1, 2, 2), np.array([width, height])
     inside = (ends[..., 0] >= -ROUNDING) & (ends[..., 0] < ends[..., 1]) & (ends[..., 1] <= sides + ROUNDING)
     if not inside.all():
         wrong = found[int(np.flatnonzero(~inside.all(axis=1))[0])].tolist()
         raise ParameterError("openings", f"expected ends within 0 to {width:g} and 0 to {height:g} m, found {wrong}")
+    ends = np.where(np.abs(ends) < ROUNDING, 0.0, ends)
+    last = sides[:, None]  # of both ends along u, and of both along v
+    return np.where(np.abs(ends - last) < ROUNDING, last, ends).reshape(-1, 4).tolist()
 
 
 def union(*parts: Trimesh) -> Trimesh:

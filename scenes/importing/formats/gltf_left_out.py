@@ -33,6 +33,7 @@ def left_out(header: Header, places: Container[int]) -> Iterator[str]:
         places: numbers of the nodes of the scene that is read.
     """
     without, elsewhere, unknown = [], [], dict[str, str]()
+    parents = {child: index for index, node in enumerate(header.nodes) for child in node.children}
     for index, node in enumerate(header.nodes):
         if node.mesh is None:
             continue
@@ -42,7 +43,8 @@ def left_out(header: Header, places: Container[int]) -> Iterator[str]:
             continue
         if not all(map(has_triangles, header.meshes[node.mesh].primitives)):
             without.append(name)
-        unknown |= {extension: name for extension in _extensions(header, node)}
+        above = [header.nodes[each] for each in _ancestors(parents, index)]
+        unknown |= {extension: name for each in (node, *above) for extension in _extensions(header, each)}
     used = {node.mesh for node in header.nodes}
     unused = [mesh.name or f"mesh_{index}" for index, mesh in enumerate(header.meshes) if index not in used]
     if without:
@@ -57,11 +59,20 @@ def left_out(header: Header, places: Container[int]) -> Iterator[str]:
         yield f"animations were left out: {len(header.animations)} in the file; the pose at rest was read"
 
 
+def _ancestors(parents: dict[int, int], index: int) -> Iterator[int]:
+    """Yield the numbers of the nodes above a node."""
+    while index in parents:
+        index = parents[index]
+        yield index
+
+
 def _extensions(header: Header, node: Node) -> Iterator[str]:
-    """Yield the extensions of a node and its mesh that might change its triangles."""
-    assert node.mesh is not None
-    mesh = header.meshes[node.mesh]
-    for extensions in (node.extensions, mesh.extensions, *(part.extensions for part in mesh.primitives)):
+    """Yield the extensions of a node and its mesh, if it has one, that might change its triangles."""
+    places = [node.extensions]
+    if node.mesh is not None:
+        mesh = header.meshes[node.mesh]
+        places += [mesh.extensions, *(part.extensions for part in mesh.primitives)]
+    for extensions in places:
         for name in extensions:
             if name not in (*OBEYED, *COMPRESSION) and not name.startswith(IRRELEVANT):
                 yield name

@@ -137,13 +137,13 @@ def _parts(
 
 
 def _statements(data: bytes) -> Iterator[tuple[int, str]]:
-    """Yield the lines, each joined with those that continue it after a backslash."""
+    """Yield the lines, each joined with those that continue it after a backslash. Comments have no further lines."""
     pieces: list[str] = []
     first = 0
     for number, line in text_lines(data):
         first = first if pieces else number
         pieces.append(line.removesuffix("\\").replace("\t", " "))
-        if line.endswith("\\"):
+        if line.endswith("\\") and not (len(pieces) == 1 and line.lstrip().startswith("#")):
             continue
         yield first, " ".join(pieces)
         pieces = []

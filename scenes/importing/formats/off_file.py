@@ -65,6 +65,9 @@ def read_off(data: bytes, path: Path) -> MeshFile:
         corners.extend(face)
         sizes.append(size)
         require_few(len(sizes), label)
+    further = next(lines, None)
+    if further is not None:
+        raise InputError(f"{path}, line {further[0]}: expected the end after {face_count} faces, found another line")
     vertices = np.frombuffer(positions).reshape(-1, 3)
     cut = cut_polygons(vertices, np.frombuffer(corners, np.int64), np.frombuffer(sizes, np.int64), label)
     mesh = Trimesh(vertices, cut.triangles, process=False)

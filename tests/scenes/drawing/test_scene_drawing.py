@@ -14,7 +14,7 @@ from trimesh import Trimesh
 
 from scenes.checks import depth_buffer
 from scenes.checks.enclosure import ceiling_height
-from scenes.drawing import scene_drawing
+from scenes.drawing import perspective, scene_drawing
 from scenes.drawing.doors import closed_leaves
 from scenes.drawing.floor_plan import DOOR, draw_plan, section
 from scenes.drawing.perspective import draw_view
@@ -319,6 +319,7 @@ def test_description_is_json(scene):
     assert floor == {
         "name": "floor",
         "material": "concrete",
+        "thickness": scene.thickness(scene.objects[0]),
         "size": [10, 10, 0],
         "triangles": 2,
         "closed": False,
@@ -326,3 +327,35 @@ def test_description_is_json(scene):
     assert crate["closed"] and crate["triangles"] == 12
     wood = description["materials"][1]
     assert wood["name"] == "wood" and wood["relative_permittivity"] == pytest.approx(1.99)
+
+
+@pytest.mark.parametrize("high", [(1, 0.5, 1.2), (1, 0, 1), (0.5, 0.5, 1)], ids=["flat", "line", "square"])
+def test_a_region_without_volume_is_drawn(high, scene, tmp_path, recwarn):
+    there = replace(scene, transmitter=Transmitter((-1, 0, 1), high))
+    if high == (1, 0.5, 1.2):
+        there = replace(scene, transmitter=Transmitter((-1, 0.5, 1), high))
+    draw_scene(there, tmp_path / "scene.png")
+    assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
+
+
+def test_a_tall_shaft_is_drawn_with_few_columns(scene, monkeypatch):
+    shaft = SceneObject("shaft", box((-1, -1, 0), (1, 1, 100)), "brick")
+    there = replace(
+        scene,
+        objects=(shaft,),
+        materials={"brick": p2040_material("brick", 915e6)},
+        transmitter=Transmitter((-0.5, -0.5, 1), (0.5, 0.5, 99)),
+    )
+    pixels = []
+    whole = perspective.depth_buffer
+    monkeypatch.setattr(perspective, "depth_buffer", lambda *given: pixels.append(whole(*given)) or pixels[-1])
+    figure = Figure()
+    draw_view(figure.add_subplot(projection="3d"), there)
+    assert 1000 < pixels[0].depth.shape[0] <= 4100
+
+
+def test_the_description_has_the_thickness_of_each_object(scene):
+    item = replace(scene.objects[0], thickness=0.07)
+    described = describe_scene(replace(scene, objects=(item, *scene.objects[1:])))
+    assert described["objects"][0]["thickness"] == 0.07
+    assert {each["material"] for each in described["objects"]} <= {each["name"] for each in described["materials"]}

@@ -14,7 +14,7 @@ from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
-from scenes.scene.shapes import box, union
+from scenes.scene.shapes import box, sheet, union
 from tests.small_scene import small_scene
 
 WALL = SceneObject("wall", box((1, -1, 0.1), (1.2, 1, 2.5)), "concrete")
@@ -100,3 +100,42 @@ def test_imported_scene_follows_its_frequency(tmp_path):
     written.write_text(written.read_text().replace("frequency: 2400000000.0", "frequency: 28 GHz"))
     scene = bisplat.load_scene(written)
     assert scene.materials["concrete"] == p2040_material("concrete", 28e9) and scene.objects[0].thickness == 0.2
+
+
+INNER = box((-2, -2, 0.3), (4, 2, 2.7))
+INNER.invert()
+SKINS = union(*(sheet((x, -1, 0.1), (0, 2, 0), (0, 0, 2.4)) for x in (1, 1.1)))
+
+
+@pytest.mark.parametrize(
+    ("objects", "name"),
+    [
+        ((SceneObject("shell", union(box((-2.2, -2.2, 0.1), (4.2, 2.2, 2.9)), INNER), "concrete"),), "shell (0.2 m)"),
+        ((SceneObject("skins", SKINS, "concrete"),), "skins (0.1 m)"),
+    ],
+    ids=["shell", "skins"],
+)
+def test_two_sides_of_a_wall_that_are_not_one_body_are_told(objects, name):
+    (sentence,) = drawn_walls(small_scene(*objects), "as-sheets").warnings
+    assert name in sentence and "two sides of one wall" in sentence
+
+
+def test_two_sides_of_a_wall_with_two_materials_are_told(tmp_path):
+    box_with_two = ["o Wall", *(f"v {x} {y} {z}" for x in (0, 8) for y in (3, 3.2) for z in (0, 3))]
+    box_with_two += [
+        "usemtl inside",
+        "f 1 2 6 5",
+        "usemtl facade",
+        "f 3 4 8 7",
+        "f 1 3 7 5",
+        "f 2 4 8 6",
+        "f 1 2 4 3",
+        "f 5 6 8 7",
+    ]
+    floor = ["o Floor", "v 0 0 0", "v 8 0 0", "v 8 3 0", "v 0 3 0", "f 9 10 11 12"]
+    (tmp_path / "house.obj").write_text("\n".join([*box_with_two, *floor]))
+    _, report = imported(tmp_path / "house.obj")
+    assert any("Wall (0.2 m)" in each and "two sides" in each for each in report.warnings)
+    apart = [each.replace("usemtl facade", "usemtl inside") for each in [*box_with_two, *floor]]
+    (tmp_path / "house.obj").write_text("\n".join(apart))
+    assert "Wall" in imported(tmp_path / "house.obj")[1].sheets

@@ -43,7 +43,7 @@ def test_shift_moves_the_objects_and_the_antennas_alike(room):
     scene, report = import_scene(room(UTM), RULES, shift=-UTM, **antennas)
     near, _ = import_scene(room(np.zeros(3)), RULES, gateway=GATEWAY, transmitter=REGION)
     assert scene == near  # to the last bit: these coordinates are exact in binary
-    assert "unit m, shifted by -691234 -5334567 -516 m" in report.assumed[0] and report.warnings == ()
+    assert "unit m, shifted by -691234.25 -5334567.125 -515.5 m" in report.assumed[0] and report.warnings == ()
 
 
 def test_the_shift_that_the_refusal_proposes_works(room):

@@ -93,3 +93,11 @@ def test_moved_furniture_leaves_the_room_as_it_is():
     names = [{item.name for item in room.objects} - {"door", "window"} for room in (first, second)]
     assert names[0] != names[1]
     assert (random_room(3, large=True).bounds[1] > random_room(3).bounds[1]).all()
+
+
+@pytest.mark.parametrize(("seed", "large"), [(8408, False), (2359, True)])
+def test_rooms_whose_first_outline_has_no_place_for_the_region_are_drawn_again(seed, large):
+    room = random_room(seed, shape="l", large=large)
+    assert room.gateway == random_room(seed, shape="l", large=large).gateway
+    low, high = room.transmitter.region
+    assert (high > low).all()

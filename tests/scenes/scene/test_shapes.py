@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from scenes.files.errors import ParameterError
 from scenes.scene.shapes import box, rotate, sheet, union
 
 
@@ -41,3 +42,25 @@ def test_turned_counterclockwise_as_seen_from_above():
     mesh = rotate(box((1, 1, 0), (3, 2, 1)), 30)
     corner = np.array([2 + np.sqrt(0.75) + 0.25, 1.5 + 0.5 - np.sqrt(0.75) / 2, 0])
     assert np.linalg.norm(mesh.vertices - corner, axis=1).min() < 1e-9
+
+
+@pytest.mark.parametrize(("width", "end"), [(0.1 + 0.2, 0.3), (4.0, 4 + 9e-7), (3.9999999999999996, 4.0)])
+def test_an_opening_that_ends_at_the_edge_leaves_no_sliver(width, end):
+    mesh = sheet((0, 0, 0), (width, 0, 0), (0, 0, 1), [(width / 3, end, 0.2, 1)])
+    assert mesh.area_faces.min() > 0.01 and mesh.bounds[1, 0] == pytest.approx(width, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("v", "openings", "expected"),
+    [
+        (
+            (0, 0, 2.5),
+            [(0, 4, 0, 2.5)],
+            "openings: expected openings that leave something of the sheet, found",
+        ),
+        ((1, 0, 2.5), (), "v: expected a vector perpendicular to u"),
+    ],
+)
+def test_no_sheet_is_left_or_rectangular(v, openings, expected):
+    with pytest.raises(ParameterError, match=expected):
+        sheet((0, 0, 0), (4, 0, 0), v, openings)

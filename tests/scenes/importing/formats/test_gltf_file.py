@@ -320,6 +320,15 @@ def test_extensions_that_are_not_required_are_named(make):
     )
 
 
+def test_extensions_of_a_group_are_named():
+    make = GltfBuilder()
+    meshes = [{"primitives": [make.box((0, 0, 0), (1, 1, 1))]}]
+    hidden = {"name": "shutters", "children": [0], "extensions": {"KHR_node_visibility": {"visible": False}}}
+    nodes = [{"mesh": 0, "name": "closed shutter"}, hidden]
+    file = read_gltf(make.glb(meshes=meshes, nodes=nodes, scenes=[{"nodes": [1]}]), PATH)
+    assert len(file.parts) == 1 and "KHR_node_visibility" in file.left_out[0]
+
+
 def test_compression_that_is_not_required_needs_plain_arrays_beside_it(make):
     primitive = make.box((0, 0, 0), (1, 1, 1), extensions={"KHR_draco_mesh_compression": {"bufferView": 0}})
     keys = {"meshes": [{"primitives": [primitive]}], "nodes": [{"mesh": 0}]}

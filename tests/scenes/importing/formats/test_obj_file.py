@@ -119,3 +119,8 @@ def test_header_is_the_comments_before_the_first_vertex():
 def test_coordinates_keep_double_precision():
     (part,) = read("v 691608.123456 5334758.654321 0\nv 691609 5334758 0\nv 691608 5334759 0\nf 1 2 3\n").parts
     assert part.mesh.vertices[0].tolist() == [691608.123456, 5334758.654321, 0]
+
+
+def test_a_comment_that_ends_in_a_backslash_has_no_further_line():
+    text = "# from C:\\models\\\no Wall\n# material: C:\\m\\\nusemtl glass\n" + SQUARE + "f 1 2 3 4"
+    assert described(read(text)) == [("Wall", "Wall", "glass", 4)]

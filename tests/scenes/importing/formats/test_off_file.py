@@ -48,3 +48,8 @@ def test_points_and_lines_are_named():
 def test_other_kinds_are_refused_by_their_names(head):
     with pytest.raises(InputError, match=f"floor.off: expected OFF as text with three coordinates, found '{head}'"):
         read("\n".join([head, "5 1 0", *VERTICES, "3 0 1 2"]))
+
+
+def test_more_faces_than_announced_are_refused():
+    with pytest.raises(InputError, match=r"line 8: expected the end after 1 faces, found another line"):
+        read("\n".join(["OFF", "5 1 0", *VERTICES[:5], "3 0 1 2", "3 0 2 4"]).replace("OFF\n5", "OFF 5"))
