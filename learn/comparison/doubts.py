@@ -89,11 +89,12 @@ def remark_on(averages: Sequence[Mapping[str, Any]], minutes: float | None) -> s
     if few and minutes is not None:
         sentences.append(
             f"only a few training steps fit into {minutes:g} minutes: {', '.join(few)}; such a score says little, so "
-            "give a larger budget"
+            "give a larger budget, in another folder"
         )
     elif few:
         sentences.append(
-            f"only a few training steps were asked for: {', '.join(few)}; such a score says little, so give more steps"
+            f"only a few training steps were asked for: {', '.join(few)}; such a score says little, so give more "
+            "steps, in another folder"
         )
     if below:
         sentences.append(

@@ -46,15 +46,21 @@ def method_named(name: str) -> Callable[[], Method]:
         name: name of a baseline or a model, or the user's own class as ``module:Class``.
 
     Raises:
-        ParameterError: the method is unknown, or its module cannot be imported. The message says why.
+        ParameterError: the method is unknown or needs an option, or its module cannot be imported. The message says
+            why.
     """
     if not isinstance(name, str):
         raise ParameterError("models", f"expected names of methods, found {shown(name)}")
     if name in BASELINES:
         return BASELINES[name]
     if name in MODELS:
-        options = dict(MODELS[name].options_without_gpu) if is_reduced(name) else {}
-        return partial(TrainedModel, name, options=options)
+        if MODELS[name].needs:
+            needed = ", ".join(MODELS[name].needs)
+            raise ParameterError(
+                "models",
+                f"expected models that need no option, found {name}, which needs {needed}; bisplat train has it",
+            )
+        return _trained(name)
     if not name.partition(":")[2]:
         known = ", ".join(method_names())
         raise ParameterError("models", f"expected one of {known}, or module:Class, found {shown(name)}")
@@ -66,4 +72,8 @@ def method_named(name: str) -> Callable[[], Method]:
 
 def usual_methods() -> dict[str, Callable[[], Method]]:
     """The functions that make our methods, by name, also of the models that need options."""
-    return {name: method_named(name) for name in (*BASELINES, *MODELS)}
+    return {**BASELINES, **{name: _trained(name) for name in MODELS}}
+
+
+def _trained(name: str) -> Callable[[], Method]:
+    return partial(TrainedModel, name, options=dict(MODELS[name].options_without_gpu) if is_reduced(name) else {})

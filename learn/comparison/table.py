@@ -167,7 +167,7 @@ class Comparison:
             >>> settings = Settings("data/lab", "files", 0, 0.1, None, "1 CPU threads")
             >>> row = {"label": "mlp", "seed": 0, "train_size": None, "ssim_median": 0.5, "steps": 2}
             >>> print(Comparison(Path("runs/table"), settings, [row]).remark())
-            only a few training steps fit into 0.1 minutes: mlp (2); such a score says little, so give a larger budget
+            only a few training steps fit into 0.1 minutes: mlp (2); such a score says little, so give ...
         """
         return remark_on(self.averages(), self.settings.minutes)
 

@@ -174,7 +174,7 @@ def train_by_steps(
     except InputError:
         raise
     except UNREADABLE as error:
-        if resumed and not checkpoints.restored:
+        if resumed and not checkpoints.restored and not isinstance(error, torch.OutOfMemoryError):  # of a full GPU
             raise InputError(
                 f"{last.parent}: expected checkpoints of this training, found those of another one "
                 f"({printable(str(error).splitlines()[0])}); move them away to train from the start"

@@ -121,6 +121,14 @@ def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_pa
         compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "letters")
 
 
+def test_the_twin_of_spectra_is_refused_before_anything_is_written(tiny, tmp_path):
+    with pytest.raises(
+        ParameterError, match="models: expected models that need no option, found twin, which needs scene"
+    ):
+        compare(tiny, ("nearest", "twin"), budget=INSTANT, output=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("name", ["nearets", "no_such_module:Class", "json:NoSuchClass"])
 def test_unknown_method_is_refused_before_anything_is_written(tiny, tmp_path, name):
     with pytest.raises(InputError, match="models: expected"):
