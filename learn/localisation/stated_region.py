@@ -35,7 +35,7 @@ def share_in_region(
         The share. None: there are no places, or all known positions are the same.
 
     >>> place = Place(np.zeros(3), np.eye(3), 1.0, 0.0)
-    >>> flat, solid = np.eye(3)[:2], np.vstack([np.eye(3), -np.eye(3)])
+    >>> flat, solid = np.vstack([np.eye(3)[:2], np.zeros(3)]), np.vstack([np.eye(3), -np.eye(3)])
     >>> truth = np.array([[2.3, 0, 0]])  # beyond the ellipse's 2.1, within the ellipsoid's 2.5
     >>> share_in_region([place], truth, flat), share_in_region([place], truth, solid)
     (0.0, 1.0)
