@@ -9,6 +9,7 @@ from learn.channels.channel_scores import snr_db
 from learn.channels.delay_profile import Delays, fit_profile, predict_aligned, regression
 from learn.channels.known_channels import KnownChannels, PredictedChannels
 from learn.models.deviation_curve import size_of
+from scenes.files.plain_text import say
 
 SHARES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97)
 """Shares of the known rows' own covariance to choose from; the rest is that of the model."""
@@ -22,6 +23,9 @@ FOLDS = 3
 LEAST_ROWS = 2 * FOLDS
 """With fewer known rows, the model alone is used, and ``FEW_ROWS_NOISE``."""
 
+MOST_NUMBERS = 4096
+"""Largest product of antennas and subcarriers. Covariances of 2 AS × AS numbers, several at once, then take 3 GB."""
+
 FEW_ROWS_NOISE = 1e-3
 """Noise if too few rows are known to choose one."""
 
@@ -32,7 +36,8 @@ class JointChannels:
     Its covariance is a mean of two: that of the known rows, which is right about every pair of antennas and subcarriers
     but noisy, and the Kronecker product of an antenna covariance and a delay profile, which has few parameters but
     takes delays and directions for independent. Left-out known rows choose the share and the noise, and their errors
-    tell the stated deviation: it is in proportion to the root mean square of the row's uplink.
+    tell the stated deviation: it is in proportion to the root mean square of the row's uplink. With more than
+    ``MOST_NUMBERS`` numbers in a row, each antenna is predicted by itself, as by ``Delays``.
 
     Attributes:
         aligned: whether each row's strongest delay is taken off, as in ``Delays``. Set by ``fit``, as the next.
@@ -45,11 +50,20 @@ class JointChannels:
     share: float
     noise: float
     deviation: float | None
+    _alone: Delays | None
 
     def fit(self, known: KnownChannels) -> None:
         delays = Delays()
         delays.fit(known)
-        self.aligned = delays.aligned
+        self.aligned, self._alone = delays.aligned, None
+        _, antennas, subcarriers = known.uplink.shape
+        if antennas * subcarriers > MOST_NUMBERS:
+            say(
+                f"helmholtz: {antennas} antennas × {subcarriers} subcarriers are more than {MOST_NUMBERS} numbers, so "
+                "each antenna is predicted by itself"
+            )
+            self._alone = delays
+            return
         rows = known.rows(self.aligned)
         self.share, self.noise, self.deviation = _chosen(rows)
         self._covariance = _mixed(_model(rows), _sample(rows), self.share, self.noise)
@@ -57,6 +71,9 @@ class JointChannels:
     def predict(
         self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
     ) -> PredictedChannels:
+        if self._alone is not None:
+            return self._alone.predict(uplink, positions)
+
         def of_all(rows: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
             return regression(self._covariance, rows.reshape(len(rows), -1)).reshape(rows.shape)
 

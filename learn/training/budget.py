@@ -73,7 +73,13 @@ class Timed(NamedTuple):
 
 
 def timed(
-    budget: float | None, model: SpectrumModel, by_steps: Steps, dataset: Dataset, parts: Split, seed: int
+    budget: float | None,
+    model: SpectrumModel,
+    by_steps: Steps,
+    dataset: Dataset,
+    parts: Split,
+    seed: int,
+    processes: int = 1,
 ) -> Timed:
     """Estimate how long a training takes, or choose the number of its steps by the time that it may take.
 
@@ -86,10 +92,12 @@ def timed(
         dataset: the dataset.
         parts: its split.
         seed: seed of the order of the spectra.
+        processes: number of processes that share a batch; one of them is timed with its share.
     """
     learned = learned_responses(model, dataset, parts, by_steps)
     spent = learned.seconds / 60
-    speed = measured_speed(model, by_steps, dataset, parts, seed, learned)
+    shared = replace(by_steps, batch_size=max(1, by_steps.batch_size // processes))
+    speed = measured_speed(model, shared, dataset, parts, seed, learned)
     if budget is not None:
         by_steps = replace(by_steps, steps=speed.steps_in(budget - spent))
         if spent >= budget:

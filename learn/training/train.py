@@ -164,7 +164,7 @@ def train(
     elif budget is not None or (preset is not None and not begun):
         _check(config, processes)
         loaded = loaded or read_dataset(folder)
-        chosen, learned, minutes = _timed(budget, config, place, loaded)
+        chosen, learned, minutes = _timed(budget, config, place, loaded, processes)
         config = replace(config, by_steps=chosen)
         if preset is not None:
             say(in_words(preset, chosen.steps, told, minutes))
@@ -183,14 +183,14 @@ def _with_steps_of(folder: Path, config: Config) -> Config:
     return replace(config, by_steps=replace(config.by_steps, steps=steps))
 
 
-def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset) -> Timed:
+def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset, processes: Processes) -> Timed:
     """The settings with as many steps as fit into the budget (minutes) if there is one, and the time that they take."""
     assert config.by_steps is not None
     require_own(folder, "run", "config.json", config.settings(), _recorded_settings)
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     L.seed_everything(config.seed, verbose=False)
     model = untrained_model(config, dataset, parts)
-    return timed(budget, model, config.by_steps, dataset, parts, config.seed)
+    return timed(budget, model, config.by_steps, dataset, parts, config.seed, processes.count)
 
 
 def train_run(

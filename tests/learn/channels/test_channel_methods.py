@@ -132,3 +132,15 @@ def test_a_row_s_level_and_phase_change_its_prediction_alone(method):
     up, down = np.split(channels, 2, axis=2)
     made.fit(KnownChannels(up, down))
     np.testing.assert_allclose(made.predict(3j * up).downlink, 3j * made.predict(up).downlink, rtol=1e-6)
+
+
+def test_rows_of_too_many_numbers_are_predicted_antenna_by_antenna(monkeypatch, capsys):
+    channels = rooms(20)
+    known = KnownChannels(channels[:15, :, :S], channels[:15, :, S:])
+    monkeypatch.setattr("learn.channels.joint_channels.MOST_NUMBERS", channels.shape[1] * S - 1)
+    joint, alone = JointChannels(), Delays()
+    for method in (joint, alone):
+        method.fit(known)
+    found, expected = (method.predict(channels[15:, :, :S]) for method in (joint, alone))
+    np.testing.assert_array_equal(found.downlink, expected.downlink)
+    assert "each antenna is predicted by itself" in capsys.readouterr().err
