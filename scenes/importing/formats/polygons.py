@@ -108,6 +108,8 @@ def cut_polygons(
             triangles.append(faces)
             owners.append(these)
             continue
+        if size == 4:
+            faces = _from_lowest_corner(faces, vertices)
         shape = _Shape.of(vertices[faces])
         bent += these[shape.bent].tolist()
         fan = np.stack([np.zeros(size - 2, int), np.arange(1, size - 1), np.arange(2, size)], axis=1)
@@ -124,6 +126,20 @@ def cut_polygons(
     order = np.argsort(polygons, kind="stable")
     bent = sorted(set(bent) - set(crossing))
     return Cut(np.concatenate(triangles)[order], polygons[order], crossing, bent)
+
+
+def _from_lowest_corner(faces: Integer[np.ndarray, "P 4"], vertices: Float[np.ndarray, "V 3"]) -> np.ndarray:
+    """Quadrilaterals that begin at the corner with the lowest x (then y, then z).
+
+    So the two sides of a surface that is drawn from both sides get the same triangles, and are found to be one.
+    """
+    places, rows, lowest = vertices[faces], np.arange(len(faces)), np.zeros(len(faces), int)
+    for corner in range(1, 4):
+        one, other = places[rows, corner], places[rows, lowest]
+        differ = one != other
+        first = differ.argmax(axis=1)
+        lowest = np.where(differ.any(axis=1) & (one[rows, first] < other[rows, first]), corner, lowest)
+    return np.take_along_axis(faces, (lowest[:, None] + np.arange(4)) % 4, axis=1)
 
 
 @dataclass(frozen=True)

@@ -139,3 +139,11 @@ def test_two_sides_of_a_wall_with_two_materials_are_told(tmp_path):
     apart = [each.replace("usemtl facade", "usemtl inside") for each in [*box_with_two, *floor]]
     (tmp_path / "house.obj").write_text("\n".join(apart))
     assert "Wall" in imported(tmp_path / "house.obj")[1].sheets
+
+
+@pytest.mark.parametrize("back", ["4 3 2 1", "1 4 3 2", "3 2 1 4", "2 1 4 3"])
+def test_a_wall_of_quadrilaterals_that_is_drawn_from_both_sides_is_told(back, tmp_path):
+    corners = [f"v {x} 3 {z}" for x, z in ((0, 0), (8, 0), (8, 3), (0, 3))]
+    (tmp_path / "house.obj").write_text("\n".join(["o Wall", *corners, "f 1 2 3 4", f"f {back}"]))
+    _, report = imported(tmp_path / "house.obj")
+    assert any("2 triangles lie exactly on another one" in each for each in report.warnings)
