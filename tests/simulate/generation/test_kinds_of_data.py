@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import bisplat
 from learn.evaluation.check import check
 from learn.evaluation.engines import compare_engines
+from learn.view.subject import subject
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT
@@ -131,6 +132,20 @@ def test_a_model_of_one_of_several_frequencies_is_evaluated_at_this_one(scene, t
     run = bisplat.train(read_dataset(tmp_path / "two", "2.4 GHz"), tmp_path / "run")
     assert run.dataset().frequency.hertz == 2.4e9 and bisplat.load_run(tmp_path / "run").frequency == 2.4e9
     assert bisplat.evaluate(run, ceiling=False).metrics()["ssim_median"] > 0.5
+
+
+def test_a_dataset_of_another_frequency_is_traced_at_this_one(scene, tmp_path):
+    made = simulate(scene, tmp_path / "data", 40, propagation=SIGHT, frequencies=("1.83 GHz",))
+    shown = subject(str(made.folder))
+    assert shown.scene.frequency == 1.83e9 and shown.scene.gateway.spacing == pytest.approx(1.0)
+    traced = Tracer(shown.scene, SIGHT).responses(made.positions[:3])
+    np.testing.assert_allclose(traced, made.responses[:3], rtol=1e-3)
+    run = bisplat.train(made, tmp_path / "run")
+    fresh = bisplat.crossvalidate(run, scene, positions=4)
+    elements = element_positions(scene.gateway, scene.wavelength)
+    distance = np.linalg.norm(fresh.positions[:, None] - elements, axis=-1)
+    expected = made.beamformer.spectrum(sight(distance, 1.83e9))
+    np.testing.assert_allclose(fresh.truth, normalise(expected), atol=0.01)
 
 
 def test_every_frequency_has_every_position(scene, of_three):
