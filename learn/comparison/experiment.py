@@ -99,8 +99,10 @@ class Experiment:
             sizes: numbers of training spectra. None: all of the training part.
 
         Raises:
-            InputError: a size is larger than the training part, or none of the methods can be used on the dataset.
+            InputError: a size is larger than the training part, none of the methods can be used on the dataset, or two
+                labels would have files of one name.
         """
+        self.kept.require_file_names(methods)
         unsuited = {label: self._unsuited(label, make) for label, make in methods.items()}
         methods = {label: make for label, make in methods.items() if unsuited[label] is None}
         for label, why in unsuited.items():
@@ -123,8 +125,9 @@ class Experiment:
     def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
         name, method = row_name(key), built(label, make)
-        source = source_of(label, method, usual_methods())
-        if self.kept.is_measured(key, name, is_own(method), source):
+        ours = usual_methods()
+        source = source_of(label, method, ours)
+        if self.kept.is_measured(key, name, is_own(method), source, ours):
             return
         say(name)
         known_as = {} if source is None else {"source": source}

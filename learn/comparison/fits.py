@@ -126,8 +126,9 @@ def measure_fits(
         kept: the fits that are there, and those that are made.
 
     Raises:
-        InputError: something went wrong in a method of the user's.
+        InputError: something went wrong in a method of the user's, or two labels would have files of one name.
     """
+    kept.require_file_names(methods)
     for seed in range(seeds):
         for size, split in of_size.items():
             taught = known(split, seed)
@@ -135,7 +136,7 @@ def measure_fits(
                 key = {"label": label, "seed": seed, "train_size": size}
                 name, method = f"{average_name(key)}, seed {seed}", built(label, make, "methods")
                 source = source_of(label, method, usual)
-                if kept.is_measured(key, name, is_own(method), source):
+                if kept.is_measured(key, name, is_own(method), source, usual):
                     continue
                 if trained_by_steps(make):
                     say(name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -66,7 +66,22 @@ class KeptRows:
         """The row with this key. None: it has not been measured."""
         return next((row for row in self.rows if key.items() <= row.items()), None)
 
-    def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None) -> bool:
+    def require_file_names(self, labels: Iterable[str]) -> None:
+        """Refuse labels whose files would have the name of another label's, of this call or of a row that is kept.
+
+        Raises:
+            InputError: there are two such labels.
+        """
+        by_name: dict[str, str] = {}
+        for label in [*(row["label"] for row in self.rows), *labels]:
+            other = by_name.setdefault(_file_name(label), label)
+            if other != label:
+                raise InputError(
+                    f"{self.path}: expected labels whose files have names of their own, found {shown(label)} beside "
+                    f"{shown(other)}"
+                )
+
+    def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None, ours: Container[str]) -> bool:
         """Whether a row has been measured; not if its method was another one or has been edited since.
 
         What is decided is said.
@@ -76,22 +91,14 @@ class KeptRows:
             name: what it is called.
             own: whether the class is the user's.
             source: hash of what it is (``source_of``). None: it is not known of the user's, and not needed of ours.
-
-        Raises:
-            InputError: another row has files of the same name.
+            ours: names of our methods.
         """
         row = self.row(key)
-        taken = next((each for each in self.rows if row_name(each) == row_name(key) and each is not row), None)
-        if row is None and taken is not None:
-            raise InputError(
-                f"{self.path}: expected labels whose files have names of their own, found {shown(key['label'])} beside "
-                f"{shown(taken['label'])}"
-            )
         if row is None or not (own or source is not None or "source" in row):
             return row is not None
         if own and source is None:
             say(f"{name}: measured before and kept; no source tells whether its class has changed since")
-        elif "source" not in row and not own:
+        elif "source" not in row and not (own and key["label"] in ours):  # unless the row is of ours with this name
             say(f"{name}: measured before and kept; an older version kept nothing that tells whether it has changed")
         elif row.get("source") != source:
             say(f"{name}: it or its settings have changed, so it is measured again and its old row is replaced")
@@ -114,7 +121,11 @@ def row_name(row: Mapping[str, Any]) -> str:
     'bisplat_without_BST-200-2'
     """
     size = "" if row["train_size"] is None else f"-{row['train_size']}"
-    return f"{row['label'].replace(' ', '_').replace('/', '_')}{size}-{row['seed']}"
+    return f"{_file_name(row['label'])}{size}-{row['seed']}"
+
+
+def _file_name(label: str) -> str:
+    return label.replace(" ", "_").replace("/", "_")
 
 
 def run_folder(row: Mapping[str, Any]) -> Path:

@@ -229,7 +229,8 @@ def _measure(
     method = built(label, make, "methods")
     source = source_of(label, method, ROOM_METHODS)
     keys: list[dict[str, Any]] = [{"label": label, "seed": seed, "train_size": size} for size in sizes]
-    missing = [key for key in keys if not kept.is_measured(key, row_name(key), is_own(method), source)]
+    own = is_own(method)
+    missing = [key for key in keys if not kept.is_measured(key, row_name(key), own, source, ROOM_METHODS)]
     if not missing:
         return
     say(f"{label}, seed {seed}")

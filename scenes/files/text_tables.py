@@ -52,6 +52,8 @@ def print_rows(title: str, rows: list[dict]) -> None:
 
 
 def _cell(value: object) -> str:
+    if value is None:
+        return "–"
     return f"{value:.4g}" if isinstance(value, float) else printable(str(value))
 
 

@@ -43,7 +43,7 @@ class _Sizes:
 
 
 SMALL = _Sizes(((2.8, 4.0), (2.4, 3.2), (2.3, 2.7)), (1.0, 1.0, 0.8))
-TRIES = 20_000
+MOST_DRAWS = 20_000
 """Largest number of places that are drawn for gateway and region, until both are in the room."""
 
 LARGE = _Sizes(((4.5, 8.0), (4.0, 6.0), (2.4, 3.0)), (2.0, 2.0, 1.0))
@@ -270,10 +270,10 @@ def _antennas(
 ) -> tuple[Gateway, Transmitter] | None:
     """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it.
 
-    None: ``TRIES`` places were not in the room.
+    None: ``MOST_DRAWS`` places were not in the room.
     """
     size = outline.size
-    for _ in range(TRIES):
+    for _ in range(MOST_DRAWS):
         low = generator.uniform([0.3, 0.3, 0.4], size - extents - [0.3, 0.3, 0.4])
         region = np.array([low, low + extents]).round(2)
         place = generator.uniform([0.36, 0.36, 0.8], size - 0.36).round(2)

@@ -28,6 +28,9 @@ Vector3 = Sequence[float] | np.ndarray
 ROUNDING = 1e-6
 """Metres by which an opening may reach over the edge of its sheet."""
 
+SKEW = 0.01
+"""Largest cosine of the angle between the sides of a sheet. Rounded coordinates make small ones."""
+
 MOST_DEGREES = 1e6
 """Largest angle of a rotation, degrees."""
 
@@ -112,7 +115,7 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
     if not np.linalg.norm(np.cross(u, v)) > 0:
         raise ParameterError("v", f"expected a vector across u, {u.tolist()}, found {v.tolist()}")
     width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
-    if abs(np.dot(u, v)) > ROUNDING * width * height:
+    if abs(np.dot(u, v)) > SKEW * width * height:
         raise ParameterError("v", f"expected a vector perpendicular to u, {u.tolist()}, found {v.tolist()}")
     openings = _checked_openings(openings, width, height)
     # Cut along every edge of every opening and keep the cells outside the openings: no overlaps, no T-junctions.

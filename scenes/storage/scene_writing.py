@@ -123,7 +123,7 @@ def mesh_names(scene: Scene) -> list[str]:
 
 
 def yaml_of(scene: Scene) -> bytes:
-    """Return the content of scene.yaml. Materials of P.2040 that no object has are left out, as in reading."""
+    """Return the content of scene.yaml. Materials that no object has are left out, as reading leaves them out."""
     used = {item.material for item in scene.objects}
     further = {name: _gateway_entry(gateway) for name, gateway in scene.further_gateways.items()}
     values = {
@@ -138,7 +138,7 @@ def yaml_of(scene: Scene) -> bytes:
         "materials": {
             name: _material_entry(material, scene.frequency)
             for name, material in scene.materials.items()
-            if name in used or p2040_source(material, scene.frequency) is None
+            if name in used
         },
         "objects": [
             {"name": item.name, "mesh": mesh, "material": item.material}

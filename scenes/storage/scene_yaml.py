@@ -30,15 +30,7 @@ from scenes.places.workshop import workshop
 from scenes.scene.antennas import BOTH_ARRAYS, Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.frequency import read_frequency
-from scenes.scene.materials import (
-    P2040,
-    RGB,
-    OutsideP2040,
-    RadioMaterial,
-    material_names,
-    p2040_material,
-    p2040_source,
-)
+from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
 from scenes.scene.orientation import Quaternion, Vector3
 from scenes.scene.shapes import union
 
@@ -266,11 +258,8 @@ def read_scene(path: str | Path) -> Scene:
         except InputError as error:
             raise InputError(f"{source}: objects[{index}] ({named(item.name)}): {error}") from None
     used = {item.material for item in objects}
-    # In the order of the file, so that a scene that is read and written again has the same bytes. Values of the user's
-    # own are kept even if no object has them; those of P.2040 can be had again.
-    materials = {
-        name: material for name, material in known.items() if name in used or p2040_source(material, frequency) is None
-    }
+    # In the order of the file, so that a scene that is read and written again has the same bytes.
+    materials = {name: material for name, material in known.items() if name in used}
 
     gateways = {}
     for name, value in (file.further_gateways or {}).items():

@@ -33,7 +33,7 @@ def left_out(header: Header, places: Container[int]) -> Iterator[str]:
         places: numbers of the nodes of the scene that is read.
     """
     without, elsewhere, unknown = [], [], dict[str, str]()
-    parents = {child: index for index, node in enumerate(header.nodes) for child in node.children}
+    parents = {child: index for index, node in enumerate(header.nodes) if index in places for child in node.children}
     for index, node in enumerate(header.nodes):
         if node.mesh is None:
             continue

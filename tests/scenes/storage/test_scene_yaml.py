@@ -11,7 +11,6 @@ from scenes.checks.array_clearance import element_positions
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
-from scenes.places.closet import closet
 from scenes.scene.materials import RadioMaterial, p2040_material
 from scenes.scene.shapes import box
 from scenes.storage.scene_writing import FilesInTheWay, write_scene
@@ -383,14 +382,3 @@ def test_further_gateway_inside_an_object_is_named(scene):
         validate(
             replace(scene, further_gateways={"second": replace(scene.gateway, position=(0.5, 0.5, 0.2))}), "outdoors"
         )
-
-
-def test_own_materials_that_no_object_has_are_kept(tmp_path):
-    """As after another material was assigned in the editor."""
-    given = closet()
-    foam = RadioMaterial("foam", 1.05, 1e-4, 0.05)
-    write_scene(replace(given, materials=given.materials | {"foam": foam}), tmp_path / "room")
-    found = load_scene(tmp_path / "room" / "scene.yaml")
-    assert replace(found.materials["foam"], frequency=None) == foam
-    write_scene(found, tmp_path / "again")
-    assert (tmp_path / "again" / "scene.yaml").read_bytes() == (tmp_path / "room" / "scene.yaml").read_bytes()
