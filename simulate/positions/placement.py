@@ -85,7 +85,7 @@ def chosen_positions(
         if len(points) < LEAST_POSITIONS:
             raise InputError(
                 f"{scene.name}: expected at least {LEAST_POSITIONS} free places of a grid in the transmitter's region, "
-                f"found {len(points)}; ask for more positions than {places.n}"
+                f"found {len(points)}; ask for more positions than {places.n}, or enlarge the region"
             )
     elif isinstance(given, str | Path):
         points, how = read_positions(Path(given), scene, offsets), f"positions of {Path(given).name}"

@@ -118,7 +118,7 @@ TRIALS: dict[str, list[Trial]] = {
     ],
     "simulate": [
         *_trials(RAYS, ["--frequency 2.4GHz", "--array 2x3@0.4", "--array elements.csv"]),
-        *_trials(RAYS, ["--placement grid", "--seed 1", "--power-db", "--snr-db 10", "--gain-error-db 1"]),
+        *_trials(RAYS, ["--placement path", "--seed 1", "--power-db", "--snr-db 10", "--gain-error-db 1"]),
         *_trials(RAYS, ["--phase-error-deg 5", "--phase-noise-deg 5", "--no-los", "--no-specular", "--no-refraction"]),
         *_trials(RAYS, ["--no-slab-phase", "--sionna", "--diffuse"]),
         *_trials(RAYS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--positions places.csv", "-n 3")]),
@@ -209,7 +209,7 @@ TRIALS: dict[str, list[Trial]] = {
     ],
     "rssi": [
         *_trials(
-            POWERS, ["--frequency 2.4GHz", "--placement grid", "--seed 1", "--tx-power-dbm 10", "--floor-dbm -40"]
+            POWERS, ["--frequency 2.4GHz", "--placement path", "--seed 1", "--tx-power-dbm 10", "--floor-dbm -40"]
         ),
         *_trials(POWERS, ["--shadowing-db 3", "--quantisation-db 0", "--no-los", "--no-specular"]),
         *_trials(POWERS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--positions places.csv", "-n 3")]),

@@ -196,6 +196,11 @@ def test_powers_at_the_mark_count_as_not_received(tmp_path, capsys):
     assert "2 powers of -100 dBm or less count as not received" in capsys.readouterr().err
 
 
+def test_one_position_has_no_index_files(tmp_path):
+    bisplat.write_rssi(tmp_path / "x", PLACES[:1], [[-40.0, -50]], GATEWAYS, 2.4e9)
+    assert not (tmp_path / "x" / "train_index.txt").exists()
+
+
 def test_check_describes_the_folder(folder, capsys):
     done = subprocess.run([sys.executable, "-m", "bisplat", "check", folder], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

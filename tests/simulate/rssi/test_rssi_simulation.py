@@ -98,11 +98,6 @@ def test_a_strong_transmitter_may_be_positive_everywhere(tmp_path):
     assert made.rssi_dbm.min() > 0
 
 
-def test_one_position_has_no_index_files(tmp_path):
-    made = bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, n=2, placement="grid", propagation=SIGHT)
-    assert len(made) == 1 and not (tmp_path / "x" / "train_index.txt").exists()
-
-
 def test_places_far_outside_the_scene_are_warned_of(tmp_path, capsys):
     far = {"near": (0.0, 2.0, 1.5), "in millimetres": (500.0, -2000.0, 2000.0)}
     bisplat.simulate_rssi(small_scene(), tmp_path / "x", far, positions=PLACES, propagation=SIGHT)
