@@ -36,6 +36,7 @@ class Settings:
         test_spectra: largest number of test spectra, evenly spread over the test part. None: all of them.
         dataset_sha256: fingerprint of the dataset. None: version 0.2 began the experiment and kept none.
         guard: known positions nearer than this to a test position are left out, wavelengths. None: all are known.
+        index_sha256: digest of the index files of the split "files". None: another split, or version 0.2 kept none.
     """
 
     dataset: str

@@ -12,6 +12,7 @@ from learn.comparison.makers import check_effort, checked_sizes
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
+from learn.training.own_dataset import require_untested
 from learn.training.registry import DEFAULT_MODEL
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import ParameterError
@@ -62,8 +63,9 @@ def sweep(
         All rows measured in the folder. The entry "train_size" of a row is its number of training spectra.
 
     Raises:
-        InputError: the dataset or the run cannot be read; a size is larger than the training part; or ``output`` holds
-            an experiment with other settings or other files, or another process writes to it.
+        InputError: the dataset or the run cannot be read; the run has learned spectra of the test part; a size is
+            larger than the training part; or ``output`` holds an experiment with other settings or other files, or
+            another process writes to it.
         ParameterError: a method is unknown; ``sizes`` is empty or has a number twice; a size, ``budget``, ``steps``,
             ``seeds`` or ``test_spectra`` is out of its range; or the run of ``init`` was not trained by steps.
 
@@ -75,8 +77,8 @@ def sweep(
     check_effort(budget, seeds, steps)
     rising = checked_sizes("spectra", sizes=sizes)
     methods = spectrum_makers(models)
-    if init is not None:
-        run = init if isinstance(init, Run) else load_run(init)
+    run = init if init is None or isinstance(init, Run) else load_run(init)
+    if run is not None:
         model = run.config.model
         if run.config.by_steps is None:
             raise ParameterError("init", f"expected a run of a model that is trained by steps, found one of {model}")
@@ -87,5 +89,8 @@ def sweep(
     with begun(
         dataset, split, output, minutes=minutes, steps=steps, test_spectra=test_spectra, guard=guard
     ) as experiment:
+        if run is not None and run.is_trained_on(experiment.dataset):
+            known = run.split(experiment.dataset).known
+            require_untested(known, run.folder, experiment.dataset, experiment.parts)
         experiment.measure(methods, seeds, rising)
         return Comparison.of(experiment)

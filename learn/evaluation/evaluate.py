@@ -14,14 +14,20 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, score
-from learn.data.same_receiver import SAME_DIRECTION, SAME_PLACE, pose_difference
+from learn.data.same_receiver import (
+    SAME_DIRECTION,
+    SAME_PLACE,
+    in_megahertz,
+    other_array,
+    other_frequency,
+    pose_difference,
+)
 from learn.data.scorable import require_scorable, scorable
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.origin import Origin
 from learn.evaluation.stated_intervals import StatedIntervals, intervals_by_distance
 from learn.models.base import Report
 from learn.training.deviation import pixel_errors
-from learn.training.own_dataset import require_same_receiver
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
@@ -265,7 +271,7 @@ def evaluate(
 
 
 def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
-    """Refuse another dataset whose spectra are not what a run predicts. Warn if its gateway is elsewhere.
+    """Refuse another dataset whose spectra are not what a run predicts. Warn if the end that stands still is elsewhere.
 
     Args:
         run: the run.
@@ -275,7 +281,19 @@ def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
     Raises:
         InputError: it is of another frequency or array, or another end moves.
     """
-    require_same_receiver(tested, run.folder, run.beamformer, float(run.model.wavelength))
+    wavelength, array = float(run.model.wavelength), run.beamformer.array
+    if other_frequency(wavelength, tested.wavelength):
+        assumed = "the assumed " if tested.frequency.source == "assumed" else ""
+        raise InputError(
+            f"{tested.folder}: expected spectra at {in_megahertz(wavelength)}, as {run.folder} predicts them, found "
+            f"{assumed}{in_megahertz(tested.wavelength)}"
+        )
+    if other_array(array, tested.array):
+        assumed = "the assumed " if tested.identification.source == "assumed" else ""
+        raise InputError(
+            f"{tested.folder}: expected spectra of {array.in_words}, as {run.folder} predicts them, found "
+            f"{assumed}{tested.array.in_words}"
+        )
     if known.moving != tested.moving:
         raise InputError(
             f"{tested.folder}: expected spectra for which the {known.moving} moves, as for {run.folder}, found some "
@@ -285,9 +303,10 @@ def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
         (known.gateway_position, known.gateway_orientation), (tested.gateway_position, tested.gateway_orientation)
     )
     if distance > SAME_PLACE * tested.wavelength or angle > SAME_DIRECTION:
+        end, does = ("gateway", "receives") if tested.moving == "transmitter" else ("transmitter", "sends")
         say(
-            f"warning: the gateway of {tested.folder} is {distance:.3g} m away from that of {run.folder} and turned by "
-            f"{angle:.3g}°; the run predicts what the latter receives"
+            f"warning: the {end} of {tested.folder} is {distance:.3g} m away from that of {run.folder} and turned by "
+            f"{angle:.3g}°; the run predicts what the latter {does}"
         )
 
 

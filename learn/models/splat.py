@@ -18,6 +18,9 @@ from learn.models.splat_cpu import splat_cpu
 WHOLE = 1e-3
 """A number of columns this near a whole one is whole: a grid's azimuths are in single precision."""
 
+MOST_TURN = 4
+"""Largest ratio of the columns of one turn, which the fast renderers compute, to those of the grid."""
+
 Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]]
 """The entries a, b, c of the inverse covariances Σ⁻¹ = [[a, b], [b, c]] of primitives, per square degree."""
 
@@ -115,10 +118,13 @@ def splat_by_conic(
 
 
 def _turn(azimuths: Float[Tensor, " W"]) -> Float[Tensor, " W_360"] | None:
-    """Azimuths of one full turn from 0° up, with the grid's step. None: no number of steps makes a full turn."""
+    """Azimuths of one full turn from 0° up, with the grid's step.
+
+    None: no number of steps makes a full turn, or the grid is so small a part of it that the turn is more work.
+    """
     steps = 360 / abs(float(azimuths[1])) if len(azimuths) > 1 else 0.5
     columns = round(steps)
-    if abs(steps - columns) > WHOLE:
+    if abs(steps - columns) > WHOLE or columns > MOST_TURN * len(azimuths):
         return None
     return torch.arange(columns, dtype=azimuths.dtype, device=azimuths.device) * (360 / columns)
 

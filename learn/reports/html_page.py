@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from PIL import Image
 
 from learn.baselines.array_ceiling import CEILING, SAMPLES, shown_name
-from learn.reports.method_styles import THIS_RUN
+from learn.reports.method_styles import THIS_RUN, method_name
 from learn.reports.provenance import Provenance
 from learn.reports.table_files import shown_number
 from scenes.files.atomic import write_atomically
@@ -29,7 +29,7 @@ SCORE_COLUMNS = {
 ENVIRONMENT = Environment(
     loader=PackageLoader("learn.reports"), autoescape=select_autoescape(["j2"]), undefined=StrictUndefined
 )
-ENVIRONMENT.filters.update(shown_name=shown_name, shown_number=shown_number)
+ENVIRONMENT.filters.update(method_name=method_name, shown_name=shown_name, shown_number=shown_number)
 ENVIRONMENT.globals.update(THIS_RUN=THIS_RUN, CEILING=CEILING, SAMPLES=SAMPLES)
 ENVIRONMENT.globals["WITHOUT_TRAINING"] = {
     "mean-picture": "predicts the mean of the known spectra",

@@ -57,14 +57,16 @@ def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: 
             f"{dataset.folder}: expected {before.array.in_words} on {before.grid} as {folder} was begun with, found "
             f"{now.array.in_words} on {now.grid}; {again}"
         )
-    path = folder / "split.json"
-    if not path.exists():  # killed before it was written
+    path, from_files = folder / "split.json", record.config.split == "files"
+    finished = (folder / "weights.safetensors").exists()
+    # A kill may come before the split is written. A finished run needs its split no more, unless the user states it.
+    if not path.exists() or (finished and not from_files):
         return
     begun = read_split(path, dataset.names, dataset.folder)
     if any(set(getattr(begun, part)) != set(getattr(parts, part)) for part in PARTS):
+        why = ", as if the index files had been changed" if from_files else ""
         raise InputError(
-            f"{dataset.folder}: expected the split that {folder} was begun with, found another one, as if the index "
-            f"files had been changed; {again}"
+            f"{dataset.folder}: expected the split that {folder} was begun with, found another one{why}; {again}"
         )
 
 
@@ -84,7 +86,7 @@ def require_untested(before_known: np.ndarray, before: Path, dataset: Dataset, p
     if len(both):
         raise InputError(
             f"{before}: expected a run that has not learned the test spectra, found one that learned {len(both)} of "
-            f"{len(parts.test)}, such as {dataset.names[both[0]]}; choose its --split and --seed here, too"
+            f"{len(parts.test)}, such as {dataset.names[both[0]]}; start from one with the same test part"
         )
 
 

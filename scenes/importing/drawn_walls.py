@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -59,7 +60,7 @@ def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
         f"made one sheet, with one slab, of each wall and board that is drawn with both its faces: {each}; --walls "
         "as-drawn keeps the faces"
     )
-    warnings = (*_solid(as_sheets), *_two_sided(as_sheets), *_coincident(as_sheets))
+    warnings = (*_solid(as_sheets), *_two_sided(as_sheets, sheets), *_coincident(as_sheets))
     return DrawnWalls(as_sheets, sheets, (made,) if sheets else (), warnings)
 
 
@@ -89,8 +90,8 @@ def _solid(scene: Scene) -> list[str]:
     ]
 
 
-def _two_sided(scene: Scene) -> list[str]:
-    apart = two_sided_walls(scene, counted_twice(scene), SOLID)
+def _two_sided(scene: Scene, sheets: Iterable[str]) -> list[str]:
+    apart = two_sided_walls(scene, {*sheets, *counted_twice(scene)}, SOLID)
     if not apart:
         return []
     each = listed(f"{name} ({plain(distance)} m)" for name, distance in apart.items())

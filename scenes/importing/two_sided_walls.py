@@ -1,4 +1,4 @@
-"""Find walls whose two sides are drawn, but not as one body: shells, skins without rims, sides of two materials."""
+"""Find walls whose two sides are drawn, but not as one body: shells, skins without rims, sides of two objects."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ MOSTLY = 0.3
 def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[str, float]:
     """Parts of a scene with two large parallel faces so near to one another that their slabs meet.
 
-    The objects that an import makes of one node are looked at together: "wall/outside" and "wall/inside".
+    The objects that an import makes of one node are looked at together if they have the same radio material:
+    "wall/outside" and "wall/inside". Faces of two materials are layers, each a slab of its own.
 
     Args:
         scene: the scene.
@@ -51,17 +52,17 @@ def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[
     >>> two_sided_walls(replace(scene, materials=closet().materials), (), 2.0)
     {'partition': 0.1}
     """
-    nodes: dict[str, list[SceneObject]] = {}
+    walls: dict[tuple[str, str], list[SceneObject]] = {}
     for item in scene.objects:
         if item.name not in others and not is_conductor(scene.materials[item.material], scene.frequency):
-            nodes.setdefault(item.name.partition("/")[0], []).append(item)
-    found = {}
-    for name, items in nodes.items():
+            walls.setdefault((item.name.partition("/")[0], item.material), []).append(item)
+    found: dict[str, float] = {}
+    for (name, _), items in walls.items():
         if sum(len(item.mesh.faces) for item in items) <= MOST_TRIANGLES:
             triangles = np.concatenate([item.mesh.triangles for item in items])
             distance = _apart(triangles, solid * max(scene.thickness(item) for item in items))
             if distance is not None:
-                found[name] = distance
+                found[name] = min(distance, found.get(name, distance))
     return found
 
 

@@ -65,13 +65,13 @@ def read_off(data: bytes, path: Path) -> MeshFile:
         corners.extend(face)
         sizes.append(size)
         require_few(len(sizes), label)
-    further = next(lines, None)
-    if further is not None:
-        raise InputError(f"{path}, line {further[0]}: expected the end after {face_count} faces, found another line")
+    further = [number for number, _ in lines]
     vertices = np.frombuffer(positions).reshape(-1, 3)
     cut = cut_polygons(vertices, np.frombuffer(corners, np.int64), np.frombuffer(sizes, np.int64), label)
     mesh = Trimesh(vertices, cut.triangles, process=False)
     left_out = [f"faces of fewer than three corners were left out: {others} in the file"] if others else []
+    if further:
+        left_out.append(f"lines after the {face_count} faces were left out: {len(further)}, from line {further[0]} on")
     return MeshFile(parts_of_node("", path.stem, {None: mesh}), (*left_out, *cut.remarks()), comment_header(comments))
 
 

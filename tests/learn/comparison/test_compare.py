@@ -330,9 +330,24 @@ def test_a_class_with_the_label_of_one_of_our_methods_is_measured(tiny, tmp_path
     assert "it or its settings have changed" in capsys.readouterr().err
 
 
-def test_labels_whose_files_would_have_one_name_are_refused(tiny, tmp_path):
+def test_labels_whose_files_would_have_one_name_are_refused_before_anything_is_measured(tiny, tmp_path):
+    out = tmp_path / "out"
     with pytest.raises(InputError, match="found 'my_model' beside 'my model'"):
-        compare(tiny, {"my model": Grey, "my_model": "nearest"}, budget=INSTANT, output=tmp_path / "out")
+        compare(tiny, {"my model": Grey, "my_model": "nearest"}, budget=INSTANT, output=out)
+    assert not (out / "results.jsonl").exists()
+    compare(tiny, {"my model": Grey}, budget=INSTANT, output=out)
+    with pytest.raises(InputError, match="found 'my_model' beside 'my model'"):
+        compare(tiny, {"my_model": Grey}, budget=INSTANT, output=out)
+
+
+def test_a_row_of_a_class_from_before_sources_were_kept_stays(tiny, tmp_path, capsys):
+    out = tmp_path / "out"
+    compare(tiny, {"ours": Grey}, budget=INSTANT, output=out)
+    lines = [json.loads(line) for line in (out / "results.jsonl").read_text().splitlines()]
+    before = [{key: value for key, value in line.items() if key != "source"} for line in lines]
+    (out / "results.jsonl").write_text("".join(json.dumps(line) + "\n" for line in before))
+    compare(tiny, {"ours": Grey}, budget=INSTANT, output=out)
+    assert "ours-0: measured before and kept; an older version kept nothing" in capsys.readouterr().err
 
 
 def test_numbers_of_numpy_are_numbers(tiny, tmp_path):
@@ -687,6 +702,13 @@ def test_a_sweep_goes_on_from_a_run_with_its_options(tiny, tmp_path, rows):
     sweep(tiny, (10,), ("nearest",), steps=1, init=tmp_path / "small", output=tmp_path / "out")
     (config,) = (read_config(path).config for path in (tmp_path / "out" / "runs").glob("mlp*"))
     assert config.options == {"encoding": "octaves"}
+
+
+def test_a_run_that_has_learned_test_spectra_is_refused_before_anything_is_measured(tiny, tmp_path, rows):
+    train(tiny, tmp_path / "before", model="mlp", split="random", seed=1, steps=1, find_phases=False)
+    with pytest.raises(InputError, match="before: expected a run that has not learned the test spectra"):
+        sweep(tiny, (10,), ("nearest",), steps=1, init=tmp_path / "before", output=tmp_path / "out")
+    assert not (tmp_path / "out" / "results.jsonl").exists()
 
 
 def test_a_run_that_was_not_trained_by_steps_cannot_be_gone_on_from(tiny, tmp_path):

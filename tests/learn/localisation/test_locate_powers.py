@@ -104,7 +104,7 @@ def test_the_stated_level_is_that_of_the_simpler_methods_too(hall, bisplat_comma
     for name, level in (("same", 0), ("stronger", 6)):
         bisplat.write_rssi(name, hall.positions[60:80], hall.rssi_dbm[60:80] + level, GATEWAYS, "2.4 GHz")
         status, out, _ = bisplat_command("locate", hall.folder, "--heard", name, "--level", level, "-o", f"{name}.csv")
-        assert status == 0 and "log-distance" in out and "fingerprint" in out
+        assert status == 0 and "log-distance" in out and "fingerprint" in out and "None" not in out
         tables.append([line for line in out.splitlines() if "fingerprint" in line or "log-distance" in line])
     assert tables[0] == tables[1] and len(tables[0]) == 4
 

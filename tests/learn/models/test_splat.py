@@ -89,8 +89,16 @@ def test_spectrum_grid_renders_as_the_equations_say(renderer):
 
 @pytest.mark.parametrize(
     "azimuths",
-    [axis(0, 180, 10), -axis(0, 360, 10), -axis(0, 90, 5), axis(0, 720, 40), axis(0, 70, 7), axis(0, 1, 1)],
-    ids=["half a turn", "mirrored", "a mirrored quarter", "two turns", "no part of a turn", "one column"],
+    [
+        axis(0, 180, 10),
+        -axis(0, 360, 10),
+        -axis(0, 90, 5),
+        axis(0, 720, 40),
+        axis(0, 70, 7),
+        axis(0, 1, 1),
+        axis(0, 36, 12),
+    ],
+    ids=["half a turn", "mirrored", "a mirrored quarter", "two turns", "no part of a turn", "one column", "a tenth"],
 )
 def test_columns_that_are_not_one_turn_render_as_the_equations_say(renderer, azimuths):
     assert_renders_the_equations(primitives(8), azimuths, GRID[1])

@@ -32,6 +32,15 @@ def test_markup_in_names_is_text(tmp_path):
     assert "<script" not in page and page.count(ESCAPED) == 6
 
 
+def test_methods_are_explained_whatever_follows_their_names(tmp_path):
+    rows = {"nearest, 200 †": {"ssim_median": 0.5}, "mean-picture †": {"ssim_median": 0.4}}
+    values = {"settings": SETTINGS, "columns": SCORE_COLUMNS, "remark": "", "test": 1, "seeds": 1}
+    figures = SimpleNamespace(ssim_cdf=Picture("x", 100))
+    write_page(tmp_path / "page.html", "compare.html.j2", rows=rows, figures=figures, **values)
+    page = (tmp_path / "page.html").read_text()
+    assert "nearest copies the" in page and "mean-picture predicts" in page and "inverse-distance averages" not in page
+
+
 @pytest.mark.parametrize("name", ["$\\frac{$", "_mine", "a\x1b\nb"])
 def test_methods_of_any_name_are_drawn(name, tmp_path):
     row = {"label": name, "test": 2, "ssim_median": 0.5, "ssim_spread": 0.1, "seed": 0, "seeds": 2, "train_size": None}

@@ -452,8 +452,11 @@ def test_evaluation_on_another_dataset_tests_on_all_of_it_against_baselines_from
 @pytest.mark.parametrize(
     ("metadata", "expected"),
     [
-        ({"frequency_hz": 1.83e9}, "expected a run at 1830 MHz, found one at 915 MHz"),
-        ({"array": {"rows": 8, "columns": 2, "spacing": 0.5}}, "expected a run of .*found one of "),
+        ({"frequency_hz": 1.83e9}, "other: expected spectra at 915 MHz, as .*, found 1830 MHz"),
+        (
+            {"array": {"rows": 8, "columns": 2, "spacing": 0.5}},
+            "other: expected spectra of 4 × 4 elements .*, found 8 × 2 elements",
+        ),
         ({"moving": "receiver"}, "expected spectra for which the transmitter moves, as for .*, found some for which"),
     ],
     ids=["frequency", "array", "moving"],

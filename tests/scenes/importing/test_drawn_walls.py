@@ -120,7 +120,25 @@ def test_two_sides_of_a_wall_that_are_not_one_body_are_told(objects, name):
     assert name in sentence and "two sides of one wall" in sentence
 
 
-def test_two_sides_of_a_wall_with_two_materials_are_told(tmp_path):
+def test_layers_of_two_materials_are_not_the_sides_of_one_wall():
+    layers = {"concrete": 1.0, "wood": 1.1}
+    objects = [
+        SceneObject(f"wall/{material}", sheet((x, -1, 0.1), (0, 2, 0), (0, 0, 2.4)), material)
+        for material, x in layers.items()
+    ]
+    scene = small_scene(*objects)
+    scene = replace(scene, materials=scene.materials | {"wood": p2040_material("wood", 915e6)})
+    assert drawn_walls(scene, "as-sheets").warnings == ()
+
+
+def test_walls_of_which_sheets_were_made_are_not_told_again():
+    parallel = box((1.3, -1, 0.1), (1.5, 1, 2.5))
+    scene = small_scene(SceneObject("wall", union(WALL.mesh, parallel), "concrete"))
+    found = drawn_walls(scene, "as-sheets")
+    assert found.sheets == {"wall": 0.2} and found.warnings == ()
+
+
+def test_two_sides_of_a_wall_with_two_names_of_a_material_are_told(tmp_path):
     box_with_two = ["o Wall", *(f"v {x} {y} {z}" for x in (0, 8) for y in (3, 3.2) for z in (0, 3))]
     box_with_two += [
         "usemtl inside",

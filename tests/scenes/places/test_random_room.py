@@ -95,6 +95,13 @@ def test_moved_furniture_leaves_the_room_as_it_is():
     assert (random_room(3, large=True).bounds[1] > random_room(3).bounds[1]).all()
 
 
+def test_rooms_of_a_seed_stay_what_they_are():
+    """The number of tries for a piece decides which fit."""
+    found = {shape: random_room(3, shape=shape) for shape in ("rectangle", "l")}
+    assert found["rectangle"].gateway.position == (1.0, 0.36, 2.2) and found["l"].gateway.position == (2.41, 0.99, 1.85)
+    assert [item.name for item in found["rectangle"].objects[WALLS:]] == ["door", "mirror", "fridge", "boiler"]
+
+
 @pytest.mark.parametrize(("seed", "large"), [(8408, False), (2359, True)])
 def test_rooms_whose_first_outline_has_no_place_for_the_region_are_drawn_again(seed, large):
     room = random_room(seed, shape="l", large=large)

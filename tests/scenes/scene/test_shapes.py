@@ -50,14 +50,14 @@ def test_an_opening_that_ends_at_the_edge_leaves_no_sliver(width, end):
     assert mesh.area_faces.min() > 0.01 and mesh.bounds[1, 0] == pytest.approx(width, abs=1e-12)
 
 
+def test_sides_with_rounded_coordinates_are_perpendicular():
+    assert sheet((0, 0, 0), (3.123, 1.457, 0), (-0.933, 2.0, 0)).area == pytest.approx(3.446 * 2.207, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("v", "openings", "expected"),
     [
-        (
-            (0, 0, 2.5),
-            [(0, 4, 0, 2.5)],
-            "openings: expected openings that leave something of the sheet, found",
-        ),
+        ((0, 0, 2.5), [(0, 4, 0, 2.5)], "openings: expected openings that leave something of the sheet, found"),
         ((1, 0, 2.5), (), "v: expected a vector perpendicular to u"),
     ],
 )

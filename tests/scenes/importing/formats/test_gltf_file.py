@@ -265,6 +265,8 @@ def test_other_scenes_and_nodes_are_named(make):
             {"mesh": 0, "name": "shed"},
             {"mesh": 0, "name": "lost"},
             {"name": "camera"},
+            {"name": "circle", "children": [5]},
+            {"mesh": 0, "name": "in a circle", "children": [4]},
         ],
         scenes=[{"nodes": [1]}, {"nodes": [0, 3]}],
         scene=1,
@@ -272,7 +274,7 @@ def test_other_scenes_and_nodes_are_named(make):
     file = read_gltf(data, PATH)
     assert [part.name for part in file.parts] == ["room"]
     assert file.left_out == (
-        'nodes outside the scene that the file shows were left out: "shed", "lost"',
+        'nodes outside the scene that the file shows were left out: "shed", "lost", "in a circle"',
         'meshes that no node shows were left out: "spare"',
     )
 
