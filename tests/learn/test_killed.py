@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from learn.comparison.kept_rows import row_name, run_folder
 from scenes.files.folder_lock import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments
@@ -54,13 +55,14 @@ def trained(folder: Path) -> Outcome:
 
 def compared(folder: Path) -> Outcome:
     """Of a comparison: its settings, the scores of every spectrum, and its runs."""
-    rows = pd.read_json(folder / "results.jsonl", lines=True)
+    rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
     assert len(rows) == 3
-    files, scores = {"protocol.json": (folder / "protocol.json").read_bytes()}, rows["ssim_median"].tolist()
-    for name in rows["label"].str.replace(" ", "_"):
-        of_run, of_validation = trained(folder / "runs" / f"{name}-0")
-        files |= {f"{name}/{file}": content for file, content in of_run.items()}
-        scores += of_validation + pd.read_csv(folder / "per_sample" / f"{name}-0.csv")["ssim"].tolist()
+    files = {"protocol.json": (folder / "protocol.json").read_bytes()}
+    scores = [row["ssim_median"] for row in rows]
+    for row in rows:
+        of_run, of_validation = trained(folder / run_folder(row))
+        files |= {f"{row['label']}/{file}": content for file, content in of_run.items()}
+        scores += of_validation + pd.read_csv(folder / "per_sample" / f"{row_name(row)}.csv")["ssim"].tolist()
     return files, scores
 
 
