@@ -21,9 +21,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 LONGEST = 10.0
-"""Seconds of the processor after which a command counts as hanging."""
+"""Seconds of the processor in which a command has to refuse."""
 
-PATIENCE = 6 * LONGEST
+LONGEST_WORK = 3 * LONGEST
+"""Seconds of the processor after which a command counts as hanging. An export to ONNX alone takes 7 to 10."""
+
+PATIENCE = 2 * LONGEST_WORK
 """Seconds after which a command counts as hanging even if it waits; other programs may take the processor meanwhile."""
 
 MOST_MEMORY = 4096
@@ -140,7 +143,7 @@ def _be_the_command(arguments: list[str], folder: str, said: int) -> None:
         for descriptor, target in ((nothing, 0), (nothing, 1), (said, 2)):
             os.dup2(descriptor, target)
         os.chdir(folder)
-        resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST), int(LONGEST) + 1))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST_WORK), int(LONGEST_WORK) + 1))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         sys.argv = ["bisplat", *arguments]
         sys.stdin, sys.stdout = open(0), open(1, "w")

@@ -94,7 +94,8 @@ class Workplace:
         before, temporary, leftovers = self._seen(output), set(self.temporary.iterdir()), self._leftovers()
         ended = self._server.run(command, self.here)
         story = f"{shlex.join(command)[:300]}: {ended}"
-        assert not ended.hung, f"hung for {LONGEST:g} s: {story}"
+        assert not ended.hung, f"hung: {story}"
+        assert ended.status == 0 or ended.seconds < LONGEST, f"took longer than {LONGEST:g} s to refuse: {story}"
         assert ended.megabytes < MOST_MEMORY, f"took too much memory: {story}"
         assert ended.status in (0, 1, 2), f"ended with another status: {story}"
         assert "Traceback" not in ended.said and "Warning" not in ended.said, f"said more than a sentence: {story}"
