@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from learn.comparison.kept_rows import row_name, run_folder
+from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
 from scenes.files.folder_lock import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments
@@ -55,7 +55,7 @@ def trained(folder: Path) -> Outcome:
 
 def compared(folder: Path) -> Outcome:
     """Of a comparison: its settings, the scores of every spectrum, and its runs."""
-    rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
+    rows = KeptRows(folder, KeptRow).rows
     assert len(rows) == 3
     files = {"protocol.json": (folder / "protocol.json").read_bytes()}
     scores = [row["ssim_median"] for row in rows]
