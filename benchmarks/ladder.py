@@ -47,13 +47,9 @@ SMALLEST = 6
 class SquaredExponential(KrigedField):
     """exp(−d²/2l²) of the distance d; also the base class of the other covariances that only depend on the distance."""
 
-    def covariance(self, a, b, faded, shares, length):
-        distance = torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
-        law = self._law(distance, faded, length)
-        if not self.of_responses:
-            return law
-        zero = torch.zeros_like(law)
-        return torch.cat([torch.cat([law, zero], dim=-1), torch.cat([zero, law], dim=-1)], dim=-2)
+    def kappa(self, separations, fading, shares, length):
+        law = self._law(separations.distances, fading, length)
+        return law, torch.zeros_like(law) if self.of_responses else None
 
     def _law(self, distance, faded, length):
         return torch.exp(-((distance / length) ** 2) / 2)
@@ -91,8 +87,8 @@ class WavesEdgesAndDrift(WavesAndEdges):
 class Sides(KrigedField):
     """``helmholtz`` in a scene that does not change."""
 
-    def covariance(self, a, b, faded, shares, length):
-        return super().covariance(a, b, torch.ones_like(faded), shares, length)
+    def kappa(self, separations, fading, shares, length):
+        return super().kappa(separations, torch.ones_like(fading), shares, length)
 
 
 LADDER: dict[str, type[KrigedField]] = {

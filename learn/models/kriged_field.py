@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
 from learn.models.base import Beamformed, runs_compiled
@@ -18,7 +18,7 @@ from learn.models.known_spectra import KnownSpectra
 from learn.models.leg_times import leg_times
 from learn.models.quadrature import Quadrature
 from learn.models.vecchia import fit_covariance
-from learn.models.wave_covariance import between_rows, wave_covariance, with_turned_rows
+from learn.models.wave_covariance import Separations, between_rows, with_turned_rows
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.beamformer import Beamformer
@@ -142,10 +142,30 @@ class KrigedField(KnownSpectra):
         values = values.unflatten(-1, (len(self.offsets), -1)).flatten(-3, -2)
         return with_turned_rows(values) if self.of_responses else values
 
-    def products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
-        """Products of the rows of a member and its neighbours, averaged over the values, for the likelihood."""
-        rows = torch.cat([self._rows(member[None])[:1], self._rows(neighbours)])
-        return (rows @ rows.T).double() / rows.shape[1]
+    def products(self, members: Int[Tensor, " n"]) -> Inexact[Tensor, "n n"]:
+        """Products ``y_a conj(y_b)`` of the values of members, minus the mean, averaged over the values."""
+        values = self.values[members].float() - self.mean
+        rows = torch.view_as_complex(values.unflatten(-1, (-1, 2))) if self.of_responses else values
+        products = rows @ rows.mH / values.shape[1]
+        return products.to(torch.complex128 if self.of_responses else torch.float64)
+
+    def separations(self, a: Float[Tensor, "*b n 3"], b: Float[Tensor, "*b m 3"]) -> Separations:
+        """The separations of places, from which ``kappa`` computes covariances."""
+        return Separations(a, b, 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T)
+
+    def kappa(
+        self,
+        separations: Separations,
+        fading: Float[Tensor, "*b n m"],
+        shares: Float[Tensor, " J"],
+        length: Float[Tensor, ""],
+    ) -> tuple[Float[Tensor, "*b n m"], Float[Tensor, "*b n m"] | None]:
+        """Real and imaginary part of κ; for spectra ``|κ|²`` and None. ``fading`` is the drift's factor in it."""
+        real, imaginary = separations.wave_sum(shares)
+        fading = fading * self.fading(separations.distances, length)
+        if not self.of_responses:
+            return (real.square() + imaginary.square()) * fading, None
+        return real * fading, imaginary * fading
 
     def covariance(
         self,
@@ -155,13 +175,9 @@ class KrigedField(KnownSpectra):
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> Float[Tensor, "*b N M"]:
-        """κ (for spectra ``|κ|²``) between the rows of places a and b. ``fading`` is the drift's factor in it."""
-        wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
-        real, imaginary = wave_covariance(a, b, wavenumbers, shares)
-        fading = fading * self.fading(distances(a, b), length)
-        if not self.of_responses:
-            return (real.square() + imaginary.square()) * fading
-        return between_rows(real * fading, imaginary * fading)
+        """``kappa`` between the rows of places a and b."""
+        real, imaginary = self.kappa(self.separations(a, b), fading, shares, length)
+        return real if imaginary is None else between_rows(real, imaginary)
 
     def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
         """The factor ``e^(−separation/scale)`` of κ (its square in ``|κ|²`` for spectra), for a separation in space or

@@ -7,8 +7,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
+from learn.models.wave_covariance import Separations
 from simulate.spectra.beamformer import Beamformer
 
 
@@ -34,13 +34,12 @@ class SmoothField(KrigedField):
         """A tenth of the known positions' largest extent, but at least 0.1 mm; in metres."""
         return max(float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()), 1e-3) / 10
 
-    def covariance(
+    def kappa(
         self,
-        a: Float[Tensor, "*b n 3"],
-        b: Float[Tensor, "*b m 3"],
+        separations: Separations,
         fading: Float[Tensor, "*b n m"],
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
-    ) -> Float[Tensor, "*b n m"]:
+    ) -> tuple[Float[Tensor, "*b n m"], None]:
         """The squared exponential, times the drift's factor."""
-        return torch.exp(-(distances(a, b) / length).square() / 2) * fading
+        return torch.exp(-(separations.distances / length).square() / 2) * fading, None

@@ -8,12 +8,13 @@ from typing import Protocol
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Inexact, Int
 from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
 from torch import Tensor
 
 from learn.models.geometry import distances
+from learn.models.wave_covariance import Separations
 from simulate.spectra.spectrum import evenly
 
 FITTED_ON = 200
@@ -49,11 +50,15 @@ class Kriged(Protocol):
     drift: Tensor
     nugget: Tensor
 
-    def products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]: ...
+    def products(self, members: Int[Tensor, " n"]) -> Inexact[Tensor, "n n"]: ...
+
+    def separations(self, a: Tensor, b: Tensor) -> Separations: ...
 
     def fading(self, separation: Tensor, scale: Tensor) -> Tensor: ...
 
-    def covariance(self, a: Tensor, b: Tensor, fading: Tensor, shares: Tensor, length: Tensor) -> Tensor: ...
+    def kappa(
+        self, separations: Separations, fading: Tensor, shares: Tensor, length: Tensor
+    ) -> tuple[Tensor, Tensor | None]: ...
 
 
 @threadpool_limits.wrap(1)  # with such small matrices, several threads would mostly wait for each other
@@ -79,13 +84,13 @@ def fit_covariance(
     distance[torch.arange(len(order)) >= rank[:, None]] = torch.inf
     distance, neighbours = distance.topk(min(neighbours_most, len(order) - 1), largest=False)
     neighbours = order[neighbours]
-    position, neighbour_positions = field.places[predicted][:, None].double(), field.places[neighbours].double()
+    # Of each term: the predicted position, and then its neighbours.
+    members = torch.cat([predicted[:, None], neighbours], dim=1)
+    places, times = field.places[members].double(), field.times[members][..., None].double()
     stand_ins = FAR * torch.arange(1, neighbours.shape[1] + 1).double()[None, :, None]
-    neighbour_positions = torch.where(distance.isinf()[..., None], stand_ins, neighbour_positions)
-    neighbour_times = field.times[neighbours][..., None].double()
-    time_between_neighbours = distances(neighbour_times, neighbour_times)
-    time_to_neighbours = distances(neighbour_times, field.times[predicted][:, None, None].double())
-    products = torch.stack([field.products(*pair) for pair in zip(predicted, neighbours, strict=True)])
+    places[:, 1:] = torch.where(distance.isinf()[..., None], stand_ins, places[:, 1:])
+    separations, times_between = field.separations(places, places), distances(times, times)
+    products = torch.stack([field.products(each) for each in members])
 
     if not products.any():
         return  # all spectra are the same
@@ -93,15 +98,14 @@ def fit_covariance(
     def cost(parameters: np.ndarray) -> tuple[float, np.ndarray]:
         unconstrained = torch.from_numpy(parameters).requires_grad_()
         shares, (length, drift, nugget) = unconstrained[:-3].softmax(dim=0), unconstrained[-3:].exp()
-        fading = field.fading(time_between_neighbours, drift)
-        covariance = field.covariance(neighbour_positions, neighbour_positions, fading, shares, length)
-        covariance = covariance + nugget * torch.eye(covariance.shape[-1])
-        fading = field.fading(time_to_neighbours, drift)
-        cross_covariance = field.covariance(neighbour_positions, position, fading, shares, length)[..., :1]
+        real, imaginary = field.kappa(separations, field.fading(times_between, drift), shares, length)
+        kappa = real if imaginary is None else torch.complex(real, imaginary)
+        covariance = kappa[:, 1:, 1:] + nugget * torch.eye(neighbours.shape[1])
+        cross_covariance = kappa[:, 1:, :1]
         weights = torch.cholesky_solve(cross_covariance, torch.linalg.cholesky(covariance))
         residual = torch.cat([torch.ones_like(weights[:, :1]), -weights], dim=1)
-        squared_error = (residual.mT @ products @ residual).squeeze()
-        variance = 1 + nugget - (weights * cross_covariance).sum(dim=(1, 2))
+        squared_error = (residual.mH @ products @ residual).real.squeeze(dim=(1, 2))
+        variance = 1 + nugget - (weights.conj() * cross_covariance).real.sum(dim=(1, 2))
         negative_log_likelihood = (squared_error / variance).mean().log() + variance.log().mean()
         objective = negative_log_likelihood - EVENNESS * shares.log().mean()
         (gradient,) = torch.autograd.grad(objective, unconstrained)

@@ -11,30 +11,41 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from learn.models.geometry import distances
 
-def wave_covariance(
-    a: Float[Tensor, "*b n 3"],
-    b: Float[Tensor, "*b m 3"],
-    wavenumbers: Float[Tensor, "3 J"],
-    shares: Float[Tensor, " J"],
-) -> tuple[Float[Tensor, "*b n m"], Float[Tensor, "*b n m"]]:
-    """Real and imaginary part of ``Σ_j s_j e^{jk u_j·Δ}`` between places, Δ = a − b.
+
+class Separations:
+    """The separations Δ = a − b of places, as covariances need them. What does not depend on a fit is computed once.
 
     Args:
         a: places, metres.
         b: other places, metres.
-        wavenumbers: the vectors k u_j of the waves, 1/metres.
-        shares: s_j, the shares of the waves in the power.
+        wavenumbers: the vectors k u_j of plane waves, 1/metres.
 
-    >>> alone = wave_covariance(torch.zeros(1, 3), torch.ones(1, 3), torch.eye(3), torch.tensor([1.0, 0, 0]))
-    >>> [round(float(each), 2) for each in alone]  # e^{−j}
+    Attributes:
+        distances: ``|Δ|``, metres.
+
+    >>> wave, shares = Separations(torch.zeros(1, 3), torch.ones(1, 3), torch.eye(3)), torch.tensor([1.0, 0, 0])
+    >>> [round(float(each), 2) for each in wave.wave_sum(shares)]  # e^{−j}
     [0.54, -0.84]
     """
-    phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
-    cosine, sine = phase_b.cos().mT, phase_b.sin().mT
-    real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
-    imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
-    return real, imaginary
+
+    def __init__(self, a: Float[Tensor, "*b n 3"], b: Float[Tensor, "*b m 3"], wavenumbers: Float[Tensor, "3 J"]):
+        self.distances: Float[Tensor, "*b n m"] = distances(a, b)
+        phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
+        self._of_a = torch.cat([phase_a.cos(), phase_a.sin()], dim=-1)
+        # Times this, summed over all columns, are the real parts of e^{jk u_j·Δ}, and beside them the imaginary ones.
+        cosine, sine = phase_b.cos().mT, phase_b.sin().mT
+        self._of_b = torch.cat([torch.cat([cosine, -sine], dim=-1), torch.cat([sine, cosine], dim=-1)], dim=-2)
+
+    def wave_sum(self, shares: Float[Tensor, " J"]) -> tuple[Float[Tensor, "*b n m"], Float[Tensor, "*b n m"]]:
+        """Real and imaginary part of ``Σ_j s_j e^{jk u_j·Δ}``.
+
+        Args:
+            shares: s_j, the shares of the waves in the power.
+        """
+        real, imaginary = ((self._of_a * torch.cat([shares, shares])) @ self._of_b).chunk(2, dim=-1)
+        return real, imaginary
 
 
 def between_rows(real: Float[Tensor, "*b n m"], imaginary: Float[Tensor, "*b n m"]) -> Float[Tensor, "*b 2*n 2*m"]:
