@@ -106,9 +106,9 @@ def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int], small_ap
     sizes = {"bisplat": small, "bisplat-plus": {**small, "primitives": 60}, "bisplat-aperture": small_aperture}
     for name, options in sizes.items():
         patch.setitem(MODELS, name, replace(MODELS[name], options=options))
-    from learn.training import by_steps
+    from learn.training import epochs
 
-    patch.setattr(by_steps, "STEPS_PER_VALIDATION", 6)
+    patch.setattr(epochs, "STEPS_PER_VALIDATION", 6)
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ from jaxtyping import Float
 
 from learn.comparison.task import Task
 from learn.models.capabilities import unsuited
-from learn.training.budget import timed
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
 from learn.training.registry import model_class, model_entry
@@ -59,6 +58,8 @@ class TrainedModel:
         by_steps = replace(entry.by_steps, steps=task.steps or 1, init=self.init)
         learned = None
         if task.minutes is not None:
+            from learn.training.budget import timed
+
             model = untrained_model(config, task.dataset, task.parts)
             by_steps, learned, _ = timed(task.minutes, model, by_steps, task.dataset, task.parts, task.seed)
         return replace(config, by_steps=by_steps), learned

@@ -18,7 +18,8 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss
 from learn.models.quadrature import quadrature
 from learn.models.steps import STEPS_MOST, Steps
-from learn.training.by_steps import epochs_of, interrupts, multiplying, quiet_trainer
+from learn.training.by_steps import interrupts, multiplying, quiet_trainer
+from learn.training.epochs import VALIDATED, epochs_of
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra, Training
 from scenes.files.plain_text import say
@@ -147,7 +148,7 @@ def _validation_seconds(model: SpectrumModel, by_steps: Steps, spectra: Spectra)
     trainer = quiet_trainer(devices=1, logger=False, limit_val_batches=1, callbacks=[clock])
     with interrupts(), multiplying(by_steps.matmul_precision):
         trainer.validate(module, datamodule=spectra, verbose=False)
-    validated = min(Spectra.VALIDATED, len(spectra.parts.validation))
+    validated = min(VALIDATED, len(spectra.parts.validation))
     batches = max(1.0, validated / Spectra.VALIDATED_AT_ONCE)
     began = time.perf_counter()
     optimiser = module.configure_optimizers()["optimizer"]

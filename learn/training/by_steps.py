@@ -20,16 +20,13 @@ from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
 from learn.models.steps import MatmulPrecision, Processes, Steps
 from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
+from learn.training.epochs import epochs_of
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import told, validate
 from scenes.files.errors import InputError, printable
 from scenes.files.progress import progress_bar
-
-STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
-"""Smallest number of steps between validations, and number of validations of a long training, which has more steps than
-the product of both."""
 
 GRADIENT_NORM = 1.0
 """Gradients are clipped to this norm."""
@@ -58,17 +55,6 @@ class ProgressOnStderr(Callback):
 
     def teardown(self, trainer: L.Trainer, module: L.LightningModule, stage: str) -> None:
         self._progress.stop()
-
-
-def epochs_of(steps: int) -> list[int]:
-    """Number of steps between validations, for each validation; they add up to ``steps``.
-
-    >>> epochs_of(250), epochs_of(99), epochs_of(3001)[-2:]
-    ([125, 125], [99], [200, 200])
-    """
-    validations = max(1, min(steps // STEPS_PER_VALIDATION, VALIDATIONS))
-    each, more = divmod(steps, validations)
-    return [each + 1] * more + [each] * (validations - more)
 
 
 def quiet_trainer(**settings: Any) -> L.Trainer:

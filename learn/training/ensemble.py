@@ -10,13 +10,13 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
-from learn.training.lightning_module import Spectra
+from learn.training.epochs import validation_sample
 from learn.training.prediction import uncertainty
 from learn.training.run_folder import Run, stated_deviation
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.spectrum import spectrum_of
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Ensemble:
     @cached_property
     def _fitted(self) -> Deviation | None:
         """The deviation, fitted to validation spectra, on which no run was trained."""
-        data, validated = self._data, evenly(self._validation, Spectra.VALIDATED)
+        data, validated = self._data, validation_sample(self._validation)
         if not len(validated) or any(run.config.by_steps is None for run in self.runs):
             return None
         first, of_first = self.runs[0], read_training(self.runs[0].folder).deviation

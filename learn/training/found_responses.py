@@ -21,12 +21,12 @@ from learn.models.capabilities import LearnsBand, PredictsResponses
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.steps import Steps
+from learn.training.epochs import validation_sample
 from learn.training.fit_progress import FitProgress
-from learn.training.lightning_module import Spectra
 from learn.training.prediction import predict
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.spectrum import spectrum_of
 
 
 class Learned(NamedTuple):
@@ -67,7 +67,7 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     began = time.perf_counter()
     with FitProgress(f"phases of the {len(parts.train)} training pictures") as report:
         field, responses = _found(model, dataset, parts, report)
-    validated = evenly(parts.validation, Spectra.VALIDATED)
+    validated = validation_sample(parts.validation)
     truth, places = spectrum_of(dataset.pictures[validated]), dataset.positions[validated]
     known = dataset.positions[parts.train], spectrum_of(dataset.pictures[parts.train])
     by_phases = float(np.median(ssim_of_each(predict(field, places).spectra, truth)))

@@ -20,8 +20,9 @@ from learn.models.capabilities import HasOwnLoss, PredictsResponses
 from learn.models.loss import composite_loss
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
+from learn.training.epochs import validation_sample
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
+from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
 
 WARM_UP = 0.05
 """Fraction of the steps during which the learning rate rises linearly to its full value."""
@@ -151,8 +152,8 @@ class Spectra(L.LightningDataModule):
 
     epochs: Sequence[int] | None = None
 
-    VALIDATED, VALIDATED_AT_ONCE = 128, 16
-    """Largest number of validation spectra, evenly spread over the validation part, and number of them in a batch."""
+    VALIDATED_AT_ONCE = 16
+    """Number of validation spectra in a batch."""
 
     def __init__(
         self,
@@ -180,7 +181,7 @@ class Spectra(L.LightningDataModule):
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def val_dataloader(self) -> DataLoader:
-        data = self._data(evenly(self.parts.validation, self.VALIDATED))
+        data = self._data(validation_sample(self.parts.validation))
         # Every process validates the same spectra, so that all get the same validation SSIM.
         batches = BatchSampler(SequentialSampler(data), self.VALIDATED_AT_ONCE, drop_last=False)
         return DataLoader(data, batch_size=None, sampler=batches)

@@ -8,11 +8,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import lightning as L
 import torch
-from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 
 from learn.data.split_distances import SplitDistances, say_distances
@@ -24,12 +22,9 @@ from learn.models.capabilities import FitsInClosedForm, unsuited
 from learn.models.quadrature import quadrature
 from learn.models.retrieved_field import not_retrieved
 from learn.models.steps import MINUTES_MOST, Processes, Steps
-from learn.training.budget import Timed, timed
-from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
-from learn.training.lightning_module import Spectra
 from learn.training.own_dataset import require_same_data, require_same_receiver, require_untested
 from learn.training.presets import PRESETS, PresetName, in_words
 from learn.training.registry import DEFAULT_MODEL, check_options, model_class, model_entry
@@ -55,6 +50,9 @@ from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
+
+if TYPE_CHECKING:
+    from learn.training.budget import Timed
 
 PROCESSES_LEAST, NODES_MOST = 8, 1000
 """Largest number of processes on a machine without a GPU that has fewer cores, and largest number of machines."""
@@ -185,10 +183,12 @@ def _with_steps_of(folder: Path, config: Config) -> Config:
 
 def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset, processes: Processes) -> Timed:
     """The settings with as many steps as fit into the budget (minutes) if there is one, and the time that they take."""
+    from learn.training.budget import timed  # imports Lightning, which a fit in closed form does not need
+
     assert config.by_steps is not None
     require_own(folder, "run", "config.json", config.settings(), _recorded_settings)
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
-    L.seed_everything(config.seed, verbose=False)
+    torch.manual_seed(config.seed)
     model = untrained_model(config, dataset, parts)
     return timed(budget, model, config.by_steps, dataset, parts, config.seed, processes.count)
 
@@ -238,7 +238,7 @@ def train_run(
         require_same_receiver(dataset, before.folder, before.beamformer, float(before.model.wavelength))
         if before.is_trained_on(dataset):
             require_untested(before.split(dataset).known, before.folder, dataset, parts)
-    if getattr(rank_zero_only, "rank", 0) != 0:  # only the first process claims the folder and writes to it
+    if config.by_steps is not None and not _is_first_process():  # only the first claims the folder and writes to it
         _train(config, folder, processes, dataset, parts, learned)
         return
     with own_folder(*own):
@@ -258,6 +258,13 @@ def train_run(
             _train(config, folder, processes, dataset, parts, learned)
 
 
+def _is_first_process() -> bool:
+    """Whether this is the first of the processes that train a model by steps."""
+    from lightning.pytorch.utilities import rank_zero_only
+
+    return getattr(rank_zero_only, "rank", 0) == 0
+
+
 def _recorded_settings(file: Path) -> dict[str, Any]:
     return read_config(file.parent).config.settings()
 
@@ -266,11 +273,14 @@ def _train(
     config: Config, folder: Path, processes: Processes, dataset: Dataset, parts: Split, learned: Learned | None
 ) -> None:
     """Train an unfinished run in a folder that holds its settings."""
-    L.seed_everything(config.seed, verbose=False)
+    torch.manual_seed(config.seed)
     model = untrained_model(config, dataset, parts)
     if config.by_steps is None:
         _fit_in_closed_form(model, dataset, parts, folder)
         return
+    from learn.training.by_steps import train_by_steps
+    from learn.training.lightning_module import Spectra
+
     if config.by_steps.init is not None:
         load_weights(model, Path(config.by_steps.init))
     learned = learned or learned_responses(model, dataset, parts, config.by_steps)

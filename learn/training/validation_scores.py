@@ -11,12 +11,12 @@ from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.training.deviation import LEAST_VALIDATED, Deviation, fit_deviation, nearest_known, pixel_errors
+from learn.training.epochs import validation_sample
 from learn.training.gaps import errors_over_gaps, interpolates, knowing_nothing
-from learn.training.lightning_module import Spectra
 from learn.training.prediction import predict, uncertainty
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.spectrum import spectrum_of
 
 
 class Validation(NamedTuple):
@@ -32,14 +32,14 @@ class Validation(NamedTuple):
 
 
 def validate(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation:
-    """Predict at most ``Spectra.VALIDATED`` validation spectra, to which the model was not fitted.
+    """Predict at most ``VALIDATED`` validation spectra, to which the model was not fitted.
 
     Args:
         model: the model, fitted to ``parts.train``.
         dataset: the dataset.
         parts: its split.
     """
-    validated = evenly(parts.validation, Spectra.VALIDATED)
+    validated = validation_sample(parts.validation)
     if not len(validated):
         return Validation(0.0, None)
     positions, truth = dataset.positions[validated], spectrum_of(dataset.pictures[validated])

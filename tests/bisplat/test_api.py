@@ -59,3 +59,13 @@ def test_names_are_those_of_the_stub_and_of_nothing_else():
     assert bisplat.Gateway is Gateway and bisplat.shapes is shapes  # a class, and a module
     with pytest.raises(AttributeError, match="nothing"):
         _ = bisplat.nothing
+
+
+def test_training_in_closed_form_needs_no_lightning():
+    """It takes seconds to import, and only training by steps uses it."""
+    code = (
+        "import sys\nimport learn.comparison.compare\nimport learn.evaluation.evaluate\nimport learn.training.train\n"
+        "print('lightning' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert (done.returncode, done.stdout) == (0, "False\n")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bisplat.__main__ import main
-from learn.training import by_steps
+from learn.training import epochs
 from learn.training.lightning_module import Training
 from learn.training.run_folder import load_run
 from scenes.storage.scene_writing import write_scene
@@ -145,7 +145,7 @@ def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
 
 
 def test_model_without_an_aperture_predicts_spectra_alone(command, tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr(by_steps, "STEPS_PER_VALIDATION", 1)
+    monkeypatch.setattr(epochs, "STEPS_PER_VALIDATION", 1)
     run = tmp_path / "run"
     assert command("train", tiny, "-o", run, "--model", "bisplat", "--steps", 1, "--batch-size", 17)[0] == 0
     assert command("predict", run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "out.npz")[0] == 0

@@ -81,13 +81,13 @@ def shell(environment, folder) -> Callable[[str], None]:
 def undo_small_sizes() -> Iterator[None]:
     """After a test, models and the functions of ``bisplat`` are as they were."""
     import bisplat
-    from learn.training import by_steps
+    from learn.training import epochs
     from learn.training.registry import MODELS
 
     functions = {name: getattr(bisplat, name) for name in bisplat.__all__}
-    models, period = dict(MODELS), by_steps.STEPS_PER_VALIDATION
+    models, period = dict(MODELS), epochs.STEPS_PER_VALIDATION
     yield
     for name, function in functions.items():
         setattr(bisplat, name, function)
     MODELS.update(models)
-    by_steps.STEPS_PER_VALIDATION = period
+    epochs.STEPS_PER_VALIDATION = period

@@ -86,7 +86,7 @@ def use_small_sizes() -> None:
     """Make models small, training short, and ray tracing coarse, for commands and for ``import bisplat``."""
     from dataclasses import replace
 
-    from learn.training import by_steps
+    from learn.training import epochs
     from learn.training.registry import MODELS
 
     small = {"primitives": 40, "clusters": 16, "ffn_width": 16, "ffn_layers": 1, "transformer_layers": 1,
@@ -98,7 +98,7 @@ def use_small_sizes() -> None:
     for name, model in MODELS.items():
         if model.by_steps is not None:
             MODELS[name] = replace(MODELS[name], by_steps=replace(model.by_steps, steps=2))
-    by_steps.STEPS_PER_VALIDATION = 2
+    epochs.STEPS_PER_VALIDATION = 2
 
 
 def trace_rooms_coarsely() -> None:

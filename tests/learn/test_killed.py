@@ -17,9 +17,9 @@ TRAIN = """
 import sys
 import torch
 import bisplat
-from learn.training import by_steps, train
+from learn.training import epochs, train
 torch.set_num_threads(1)
-by_steps.STEPS_PER_VALIDATION = 6
+epochs.STEPS_PER_VALIDATION = 6
 print("ready", flush=True)
 options = {"primitives": 40, "width": 16}
 bisplat.train(sys.argv[1], sys.argv[2], model="bisplat-aperture", options=options, steps=30, batch_size=5)
@@ -31,9 +31,9 @@ import torch
 import bisplat
 from learn.comparison import ablate
 from learn.training.registry import MODELS
-from learn.training import by_steps, train
+from learn.training import epochs, train
 torch.set_num_threads(1)
-by_steps.STEPS_PER_VALIDATION = 6
+epochs.STEPS_PER_VALIDATION = 6
 ablate.APERTURE = {"with TX-PE": {"encoding": "octaves"}, "width 8": {"width": 8}}
 MODELS["bisplat-aperture"].options.update(primitives=40, width=16)
 print("ready", flush=True)

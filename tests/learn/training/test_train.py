@@ -28,7 +28,7 @@ from learn.models.quadrature import quadrature
 from learn.models.steps import Processes, Steps
 from learn.reports.evaluation_report import write_evaluation
 from learn.reports.provenance import Provenance
-from learn.training import by_steps
+from learn.training import by_steps, epochs
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
 from learn.training.lightning_module import Batches, Training
@@ -162,7 +162,7 @@ def test_interrupted_training_leaves_the_programs_own_precision(tmp_path, tiny_c
 def test_asked_steps_are_taken_and_an_epoch_ends_at_each_validation(
     tmp_path, tiny_config, changed, stop_at, monkeypatch
 ):
-    monkeypatch.setattr(by_steps, "STEPS_PER_VALIDATION", 3)
+    monkeypatch.setattr(epochs, "STEPS_PER_VALIDATION", 3)
     config = changed(tiny_config, steps=7, batch_size=2)  # a pass has more than six batches
     train_run(config, tmp_path / "whole")
     assert json.loads((tmp_path / "whole" / "training.json").read_text())["steps"] == 7
@@ -289,7 +289,7 @@ def test_training_improves_on_the_untrained_model(tmp_path, tiny, tiny_config, f
 @pytest.mark.parametrize("model", ["bisplat", "bisplat-plus"])
 def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_config, changed, model):
     folder = tmp_path / "run"
-    monkeypatch.setattr(by_steps, "STEPS_PER_VALIDATION", 1)
+    monkeypatch.setattr(epochs, "STEPS_PER_VALIDATION", 1)
     config = changed(tiny_config, model=model, steps=1, batch_size=17, options={"bypass": ("bst",)})
     train_run(config, folder)
     run = load_run(folder)
@@ -518,12 +518,12 @@ import sys
 from pathlib import Path
 import torch
 from torch.utils.data.distributed import DistributedSampler
-import learn.training.by_steps
+import learn.training.epochs
 from learn.models.steps import Processes, Steps
 from learn.training.config import Config
 from learn.training.train import train_run
 
-learn.training.by_steps.STEPS_PER_VALIDATION = 6
+learn.training.epochs.STEPS_PER_VALIDATION = 6
 torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
 train_run({config!r}, Path(sys.argv[1]), Processes(devices=2))
 """
