@@ -8,6 +8,9 @@ way is the loop of published scripts: for each transmitter one ``PathSolver`` ca
 element positions.
 
 The spectra of both are compared by SSIM, with each other and with a third tracing of ten million rays per transmitter.
+Sionna RT counts a passage through an object towards the depth, as it counts a reflection, and ``bisplat simulate``
+does not. So the spectra are also compared without the paths that have more than five of both (``limited``).
+
 Finally ``bisplat simulate`` is timed with its defaults, which include diffraction. All this takes about twenty minutes
 on two cores, most of it for the third tracing and the largest dataset. No other program should run meanwhile.
 """
@@ -29,6 +32,8 @@ from learn.data.metrics import ssim
 from scenes.places.lab import lab
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
+from simulate.rays.core.terms import Interaction, Paths
+from simulate.rays.core.transmissions import with_transmissions
 from simulate.rays.tracer import Tracer
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture, spectrum_of
@@ -92,6 +97,18 @@ class Loop:
         return np.array(responses), (time.perf_counter() - began) / max(1, len(positions) - 1)
 
 
+def limited_responses(tracer: Tracer, positions: np.ndarray, most: int) -> np.ndarray:
+    """Responses [K, elements] of the paths with at most this many reflections and passages through objects."""
+    result = np.zeros((len(positions), len(tracer.elements)), np.complex128)
+    for terms in tracer.terms(positions):
+        counted = with_transmissions(
+            tracer.ray_scene, terms._replace(vertices=terms.vertices - tracer.ray_scene.origin)
+        )
+        few = (counted.kinds != Interaction.NONE).sum(axis=1) <= most
+        Paths(terms.targets[few], terms.sources[few], terms.responses[few]).add_to(result)
+    return result
+
+
 def dataset(spectra: int, propagation: Propagation) -> Measured:
     """Time and memory of ``bisplat simulate``, from its start to the last file on disk."""
     with tempfile.TemporaryDirectory() as folder:
@@ -152,6 +169,7 @@ def main(
     tracer = Tracer(lab(), propagation)
     finding = time.perf_counter() - began
     ours = tracer.responses(places)
+    limited = limited_responses(tracer, places, propagation.max_depth)
     other = Tracer(lab(), propagation, seed=1000).responses(places)
     loop = Loop(propagation.max_depth)
     theirs, looping = loop.responses(places, loop_rays)
@@ -171,6 +189,8 @@ def main(
         **agreement("", ours, theirs),
         **agreement("_between_our_seeds", ours, other),
         **agreement("_ours_with_dense", ours[:dense], densest),
+        **agreement("_limited", limited, theirs),
+        **agreement("_limited_with_dense", limited[:dense], densest),
         **agreement("_loop_with_dense", theirs[:dense], densest),
         "positions": positions,
         "dense_positions": dense,
