@@ -10,6 +10,9 @@ import os
 import signal
 import sys
 import threading
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -141,9 +144,20 @@ def _limited(function: Any, limits: dict[str, Any]) -> Any:
     return small
 
 
-def close_when_shown() -> None:
-    """End ``bisplat view`` as Ctrl-C does, some seconds after it began."""
-    threading.Timer(25.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+def close_when_served() -> None:
+    """Load the page of ``bisplat view`` once, as a browser would, and then end the command as Ctrl-C does."""
+    from scenes.browser import served_page
+
+    serving = served_page.serving
+
+    @contextmanager
+    def for_a_moment(*arguments: Any) -> Iterator[str]:
+        with serving(*arguments) as address:
+            assert urllib.request.urlopen(address, timeout=60).status == 200
+            threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+            yield address
+
+    served_page.serving = for_a_moment
 
 
 if __name__ == "__main__":
@@ -157,7 +171,7 @@ if __name__ == "__main__":
         trace_rooms_coarsely()
     serves = sys.argv[1:2] == ["view"] or "--view" in sys.argv
     if serves:
-        close_when_shown()
+        close_when_served()
     from bisplat.__main__ import main
 
     try:
