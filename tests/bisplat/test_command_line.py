@@ -104,6 +104,7 @@ def test_check_warns_of_a_split_that_leaks_and_only_of_that(command, write_folde
 # train, evaluate, predict
 
 
+@pytest.mark.usefixtures("quick_fits")
 @pytest.mark.usefixtures("no_ceiling")
 def test_train_evaluate_predict(command, tiny, tmp_path):
     run = tmp_path / "run"

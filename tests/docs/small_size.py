@@ -19,6 +19,9 @@ from typing import Any
 SPECTRA = 40
 """The largest number of spectra, positions or training spectra; the smallest with ten spectra to validate with."""
 
+FITS = ("train", "compare", "ablate", "sweep", "evaluate", "plan", "demo")
+"""Commands that fit covariances; only these import what they need for it."""
+
 COARSE = {"max_depth": 1, "rays": 20_000, "diffraction": False}
 """How rays are traced."""
 
@@ -104,6 +107,13 @@ def use_small_sizes() -> None:
     epochs.STEPS_PER_VALIDATION = 2
 
 
+def use_quick_fits() -> None:
+    """Make fits of covariances end early."""
+    from learn.models import mixture_weights, vecchia
+
+    vecchia.ITERATIONS, mixture_weights.FOLDS = 15, 2
+
+
 def trace_rooms_coarsely() -> None:
     """Make the rays of ``bisplat rooms``, which has no options for them, coarse."""
     from functools import partial
@@ -120,6 +130,7 @@ def use_small_functions() -> None:
     import bisplat
 
     use_small_sizes()
+    use_quick_fits()
     limits: dict[str, dict[str, Any]] = {
         "simulate": {"n": SPECTRA, "rays": 20_000},
         "crossvalidate": {"positions": 6},
@@ -167,6 +178,8 @@ if __name__ == "__main__":
     sys.argv[:] = [__file__, *(sys.argv[1:] if asks_for_help else smaller(sys.argv[1:]))]
     if not asks_for_help:
         use_small_sizes()
+    if sys.argv[1:2] and sys.argv[1] in FITS and not asks_for_help:
+        use_quick_fits()
     if sys.argv[1:2] == ["rooms"]:
         trace_rooms_coarsely()
     serves = sys.argv[1:2] == ["view"] or "--view" in sys.argv

@@ -15,6 +15,8 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray
 
+pytestmark = pytest.mark.usefixtures("quick_fits")
+
 FREQUENCY = 2.4e9
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY
 CLOUD = ElementArray(np.random.default_rng(3).uniform(-0.06, 0.06, (12, 3)), FREQUENCY)

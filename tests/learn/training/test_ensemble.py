@@ -40,6 +40,7 @@ def test_deviations_hold_the_errors_of_validation(runs):
     assert np.mean(errors <= 1.6449 * stated) == pytest.approx(0.9, abs=0.01)
 
 
+@pytest.mark.usefixtures("quick_fits")
 def test_runs_that_have_learned_the_validation_spectra_state_no_deviation(runs, tmp_path):
     closed = replace(runs[0].config, model="helmholtz", by_steps=None)
     train_run(closed, tmp_path / "run")

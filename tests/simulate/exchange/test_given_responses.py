@@ -62,6 +62,7 @@ def test_responses_of_unknown_phase_are_not_compared_between_positions(tmp_path)
     assert described["complex responses"] == "yes, each with a phase of its own"
 
 
+@pytest.mark.usefixtures("quick_fits")
 def test_a_model_learns_from_them(tmp_path):
     """The field of one source in free space, received by a line of eight."""
     line = PlanarArray(rows=1, columns=8)

@@ -127,6 +127,7 @@ def test_band_that_is_too_wide_for_its_carrier_is_refused(over_band, tmp_path):
         read_dataset(folder)
 
 
+@pytest.mark.usefixtures("quick_fits")
 def test_a_model_of_one_of_several_frequencies_is_evaluated_at_this_one(scene, tmp_path):
     simulate(scene, tmp_path / "two", 40, propagation=SIGHT, frequencies=("2.4 GHz", 915e6))
     run = bisplat.train(read_dataset(tmp_path / "two", "2.4 GHz"), tmp_path / "run")
@@ -134,6 +135,7 @@ def test_a_model_of_one_of_several_frequencies_is_evaluated_at_this_one(scene, t
     assert bisplat.evaluate(run, ceiling=False).metrics()["ssim_median"] > 0.5
 
 
+@pytest.mark.usefixtures("quick_fits")
 def test_a_dataset_of_another_frequency_is_traced_at_this_one(scene, tmp_path):
     made = simulate(scene, tmp_path / "data", 40, propagation=SIGHT, frequencies=("1.83 GHz",))
     shown = subject(str(made.folder))
