@@ -7,6 +7,8 @@ Im w. A Hermitian covariance then becomes a symmetric matrix of twice the size.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import torch
 from jaxtyping import Float
 from torch import Tensor
@@ -32,11 +34,15 @@ class Separations:
 
     def __init__(self, a: Float[Tensor, "*b n 3"], b: Float[Tensor, "*b m 3"], wavenumbers: Float[Tensor, "3 J"]):
         self.distances: Float[Tensor, "*b n m"] = distances(a, b)
-        phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
-        self._of_a = torch.cat([phase_a.cos(), phase_a.sin()], dim=-1)
-        # Times this, summed over all columns, are the real parts of e^{jk u_j·Δ}, and beside them the imaginary ones.
+        self._a, self._b, self._wavenumbers = a, b, wavenumbers
+
+    @cached_property  # only some covariances have waves
+    def _parts(self) -> tuple[Float[Tensor, "*b n 2*J"], Float[Tensor, "*b 2*J 2*m"]]:
+        """The factors whose products, summed over the waves, are the real parts of e^{jk u_j·Δ}, then the imaginary."""
+        phase_a, phase_b = self._a @ self._wavenumbers, self._b @ self._wavenumbers
+        of_a = torch.cat([phase_a.cos(), phase_a.sin()], dim=-1)
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT
-        self._of_b = torch.cat([torch.cat([cosine, -sine], dim=-1), torch.cat([sine, cosine], dim=-1)], dim=-2)
+        return of_a, torch.cat([torch.cat([cosine, -sine], dim=-1), torch.cat([sine, cosine], dim=-1)], dim=-2)
 
     def wave_sum(self, shares: Float[Tensor, " J"]) -> tuple[Float[Tensor, "*b n m"], Float[Tensor, "*b n m"]]:
         """Real and imaginary part of ``Σ_j s_j e^{jk u_j·Δ}``.
@@ -44,7 +50,8 @@ class Separations:
         Args:
             shares: s_j, the shares of the waves in the power.
         """
-        real, imaginary = ((self._of_a * torch.cat([shares, shares])) @ self._of_b).chunk(2, dim=-1)
+        of_a, of_b = self._parts
+        real, imaginary = ((of_a * torch.cat([shares, shares])) @ of_b).chunk(2, dim=-1)
         return real, imaginary
 
 
