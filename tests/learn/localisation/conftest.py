@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import bisplat
+from learn.models import mixture_weights, vecchia
 from learn.training.run_folder import Run
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
-from tests.small_runs import use_quick_fits
 
 FIELD = Path(__file__).parents[2] / "data" / "closet" / "field.npz"
 
@@ -43,5 +43,6 @@ def folder(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def runs(folder) -> list[Run]:
     with pytest.MonkeyPatch.context() as patch:
-        use_quick_fits(patch)
+        patch.setattr(vecchia, "ITERATIONS", 15)
+        patch.setattr(mixture_weights, "FOLDS", 1)
         return [bisplat.train(folder / name, folder / f"run-{name}") for name in ("one", "two")]
