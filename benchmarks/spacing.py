@@ -123,11 +123,11 @@ def points(scene: Scene, field: Tracer | StoredField, smallest: bool) -> list[Po
     for (shape, part), region in regions(scene.transmitter.region).items():
         extents = np.ptp(region, axis=0) * scene.frequency / SPEED_OF_LIGHT
         size = float(np.prod(extents[extents > 0]))
-        least, most = SIZES[part]
+        least, most = (1, 20) if smallest else SIZES[part]
         sizes = {density: round(density * size) for density in DENSITIES}
         sizes = {density: count for density, count in sizes.items() if least <= count <= most}
         if smallest:
-            sizes = {1.0: 6} if part == "whole" else {}
+            sizes = {1.0: 12} if part == "whole" else {2.0: 12}
         if not sizes:
             continue
         known, test = (

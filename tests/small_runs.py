@@ -117,18 +117,13 @@ def small_models(monkeypatch, small, small_aperture) -> None:
     _use_small_models(monkeypatch, small, small_aperture)
 
 
-def use_quick_fits(patch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def quick_fits(monkeypatch) -> None:
     """Fits of covariances end early, and known spectra are divided into two parts to find the weights of a mixture."""
     from learn.models import mixture_weights, vecchia
 
-    patch.setattr(vecchia, "ITERATIONS", 15)
-    patch.setattr(mixture_weights, "FOLDS", 2)
-
-
-@pytest.fixture
-def quick_fits(monkeypatch) -> None:
-    """``use_quick_fits`` during a test."""
-    use_quick_fits(monkeypatch)
+    monkeypatch.setattr(vecchia, "ITERATIONS", 15)
+    monkeypatch.setattr(mixture_weights, "FOLDS", 2)
 
 
 @pytest.fixture
