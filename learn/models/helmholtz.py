@@ -104,8 +104,9 @@ class HelmholtzField(SpectrumModel):
                 of_known = field.places.numpy(), known.numpy(), weight, min(NEIGHBOURS, len(known)), LEAST_DISTANCE
                 add_mean_of_nearest(spectra, positions.numpy(), *of_known)
             elif way != "responses":
-                for some in torch.arange(len(positions)).split(PIECE):
-                    spectra[some] += weight * self._by(way, positions[some]).numpy()
+                for start in range(0, len(positions), PIECE):
+                    piece = slice(start, start + PIECE)
+                    spectra[piece] += weight * self._by(way, positions[piece]).numpy()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the weighted mean."""
