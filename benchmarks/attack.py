@@ -41,14 +41,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Attack the commands.
-
-    Args:
-        examples: number of changed inputs of each kind.
-        kills: number of times that each long command is killed.
-        smallest: a run that shows that the benchmark works; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Attack the commands."""
     tests = [f"{ATTACK}/test_option_values.py"] if smallest else [ATTACK, *OTHERS]
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "attack.json"

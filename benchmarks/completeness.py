@@ -55,13 +55,7 @@ def reflecting_planes(planes: Planes, buffer) -> np.ndarray:
 def main(
     positions: int = 5, smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False
 ) -> None:
-    """Compare the paths that two searches find, at positions of the lab.
-
-    Args:
-        positions: number of transmitter positions.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare the paths that two searches find, at positions of the lab."""
     scene = lab()
     usual, candidates = Propagation(max_depth=5, diffraction=False), CANDIDATES
     effort = replace(usual, rays=RAYS)

@@ -162,15 +162,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare Sionna's field beside a half-plane with the exact one.
-
-    Args:
-        incidences: angles between the half-plane and the direction to the source, degrees.
-        rays: number of rays of the solver.
-        figure: also draw the fields for the second angle and polarisation V into this file.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare Sionna's field beside a half-plane with the exact one."""
     degrees = np.arange(3.0, 358.0, 40.0 if smallest else 2.0)
     incidences = incidences[:2] if smallest else incidences
     places = around_edge(RECEIVER_DISTANCE, degrees)

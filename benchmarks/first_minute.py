@@ -28,12 +28,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Start the demo, and wait for its pictures.
-
-    Args:
-        smallest: a run of seconds that shows that the benchmark works: it waits for the room alone.
-        json_output: print one JSON object.
-    """
+    """Start the demo, and wait for its pictures."""
     figures: dict[str, float | None] = {}
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
@@ -54,11 +49,7 @@ def newer(page: Path, picture: Path) -> bool:
 
 
 def seconds_until(there: Callable[[], bool], began: float, demo: subprocess.Popen) -> float:
-    """Seconds from ``began`` until ``there()`` is true.
-
-    Raises:
-        SystemExit: the demo ended before, or it takes too long.
-    """
+    """Seconds from ``began`` until ``there()`` is true."""
     while not there():
         if demo.poll() is not None or time.perf_counter() - began > PATIENCE:
             raise SystemExit("first_minute: expected the demo's page, found none")

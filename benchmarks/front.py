@@ -34,13 +34,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Train on the lab, and draw the median prediction.
-
-    Args:
-        figure: file of the picture.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Train on the lab, and draw the median prediction."""
     scene = bisplat.load_scene("lab")
     with tempfile.TemporaryDirectory() as folder:
         spectra = 40 if smallest else SPECTRA

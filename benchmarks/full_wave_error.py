@@ -80,13 +80,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Solve random rooms again with finer cells, and turned.
-
-    Args:
-        rooms: seeds of the rooms.
-        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Solve random rooms again with finer cells, and turned."""
     cell, fine, positions, propagation = CELL, FINE, POSITIONS, Propagation()
     if smallest:
         rooms, cell, fine, positions = rooms[:1], 0.024, 0.02, 5

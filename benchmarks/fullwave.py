@@ -55,11 +55,7 @@ DEPTHS = {f"depth {depth}": Propagation(max_depth=depth, diffraction=False) for 
 
 
 class Clock:
-    """Counts the seconds of work that may be interrupted, and its peak memory, and keeps both in a file.
-
-    Args:
-        path: the file.
-    """
+    """Counts the seconds of work that may be interrupted, and its peak memory, and keeps both in a file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -104,15 +100,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Simulate the closet in full wave, with other cells, and without furniture.
-
-    Args:
-        folder: folder that keeps the datasets, and the seconds of the first.
-        positions: number of transmitter positions at which responses are compared.
-        ship: also write a small folder for ``bisplat simulate --field``, with points 6 cm apart.
-        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Simulate the closet in full wave, with other cells, and without furniture."""
     scene, further, depths, rays = closet(), 10_000, DEPTHS, Propagation()
     if smallest:
         scene, positions, further = smallest_room(), 5, 20

@@ -37,13 +37,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Run the commands, and copy their figures.
-
-    Args:
-        figures: folder for the figures; None: they are not kept.
-        smallest: a run of seconds that shows that the benchmark works: it draws the figures of an evaluation.
-        json_output: print one JSON object.
-    """
+    """Run the commands, and copy their figures."""
     spectra, fresh = ("140", "6") if smallest else ("600", "150")  # from fewer, a run states no deviation
     with tempfile.TemporaryDirectory() as folder:
         data, run, engines = (f"{folder}/{name}" for name in ("data", "run", "engines"))

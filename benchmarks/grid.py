@@ -37,13 +37,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Fit grids and arrays to a measured folder, and retrieve its responses.
-
-    Args:
-        measured: a measured dataset folder.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Fit grids and arrays to a measured folder, and retrieve its responses."""
     spectra = spectrum_of(read_dataset(measured).pictures)
     if smallest:
         spectra = spectra[:4]

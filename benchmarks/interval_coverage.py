@@ -133,14 +133,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Measure how often the stated intervals hold.
-
-    Args:
-        measured: a measured dataset folder.
-        folder: folder that keeps the datasets and the runs.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Measure how often the stated intervals hold."""
     figures: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) if smallest else folder

@@ -140,14 +140,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Score every method on every table of known and test spectra.
-
-    Args:
-        measured: a measured dataset folder.
-        simulated: a simulated dataset folder.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Score every method on every table of known and test spectra."""
     recorded, traced = read_dataset(measured), read_dataset(simulated)
     files, blocked = split(recorded, "files", 0), split(traced, "blocked", 0)
     block = np.arange(len(recorded.names)) // BLOCK % EVERY

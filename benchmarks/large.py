@@ -43,14 +43,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Measure what large datasets and meshes take.
-
-    Args:
-        folder: folder that keeps the dataset. Other files are removed.
-        spectra: size of the dataset.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Measure what large datasets and meshes take."""
     least, most = MOST_TRIANGLES, 5_000_000
     with tempfile.TemporaryDirectory() as temporary:
         work = Path(temporary)

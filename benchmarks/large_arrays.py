@@ -23,12 +23,7 @@ SPECTRA, SIDES = 500, (4, 8, 16)
 
 
 def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:
-    """Measure what larger arrays take.
-
-    Args:
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Measure what larger arrays take."""
     spectra, sides = (20, (4,)) if smallest else (SPECTRA, SIDES)
     figures: dict[str, Measured] = {}
     for side in sides:

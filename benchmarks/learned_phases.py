@@ -59,16 +59,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Train the models.
-
-    Args:
-        measured: a measured dataset folder.
-        field: folder of the closet's field.
-        folder: folder that keeps the closet's dataset and the runs.
-        steps: number of training steps of each run.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Train the models."""
     sizes, tested, steps = ((15,), 4, 1) if smallest else (KNOWN, TESTED, steps)
     result: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:

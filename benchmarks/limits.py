@@ -47,14 +47,7 @@ SMALLEST = 8
 
 
 def oracle(dataset: Dataset, kind: SplitKind, count: int, most: int | None) -> float:
-    """Median SSIM of weighted sums of the mean and the ``count`` nearest known pictures, weights by least squares.
-
-    Args:
-        dataset: its pictures are weighted.
-        kind: kind of the split into known and test pictures.
-        count: number of nearest pictures.
-        most: largest number of test pictures; None: all.
-    """
+    """Median SSIM of weighted sums of the mean and the ``count`` nearest known pictures, weights by least squares."""
     parts = split(dataset, kind, 0)
     pictures = spectrum_of(dataset.pictures)
     mean = pictures[parts.known].mean(axis=0).ravel()
@@ -69,12 +62,7 @@ def oracle(dataset: Dataset, kind: SplitKind, count: int, most: int | None) -> f
 
 
 def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
-    """Median SSIM of pairs of spectra by distance, of those recorded soon after one another and of the others.
-
-    Args:
-        dataset: its spectra are compared, in the order of recording.
-        most: largest number of pairs; None: all.
-    """
+    """Median SSIM of pairs of spectra by distance, of those recorded soon after one another and of the others."""
     first, second = np.triu_indices(len(dataset.names), 1)
     distance = np.linalg.norm(dataset.positions[first] - dataset.positions[second], axis=1)
     soon = second - first <= SOON
@@ -108,14 +96,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Measure the oracle, the change with distance and time, and the likeliest law.
-
-    Args:
-        measured: a measured dataset folder.
-        simulated: a simulated dataset folder.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Measure the oracle, the change with distance and time, and the likeliest law."""
     dataset = read_dataset(measured)
     kinds: tuple[SplitKind, ...] = ("files", "blocked")
     most = SMALLEST if smallest else None

@@ -70,15 +70,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Locate test transmitters.
-
-    Args:
-        simulated: a dataset folder of the lab, by rays.
-        measured: a measured dataset folder.
-        folder: folder that keeps the second gateway's dataset, the runs and their figures.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Locate test transmitters."""
     from learn.training.train import train
 
     figures: dict[str, Any] = {}

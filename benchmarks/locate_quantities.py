@@ -68,13 +68,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Locate test transmitters from powers and from channels.
-
-    Args:
-        folder: keeps the named benchmarks for the next call.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Locate test transmitters from powers and from channels."""
     from learn.benchmark.make_benchmark import make_benchmark
 
     with tempfile.TemporaryDirectory() as temporary:

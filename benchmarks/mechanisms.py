@@ -115,18 +115,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare the ray tracer's mechanisms with full wave.
-
-    Args:
-        folder: folder that keeps a full-wave dataset for each room.
-        positions: number of transmitter positions at which responses are compared.
-        positions_sionna: number of positions for Sionna's own diffraction, which takes seconds per position.
-        fields: folder with the stored field of each room. A room without a field is simulated.
-        ship: write the fields of simulated rooms to that folder, at points 8 cm apart.
-        figures: folder for drawings of each room's spectra, mechanisms-ROOM.png.
-        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare the ray tracer's mechanisms with full wave."""
     rooms, mechanisms, cell = ROOMS, MECHANISMS, CELL
     if smallest:
         rooms, positions, folder, cell = {"smallest": smallest_room}, 5, Path(tempfile.mkdtemp()), 0.024

@@ -228,14 +228,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Locate tags and predict responses.
-
-    Args:
-        measured: folder of the measured reads, with measured.npz: for each read (row) and stop (column) "phasor",
-            "rssi" (dB) and "antenna_x" (m); for each row "frequency" (Hz), "position" (x, y of the tag, m) and "tag".
-        smallest: only test the benchmark, in seconds, on made-up reads; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Locate tags and predict responses."""
     if not smallest and (measured is None or not (measured / "measured.npz").is_file()):
         sys.exit(f"{measured}: expected a folder with measured.npz, found none")
     reads = made_up() if smallest or measured is None else read_measured(measured)

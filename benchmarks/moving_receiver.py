@@ -79,13 +79,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Score predictions of moving and fixed arrays.
-
-    Args:
-        folder: keeps the simulated spectra for the next call.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Score predictions of moving and fixed arrays."""
     rooms, known = (ROOMS[:1], KNOWN[:1]) if smallest else (ROOMS, KNOWN)
     figures: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:

@@ -62,15 +62,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare spectra of neighbours.
-
-    Args:
-        folder: folder with a full-wave dataset for each room.
-        rooms: names of the datasets.
-        count: number of pairs of positions.
-        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare spectra of neighbours."""
     followed = RAYS
     if smallest:
         folder, rooms, count = Path(tempfile.mkdtemp()), ("smallest",), 3

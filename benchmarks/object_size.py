@@ -72,13 +72,7 @@ def compared(scene: Scene, positions: int, cell: float) -> dict[str, float]:
 def main(
     positions: int = 1000, smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False
 ) -> None:
-    """Compare rays with full wave around cubes.
-
-    Args:
-        positions: number of positions in the region.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare rays with full wave around cubes."""
     result: dict[str, Any] = {}
     for material in ("metal",) if smallest else ("metal", "wood"):
         for side in SIDES[:1] if smallest else SIDES:

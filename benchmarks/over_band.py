@@ -39,13 +39,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare methods on the band of csi-lab.
-
-    Args:
-        folder: of csi-lab; it is made if it is not there.
-        smallest: only test the benchmark, in seconds and on a small dataset; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare methods on the band of csi-lab."""
     from learn.band.compare_band import compare_band
     from learn.benchmark.make_benchmark import make_benchmark
     from simulate.generation.simulation import simulate

@@ -34,12 +34,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Count.
-
-    Args:
-        smallest: a run of seconds that shows that the benchmark works: it builds no site.
-        json_output: print one JSON object.
-    """
+    """Count."""
     figures: dict[str, int | None] = {"words of the README": words_of_readme()}
     for kind in KINDS:
         figures[f"pages: {kind}"] = sum(page.startswith(f"docs/{kind}/") for page in PAGES)

@@ -187,20 +187,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Train the published models at their published sizes.
-
-    Args:
-        dataset: dataset folder.
-        folder: folder that keeps the runs.
-        models: labels of the rows to train, such as bisplat or "swiftwrf (reduced)" (default: all).
-        minutes: how long each model is trained, while the others are trained, too.
-        steps: number of steps that each model is trained for, instead of the minutes.
-        matmul_precision: precision of the matrix products, as for `bisplat train`.
-        at_once: number of trainings that run at the same time.
-        figure: also draw the learning curves into this file.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Train the published models at their published sizes."""
     sizes = SMALLEST if smallest else chosen(models)
     training = Training(minutes, 2 if smallest else steps, matmul_precision)
     timed = training._replace(steps=2 if smallest else TIMED_STEPS)

@@ -49,14 +49,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare a simulated path with a measured one.
-
-    Args:
-        measured: a measured dataset folder.
-        spectra: number of simulated positions.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare a simulated path with a measured one."""
     dataset = read_dataset(measured)
     positions = place(lab(), "path", spectra, 0)
     propagation = Propagation()

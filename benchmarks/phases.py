@@ -69,14 +69,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Score fields from pictures and from responses.
-
-    Args:
-        measured: a measured dataset folder.
-        field: folder of the closet's field.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Score fields from pictures and from responses."""
 
     sizes, tested = ((12,), 4) if smallest else (KNOWN, TESTED)
     result: dict[str, Any] = {}

@@ -141,14 +141,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare planned with uniformly drawn positions.
-
-    Args:
-        field: folder of the closet's field.
-        seeds: number of seeds.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare planned with uniformly drawn positions."""
     count, tested, seeds = (12, 4, 1) if smallest else (PLANNED, TESTED, seeds)
     propagation = Propagation(max_depth=0) if smallest else Propagation()
     closet, solved = load_scene("closet"), read_stored_field(field / FIELD)

@@ -104,16 +104,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Train the paper's models to their plateau.
-
-    Args:
-        simulated: dataset folder of a simulated path (`bisplat simulate lab --placement path`).
-        measured: dataset folder of measured spectra.
-        folder: folder that keeps the runs.
-        figure: also draw the learning curves into this file.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Train the paper's models to their plateau."""
     result: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) if smallest else folder

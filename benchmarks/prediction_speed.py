@@ -146,15 +146,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Time the models.
-
-    Args:
-        dataset: folder of a dataset with responses.
-        seconds: how long each figure's call is repeated.
-        scene: the scene of the dataset, which the twin traces.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Time the models."""
     from itertools import chain
 
     from learn.training.registry import MODELS

@@ -123,13 +123,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare the import of public files with an independent reader.
-
-    Args:
-        table: file to which the figures of the independent reader are written.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare the import of public files with an independent reader."""
     figures: dict[str, Any] = {}
     expected: dict[str, Any] = {}
     for name, path in [*files()][: 3 if smallest else None]:

@@ -247,14 +247,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Measure bands, several frequencies and moving receivers.
-
-    Args:
-        folder: keeps the full-wave field of the closet for the next call.
-        cell: side of the cells in the full-wave run that rays are compared with, metres. None: the default.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Measure bands, several frequencies and moving receivers."""
     from simulate.positions.placement import place
 
     generator = np.random.default_rng(0)

@@ -72,15 +72,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Make the datasets, score the methods on every task, and write their files.
-
-    Args:
-        sets: names of the datasets.
-        folder: keeps the datasets for the next call.
-        leaderboard: folder of the files of the methods.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Make the datasets, score the methods on every task, and write their files."""
     from learn.benchmark.make_benchmark import make_benchmark
     from learn.benchmark.method_results import add_result
 

@@ -59,15 +59,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare rays with full wave in random rooms.
-
-    Args:
-        rooms: number of rooms, seeds from 0.
-        cell: size of the full-wave cells, metres.
-        weights: file for the fitted weights.
-        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare rays with full wave in random rooms."""
     positions, propagation = POSITIONS, Propagation()
     if smallest:
         rooms, cell, positions = 5, 0.024, 5
@@ -119,12 +111,7 @@ def main(
 
 
 def fitted_weights(shares: list[PowerShares], correlations: list[float]) -> Weights:
-    """The weights with which log(1 − c²) differs least from the correlations c, by its mean square.
-
-    Args:
-        shares: of some rooms.
-        correlations: of rays and full wave, in the same rooms.
-    """
+    """The weights with which log(1 − c²) differs least from the correlations c, by its mean square."""
     x = np.column_stack([np.ones(len(shares)), np.array(shares)])
     error = np.log(1 - np.array(correlations) ** 2)
 

@@ -134,15 +134,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare the renderers.
-
-    Args:
-        batch: number of spectra at a time.
-        primitives: number of primitives N_p.
-        figure: also draw time against N_p and batch into this file.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare the renderers."""
     backend, tasks_of_a_process = "inductor", 1
     if smallest:
         batch, primitives = 2, 20

@@ -50,14 +50,7 @@ def main(
     ledger: Path = LEDGER / "results.json",
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Update the entries whose runs are there, and write the page.
-
-    Args:
-        runs: folder in which the commands of the page left their results.
-        docs: folder of the pages, with generated/measurements.md and its pictures.
-        ledger: the file of the figures.
-        json_output: print {"updated", "kept"}, names of sections, as one JSON object.
-    """
+    """Update the entries whose runs are there, and write the page."""
     entries = read_entries(ledger)
     generated = docs / "generated"
     generated.mkdir(exist_ok=True)

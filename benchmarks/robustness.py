@@ -100,15 +100,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Score every method on every dataset and size.
-
-    Args:
-        measured: a measured dataset folder.
-        lab: the simulated lab.
-        output: folder that keeps the simulations of the other places.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Score every method on every dataset and size."""
     recorded, traced = read_dataset(measured), read_dataset(lab)
     tables: dict[str, tuple[Dataset, SplitKind, int | None]] = {}
     kinds: tuple[SplitKind, ...] = ("blocked", "files")

@@ -55,16 +55,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Trace diffuse reflection in the closet.
-
-    Args:
-        patches: numbers of patches.
-        rays: numbers of Sionna's rays.
-        positions: number of transmitter positions.
-        seeds: number of draws of the patches.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Trace diffuse reflection in the closet."""
     scene = rough_closet()
     if smallest:
         patches, rays, positions, seeds = patches[:1], rays[:1], 3, 2

@@ -50,11 +50,7 @@ def pictures(responses: np.ndarray) -> np.ndarray:
 
 
 class Loop:
-    """The loop of published scripts: a solver call per transmitter, which is the source; the elements are receivers.
-
-    Args:
-        max_depth: largest number of interactions on a path.
-    """
+    """The loop of published scripts: a solver call per transmitter, which is the source; the elements are receivers."""
 
     def __init__(self, max_depth: int) -> None:
         from simulate.rays.core.ray_tracer import mi, rt
@@ -142,16 +138,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare both ways to trace the lab.
-
-    Args:
-        positions: number of transmitter positions at which the spectra of both are compared.
-        dense: number of these positions that are also traced with ten million rays.
-        sizes: numbers of spectra of the timed datasets. ``ratio`` is that of the second.
-        figure: also draw the seconds against the number of positions into this file.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare both ways to trace the lab."""
     propagation, default, loop_rays, dense_rays = GEOMETRIC, Propagation(), LOOP_RAYS, DENSE_RAYS
     if smallest:
         propagation, loop_rays, dense_rays = SMALLEST, SMALLEST.rays, SMALLEST.rays

@@ -69,12 +69,7 @@ def difference_db(scene: Scene, planned: Plan) -> float:
 
 
 def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:
-    """Time both solvers.
-
-    Args:
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Time both solvers."""
     small = smallest_room()
     small_plan = plan(small, small.transmitter.region, 0.024 if smallest else 0.02)
     scene, steps = (small, 20) if smallest else (closet(), 200)

@@ -68,21 +68,13 @@ Points = Float[np.ndarray, "n 3"]
 
 
 class Point(NamedTuple):
-    """A score, and where it comes from.
+    """A score, and where it comes from."""
 
-    Attributes:
-        shape: whether the positions fill a volume or a plane.
-        part: whole or middle: of the transmitter region.
-        density: known positions per cubic or square wavelength.
-        known: number of known positions.
-        score: median SSIM at the test positions.
-    """
-
-    shape: Shape
-    part: str
-    density: float
-    known: int
-    score: float
+    shape: Shape  # whether the positions fill a volume or a plane
+    part: str  # whole or middle: of the transmitter region
+    density: float  # known positions per cubic or square wavelength
+    known: int  # number of known positions
+    score: float  # median SSIM at the test positions
 
 
 def regions(whole: Float[np.ndarray, "2 3"]) -> dict[tuple[Shape, str], Float[np.ndarray, "2 3"]]:
@@ -273,17 +265,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Measure the score over the density of the known positions.
-
-    Args:
-        measured: a measured dataset folder.
-        folder: folder that keeps the scores of each room.
-        curve: the file of the scores to write.
-        figure: also draw the curve into this file.
-        field: folder of the closet's field in full wave.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Measure the score over the density of the known positions."""
     propagation = Propagation(max_depth=0) if smallest else Propagation()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) if smallest else folder

@@ -71,13 +71,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Measure the distances of the splits.
-
-    Args:
-        measured: a measured dataset folder.
-        smallest: only test the benchmark, in seconds and with fewer positions; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Measure the distances of the splits."""
     count, sizes = (200, SIZES[:2]) if smallest else (COUNT, SIZES)
     result: dict[str, Any] = {}
     for name in ("closet", "lab"):

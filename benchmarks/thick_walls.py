@@ -92,13 +92,7 @@ def compared(scene: Scene, positions: int, cell: float, propagation: Propagation
 def main(
     positions: int = 300, smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False
 ) -> None:
-    """Compare rays through boxes and through sheets with full wave.
-
-    Args:
-        positions: number of positions in the region.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare rays through boxes and through sheets with full wave."""
     if smallest:
         quick = Propagation(max_depth=2, diffraction=False, rays=10_000)
         wall = replace(alone("wood", 0.05), gateway=Gateway((-0.5, 0, 1), facing((1, 0, 0)), 1, 1, pattern="dipole"))

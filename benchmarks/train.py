@@ -59,14 +59,6 @@ def spectra_per_minute(
     name: str, dataset: Any, batch_size: int, of: str, options: dict[str, Any], precision: Any = "highest"
 ) -> float:
     """Thousands of spectra per minute through loss and gradients: the median of five steps, after two. 0: impossible.
-
-    Args:
-        name: the model.
-        dataset: spectra to learn.
-        batch_size: number of spectra per step.
-        of: "all" or "few" pixels, "responses", or "networks": few pixels without splatting.
-        options: options of the model.
-        precision: precision of the matrix products.
     """
     # Torch and Lightning take seconds to import, which --help need not wait for.
     import numpy as np
@@ -121,14 +113,7 @@ def nothing_splatted(*arguments: Any) -> Any:
 
 
 def trained(name: str, dataset: Any, label: str, **settings: Any) -> dict[str, float]:
-    """Validation SSIM and seconds of a training on pictures alone.
-
-    Args:
-        name: the model.
-        dataset: spectra to learn.
-        label: end of the names of both figures.
-        **settings: as for ``bisplat.train``.
-    """
+    """Validation SSIM and seconds of a training on pictures alone."""
     from learn.training.train import train
 
     pictures = replace(dataset, responses=None)
@@ -145,14 +130,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Time the models, and train them at all pixels and at few.
-
-    Args:
-        dataset: folder of the dataset to train on, such as the demo's.
-        steps: number of steps of each training.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Time the models, and train them at all pixels and at few."""
     from learn.training.registry import MODELS, model_entry
     from simulate.dataset.dataset_folder import read_dataset
 

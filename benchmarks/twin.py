@@ -247,14 +247,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Score the twin.
-
-    Args:
-        folder: folder that keeps the figures of each fit.
-        figure: also draw the scores over the number of known spectra into this file; not with ``smallest``.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Score the twin."""
     found: dict[str, Figures] = {}
     with tempfile.TemporaryDirectory() as temporary:
         for study in (SMALLEST,) if smallest else (CLOSET, LAB):

@@ -244,12 +244,7 @@ def wrong_poses(scene: Scene, which: list[Unknown], far: float, count: int) -> l
 
 
 def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:
-    """Correct a described place by received powers, and by responses over a band.
-
-    Args:
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Correct a described place by received powers, and by responses over a band."""
     study, found = SMALLEST if smallest else Study(), {}
     with tempfile.TemporaryDirectory() as work:
         for part in (of_powers, of_band):

@@ -128,20 +128,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare methods in unseen rooms.
-
-    Args:
-        settings: what differs between test rooms and training rooms.
-        rooms: number of rooms in each setting (default: 8 layouts, 6 with other furniture, 4 with other positions).
-        test_rooms: how many of them are test rooms, the last ones; not with ``twin``.
-        minutes: training time of each method that learns in other rooms, in each setting.
-        folder: folder that keeps the rooms and the scores of each part for the next run.
-        twin: compare the twin in one test room of each setting, instead of the usual methods.
-        figure: also draw the mean SSIM over the number of known spectra into this file, and copy the floor plans of the
-            first setting beside it; not with ``smallest`` or ``twin``.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Compare methods in unseen rooms."""
     numbers = ROOMS if rooms is None else dict.fromkeys(settings, rooms)
     parts = OF_TWIN if twin else tuple(Part(method, GIVEN, test_rooms) for method in USUAL)
     size = SMALLEST if smallest else Size(numbers, SPECTRA, parts, minutes)

@@ -87,13 +87,7 @@ def served(looked_at: Subject) -> Iterator[tuple[str, list[Timed]]]:
 
 
 def sent(looked_at: Subject, drags: int, scoring: float) -> list[float]:
-    """Milliseconds from the arrival of a drag until the picture is sent.
-
-    Args:
-        looked_at: the run to view.
-        drags: number of drags.
-        scoring: seconds to wait before the first, while the tab computes the SSIM at the test positions.
-    """
+    """Milliseconds from the arrival of a drag until the picture is sent."""
     times = []
     with (
         served(looked_at) as (address, tabs),
@@ -161,13 +155,7 @@ def main(
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Drag the transmitter in the viewer.
-
-    Args:
-        run: folder of a trained run.
-        smallest: only test the benchmark, in seconds; its figures mean nothing.
-        json_output: print one JSON object.
-    """
+    """Drag the transmitter in the viewer."""
     looked_at = subject(str(run))
     drags, scoring = (3, 0.0) if smallest else (DRAGS, 10.0)
     in_server = sent(looked_at, drags, scoring)

@@ -77,9 +77,6 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     """Let the parser refuse control characters in escaped form, since its errors repeat the arguments.
 
     Without control characters nothing happens.
-
-    Args:
-        named: the commands by their names; none is run.
     """
     import functools
 
@@ -96,12 +93,7 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
 
 
 def refuse(sentence: str, hint: str = HINT) -> None:
-    """Print an error and exit with status 1; with ``BISPLAT_TRACEBACK=1`` also print the traceback.
-
-    Args:
-        sentence: the error.
-        hint: what follows it where there is no traceback.
-    """
+    """Print an error and exit with status 1; with ``BISPLAT_TRACEBACK=1`` also print the traceback."""
     from scenes.files.plain_text import say
 
     if os.environ.get("BISPLAT_TRACEBACK", "0") != "0":

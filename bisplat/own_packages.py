@@ -18,11 +18,7 @@ NAMES = ("scenes", "simulate", "learn")
 
 
 def claim() -> None:
-    """Reserve the three names for our packages in this process. Further calls change nothing.
-
-    Raises:
-        ImportError: another module with one of the names has already been imported.
-    """
+    """Reserve the three names for our packages in this process. Further calls change nothing."""
     for name in NAMES:
         taken = _place(sys.modules.get(name))
         if taken is not None and taken != ROOT / name:

@@ -6,12 +6,7 @@ import numpy as np
 
 
 def write_links(folder: Path, channels: np.ndarray) -> None:
-    """Write a folder as NeRF²'s MIMO data have it, with every fifth row for testing.
-
-    Args:
-        folder: the folder to make.
-        channels: [rows, antennas, subcarriers of both links].
-    """
+    """Write a folder as NeRF²'s MIMO data have it, with every fifth row for testing."""
     folder.mkdir()
     np.save(folder / "csidata.npy", channels)
     antennas = "".join(f"  - [0.0, {0.06 * number:.2f}, 2.0]\n" for number in range(channels.shape[1]))
@@ -33,15 +28,7 @@ def paths(
     directions: np.ndarray | None = None,
     antennas: int = 4,
 ) -> np.ndarray:
-    """Channels of a line of antennas: Σ gain exp(−i 2π (n delay + antenna direction)).
-
-    Args:
-        delays: [rows, paths] cycles per subcarrier.
-        gains: complex [rows, paths].
-        subcarriers: number of both links together.
-        directions: [rows, paths] cycles per antenna. None: zeros.
-        antennas: their number.
-    """
+    """Channels of a line of antennas: Σ gain exp(−i 2π (n delay + antenna direction))."""
     steps = np.zeros(delays.shape) if directions is None else directions
     phase = delays[:, None, None] * np.arange(subcarriers)[:, None]
     phase = phase + steps[:, None, None] * np.arange(antennas)[:, None, None]

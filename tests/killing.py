@@ -19,25 +19,12 @@ def kills() -> int:
 
 
 def moments(seed: int, longest: float) -> list[float]:
-    """Random seconds for as many kills as ``kills`` says.
-
-    Args:
-        seed: of the moments.
-        longest: seconds that the whole program takes.
-    """
+    """Random seconds for as many kills as ``kills`` says."""
     return (longest * np.random.default_rng(seed).uniform(0.05, 0.9, kills())).tolist()
 
 
 def finish(code: str, *arguments: str | Path) -> float:
-    """Run a Python program to its end, which has to be a success.
-
-    Args:
-        code: the program, which prints ``READY``.
-        arguments: of the program.
-
-    Returns:
-        Seconds from ``READY`` to the end.
-    """
+    """Run a Python program to its end, which has to be a success."""
     process = _start(code, arguments)
     began = time.perf_counter()
     _, errors = process.communicate()
@@ -46,16 +33,7 @@ def finish(code: str, *arguments: str | Path) -> float:
 
 
 def kill_and_finish(code: str, *arguments: str | Path, after: Sequence[float]) -> int:
-    """Run a Python program once for each moment, kill it then, and at last run it to its end.
-
-    Args:
-        code: the program, which prints ``READY``.
-        arguments: of the program.
-        after: seconds from ``READY`` to each kill.
-
-    Returns:
-        Number of runs that were killed before they had finished.
-    """
+    """Run a Python program once for each moment, kill it then, and at last run it to its end."""
     killed = 0
     for seconds in after:
         process = _start(code, arguments)

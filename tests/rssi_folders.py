@@ -11,15 +11,7 @@ import bisplat
 def write_hall(
     folder: Path, corners: ArrayLike, count: int, gateways: dict[str, tuple[float, float, float]], floor_dbm: float
 ) -> bisplat.RssiDataset:
-    """Powers at random places that follow a law of distance, with 2 dB of noise; none is received below the floor.
-
-    Args:
-        folder: the folder to make.
-        corners: (min, max) of the box of places.
-        count: number of places.
-        gateways: their positions by name.
-        floor_dbm: the floor.
-    """
+    """Powers at random places that follow a law of distance, with 2 dB of noise; none is received below the floor."""
     generator = np.random.default_rng(0)
     places = generator.uniform(*corners, (count, 3))
     distances = np.linalg.norm(places[:, None] - list(gateways.values()), axis=-1)

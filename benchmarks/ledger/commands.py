@@ -11,27 +11,14 @@ from typing import TypedDict
 
 
 class Measured(TypedDict):
-    """Of a command, from its start to its end.
+    """Of a command, from its start to its end."""
 
-    Attributes:
-        seconds: how long it took.
-        peak_gb: its largest memory.
-    """
-
-    seconds: float
-    peak_gb: float
+    seconds: float  # how long it took
+    peak_gb: float  # its largest memory
 
 
 def measured(*arguments: str, status: int = 0) -> Measured:
-    """Run ``bisplat``.
-
-    Args:
-        arguments: of the command.
-        status: the exit status that it must have.
-
-    Raises:
-        RuntimeError: it has another one; the message is what the command said.
-    """
+    """Run ``bisplat``."""
     began = time.perf_counter()
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen([sys.executable, "-m", "bisplat", *arguments], stdout=said, stderr=said)

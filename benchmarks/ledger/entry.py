@@ -12,42 +12,25 @@ from scenes.files.atomic import write_atomically
 
 @dataclass(frozen=True)
 class Measured:
-    """The figures of a section.
+    """The figures of a section."""
 
-    Attributes:
-        date: day of the measurement, YYYY-MM-DD; empty where the section has no figures.
-        machine: processor, operating system and version of Python; empty where the run does not say.
-        conditions: what else the figures depend on, such as threads and steps.
-        columns: heading of each column.
-        rows: cells of each row, as they stand on the page.
-        findings: what follows from the figures, a paragraph each (Markdown).
-    """
-
-    date: str = ""
-    machine: str = ""
-    conditions: str = ""
-    columns: list[str] = field(default_factory=list)
-    rows: list[list[str]] = field(default_factory=list)
-    findings: list[str] = field(default_factory=list)
+    date: str = ""  # day of the measurement, YYYY-MM-DD; empty where the section has no figures
+    machine: str = ""  # processor, operating system and version of Python; empty where the run does not say
+    conditions: str = ""  # what else the figures depend on, such as threads and steps
+    columns: list[str] = field(default_factory=list)  # heading of each column
+    rows: list[list[str]] = field(default_factory=list)  # cells of each row, as they stand on the page
+    findings: list[str] = field(default_factory=list)  # what follows from the figures, a paragraph each (Markdown)
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A section.
+    """A section."""
 
-    Attributes:
-        title: heading.
-        command: what made the figures, as typed; may be of several lines, or empty.
-        remarks: what a reader has to know (Markdown), or empty.
-        pictures: name of each picture's file, beside the page -> its caption.
-        measured: the figures.
-    """
-
-    title: str
-    command: str
-    remarks: str
-    pictures: dict[str, str]
-    measured: Measured
+    title: str  # heading
+    command: str  # what made the figures, as typed; may be of several lines, or empty
+    remarks: str  # what a reader has to know (Markdown), or empty
+    pictures: dict[str, str]  # name of each picture's file, beside the page -> its caption
+    measured: Measured  # the figures
 
 
 def read_entries(path: Path) -> dict[str, Entry]:

@@ -23,18 +23,7 @@ def off_db(found: np.ndarray, truth: np.ndarray) -> float:
 def one_run_of(
     scenes: list[Scene], own: int, positions: Float[np.ndarray, "K 3"], cell: float
 ) -> tuple[float, list[tuple[float, float, float]]]:
-    """One run of one element for several frequencies, against runs of each of them with its own materials.
-
-    Args:
-        scenes: the scene at each frequency.
-        own: which of them has the materials of the run.
-        positions: where the errors are measured, metres.
-        cell: side of the cells, metres.
-
-    Returns:
-        The time in that of the frequency ``own`` alone; and for each other frequency: hertz, the largest relative
-        difference of a refractive index, and the error, dB.
-    """
+    """One run of one element for several frequencies, against runs of each of them with its own materials."""
     from simulate.fullwave.cells import edge_materials
     from simulate.fullwave.element_fields import element_fields
     from simulate.fullwave.frequency_groups import index_difference

@@ -18,15 +18,7 @@ def machine() -> str:
 
 
 def print_figures(figures: dict[str, Any], as_json: bool, smallest: bool) -> None:
-    """Print the figures of a benchmark to stdout.
-
-    Args:
-        figures: name of each figure -> its value, a dictionary of figures for a table; None where there is no value,
-            since JSON has no NaN.
-        as_json: print one line of JSON, with the entries ``date``, ``machine`` and ``smallest`` added, which
-            benchmarks/results.py reads; otherwise a line for each figure.
-        smallest: whether the benchmark ran at its smallest size, so that its figures mean nothing.
-    """
+    """Print the figures of a benchmark to stdout."""
     if as_json:
         circumstances = {"date": datetime.date.today().isoformat(), "machine": machine(), "smallest": smallest}
         print(json.dumps({**figures, **circumstances}, ensure_ascii=False, allow_nan=False))

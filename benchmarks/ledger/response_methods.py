@@ -22,21 +22,13 @@ NEIGHBOURS = 4
 
 
 class Known(NamedTuple):
-    """Known responses of E antennas that stand still to one that moves.
+    """Known responses of E antennas that stand still to one that moves."""
 
-    Attributes:
-        positions: known positions of the one that moves, metres.
-        responses: responses there.
-        others: positions of the antennas that stand still, metres.
-        wavelength: metres.
-        ways: 2 if the responses are of the way there and back, otherwise 1.
-    """
-
-    positions: Float[np.ndarray, "n 3"]
-    responses: Complex[np.ndarray, "n E"]
-    others: Float[np.ndarray, "E 3"]
-    wavelength: float
-    ways: int
+    positions: Float[np.ndarray, "n 3"]  # known positions of the one that moves, metres
+    responses: Complex[np.ndarray, "n E"]  # responses there
+    others: Float[np.ndarray, "E 3"]  # positions of the antennas that stand still, metres
+    wavelength: float  # metres
+    ways: int  # 2 if the responses are of the way there and back, otherwise 1
 
     def direct(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K E"]:
         """Direct paths e^{−jkd} / d, or the squares of them."""

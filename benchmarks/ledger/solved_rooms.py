@@ -47,14 +47,7 @@ def of_one_element(scene: Scene) -> Scene:
 
 
 def solved(scene: Scene, places: Float[np.ndarray, "K 3"], cell: float, keep: bool = True) -> Complex[np.ndarray, " K"]:
-    """Responses of the array's one element in full wave, kept ones if the room was solved before.
-
-    Args:
-        scene: a room with an array of one element.
-        places: transmitter positions, metres.
-        cell: size of the cells, metres.
-        keep: read and write the file of kept responses.
-    """
+    """Responses of the array's one element in full wave, kept ones if the room was solved before."""
     name = _key(scene, places, cell)
     kept = _kept() if keep else {}
     if name in kept:

@@ -25,16 +25,7 @@ MISSING = "–"
 
 
 def with_tables(text: str, entries: dict[str, Entry], generated: str = "generated") -> str:
-    """A page with its tables as the sections have them now.
-
-    Args:
-        text: the page (Markdown).
-        entries: the measured sections, by name.
-        generated: the way from the page's folder to that of measurements.md.
-
-    Raises:
-        InputError: a comment names a section, row or column that does not exist.
-    """
+    """A page with its tables as the sections have them now."""
 
     def filled(found: re.Match[str]) -> str:
         kind, argument, *rest = (part.strip() for part in re.split(r":\s|\s\|\s", found[1]))

@@ -7,12 +7,7 @@ from pathlib import Path
 
 
 def draw(axes: Mapping[str, Mapping[str, Path]], path: Path) -> None:
-    """Draw the validation SSIM of every training.
-
-    Args:
-        axes: run folders of the trainings by label, for the title of each axis.
-        path: path of the figure.
-    """
+    """Draw the validation SSIM of every training."""
     # These imports take seconds, which --help need not wait for.
     from matplotlib.figure import Figure
 

@@ -55,11 +55,7 @@ class Fitted:
         return "received powers" if is_rssi(self.folder) else "channels (CSI)"
 
     def __call__(self, output: Path | None = None) -> ScoreTable:
-        """Fit and score the methods.
-
-        Args:
-            output: folder that keeps each fit. None: nothing is kept.
-        """
+        """Fit and score the methods."""
         from learn.comparison.makers import checked_sizes
 
         compare: Callable[..., ScoreTable]

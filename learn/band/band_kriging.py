@@ -35,13 +35,9 @@ class Kriging:
 
 
 class HelmholtzBand:
-    """``BandField``: waves whose directions and delays are fitted.
+    """``BandField``: waves whose directions and delays are fitted."""
 
-    Attributes:
-        found: what the fit found, in words.
-    """
-
-    found: str
+    found: str  # what the fit found, in words
 
     def fit(self, known: KnownBand) -> None:
         dataset = known.dataset

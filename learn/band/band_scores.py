@@ -15,23 +15,7 @@ from simulate.spectra.delay_spread import delay_spread
 def score_band(
     predicted: PredictedBand, truth: Complex[np.ndarray, "K elements subcarriers"], bandwidth: float
 ) -> dict[str, Any]:
-    """Score predicted responses over a band.
-
-    Args:
-        predicted: the prediction.
-        truth: true responses.
-        bandwidth: number of the subcarriers times their distance, Hz.
-
-    Returns:
-        - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the signal-to-noise ratio
-          10 log₁₀ ‖y‖² / ‖y − ŷ‖² over the positions, dB;
-        - "correlation_median", of ``|ŷ^H y|`` / (‖ŷ‖ ‖y‖) over all elements and subcarriers of a position;
-        - "delay_spread_error_median_ns", of the absolute error of the root mean square delay spread, ns;
-        - "coverage_90", the share of the real and imaginary parts within the stated 90 % intervals; None if the method
-          states none.
-
-        Positions whose responses are zero do not count. All scores are None if there are no others.
-    """
+    """Score predicted responses over a band."""
     snr = snr_db(predicted.responses, truth)
     heard = ~np.isnan(snr)
     if not heard.any():

@@ -53,16 +53,11 @@ class KnownBand:
 
 @dataclass(frozen=True)
 class PredictedBand:
-    """Responses that a method predicts at K positions, in the units of the known ones.
+    """Responses that a method predicts at K positions, in the units of the known ones."""
 
-    Attributes:
-        responses: the predicted responses.
-        deviation: stated standard deviation of the real and of the imaginary part of each response, the same for all
-            elements and subcarriers of a position. About 90 % of these parts are within 1.645 deviations. None: the
-            method states none.
-    """
-
-    responses: Complex[np.ndarray, "K elements subcarriers"]
+    responses: Complex[np.ndarray, "K elements subcarriers"]  # the predicted responses
+    # stated standard deviation of the real and of the imaginary part of each response, the same for all elements and
+    # subcarriers of a position. About 90 % of these parts are within 1.645 deviations. None: the method states none.
     deviation: Float[np.ndarray, " K"] | None = None
 
 
@@ -83,11 +78,7 @@ def band_frequencies(dataset: Dataset) -> Float[np.ndarray, " subcarriers"]:
 
 
 def require_band(dataset: Dataset) -> None:
-    """Refuse a dataset without responses over a band.
-
-    Raises:
-        InputError: it has none.
-    """
+    """Refuse a dataset without responses over a band."""
     if dataset.band_responses is None:
         found = "responses at the carrier alone" if dataset.responses is not None else "spectra alone"
         raise InputError(

@@ -17,16 +17,7 @@ PREDICTED_AT_ONCE = 128
 
 
 class LearnedBand:
-    """A model of ``bisplat train`` that learns the gains of delays, with its own batch size, rate and weight decay.
-
-    Args:
-        steps: number of training steps. None: as many as fit into ``KnownBand.minutes``, at most the model's own.
-
-    Attributes:
-        delays: the learned delays, rising, seconds.
-        found: the delays in words.
-        steps: number of training steps that were made.
-    """
+    """A model of ``bisplat train`` that learns the gains of delays, with its own batch size, rate and weight decay."""
 
     model: ClassVar[str]
     """Name of the model."""
@@ -34,9 +25,9 @@ class LearnedBand:
     by_steps: ClassVar[bool] = True
     """It is trained for minutes, so a comparison has it only if it is named."""
 
-    delays: Float[np.ndarray, " paths"]
-    found: str
-    steps: int
+    delays: Float[np.ndarray, " paths"]  # the learned delays, rising, seconds
+    found: str  # the delays in words
+    steps: int  # number of training steps that were made
 
     def __init__(self, steps: int | None = None):
         self._steps = steps

@@ -49,11 +49,6 @@ def array_ceiling(
 
     Recorded responses that reproduce a spectrum are the best ones. All others are found behind the spectra, which needs
     a uniform planar array; recorded ones of other arrays are taken as they are.
-
-    Args:
-        truth: true spectra, 0…1.
-        beamformer: the dataset's array and grid.
-        recorded: recorded responses behind the spectra, up to a factor. None: there are none.
     """
     if recorded is None:
         return normalise(beamformer.spectrum(retrieve_responses(truth, beamformer).responses))

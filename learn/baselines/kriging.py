@@ -28,11 +28,6 @@ class Interpolator:
     """Gaussian process with one squared-exponential kernel for all outputs.
 
     The parameters of the kernel (variance, length, noise) maximise the marginal likelihood.
-
-    Args:
-        positions: known positions, metres.
-        values: known values of the outputs there.
-        seed: seed that chooses the positions to which the parameters are fitted.
     """
 
     def __init__(self, positions: Float[np.ndarray, "n 3"], values: Float[np.ndarray, "n outputs"], seed: int):
@@ -64,16 +59,7 @@ class Interpolator:
 def krige_spectra(
     positions: Float[np.ndarray, "n 3"], spectra: Float[np.ndarray, "n 90 360"], seed: int
 ) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
-    """Interpolate the principal components of known spectra.
-
-    Args:
-        positions: known transmitter positions, metres.
-        spectra: known spectra, 0…1.
-        seed: as for ``Interpolator``.
-
-    Returns:
-        A function from other positions, metres, to spectra.
-    """
+    """Interpolate the principal components of known spectra."""
     pixels = spectra.reshape(len(spectra), -1)
     with np.errstate(invalid="ignore"):  # PCA divides 0 by 0 if all spectra are the same
         components = PCA(min(COMPONENTS, len(pixels)), random_state=seed).fit(pixels)
@@ -89,17 +75,7 @@ def krige_spectra(
 def krige_responses(
     positions: Float[np.ndarray, "n 3"], responses: Complex[np.ndarray, "n elements"], beamformer: Beamformer, seed: int
 ) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
-    """Interpolate known element responses.
-
-    Args:
-        positions: known transmitter positions, metres.
-        responses: known element responses.
-        beamformer: the dataset's array and grid.
-        seed: as for ``Interpolator``.
-
-    Returns:
-        A function from other positions, metres, to the spectra of the interpolated responses.
-    """
+    """Interpolate known element responses."""
     quick = quick_spectra(beamformer)
     interpolator = Interpolator(positions, np.concatenate([responses.real, responses.imag], axis=1), seed)
 

@@ -21,26 +21,17 @@ STRIDE = 4
 
 @dataclass(frozen=True)
 class BenchmarkSet:
-    """A dataset from a built-in place, with its tasks.
+    """A dataset from a built-in place, with its tasks."""
 
-    Attributes:
-        about: what it is, in a line.
-        kind: quantity to predict.
-        scene: name of the built-in scene.
-        count: number of positions, ``STRIDE`` steps apart on a simulated path.
-        known: numbers of known positions, a task for each; empty: all that are not tested.
-        gateways: position of each gateway of received powers, metres, world frame, by its name.
-        options: further options of ``simulate`` or ``simulate_rssi``.
-        changes: carrier frequency ("frequency") and array ("rows", "columns") instead of the scene's.
-    """
-
-    about: str
-    kind: Kind
-    scene: str
-    count: int
-    known: tuple[int, ...] = ()
+    about: str  # what it is, in a line
+    kind: Kind  # quantity to predict
+    scene: str  # name of the built-in scene
+    count: int  # number of positions, ``STRIDE`` steps apart on a simulated path
+    known: tuple[int, ...] = ()  # numbers of known positions, a task for each; empty: all that are not tested
+    # position of each gateway of received powers, metres, world frame, by its name
     gateways: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)  # further options of ``simulate`` or ``simulate_rssi``
+    # carrier frequency ("frequency") and array ("rows", "columns") instead of the scene's
     changes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -57,15 +48,10 @@ class BenchmarkSet:
 
 
 class Task(NamedTuple):
-    """Which rows are known and which are predicted.
+    """Which rows are known and which are predicted."""
 
-    Attributes:
-        split: how the tested positions are chosen, as in ``split``.
-        known: number of known positions; None: all that are not tested.
-    """
-
-    split: Literal["random", "blocked"]
-    known: int | None
+    split: Literal["random", "blocked"]  # how the tested positions are chosen, as in ``split``
+    known: int | None  # number of known positions; None: all that are not tested
 
 
 SETS: dict[str, BenchmarkSet] = {
@@ -132,15 +118,10 @@ SETS: dict[str, BenchmarkSet] = {
 
 
 class Benchmark(NamedTuple):
-    """A task of a set.
+    """A task of a set."""
 
-    Attributes:
-        of: name of the set.
-        task: name of its task.
-    """
-
-    of: str
-    task: str
+    of: str  # name of the set
+    task: str  # name of its task
 
 
 @cache

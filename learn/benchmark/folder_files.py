@@ -38,14 +38,7 @@ def is_finished(folder: Path) -> bool:
 
 
 def set_of(folder: Path) -> str:
-    """The name of the set that a finished folder holds.
-
-    Args:
-        folder: the folder.
-
-    Raises:
-        InputError: it has no record of a set, or the record names none.
-    """
+    """The name of the set that a finished folder holds."""
     path = folder / RECORD
     if not path.exists():
         raise InputError(f"{folder}: expected a folder that bisplat benchmark made, found no {RECORD} in it")

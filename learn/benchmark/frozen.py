@@ -35,10 +35,6 @@ Machines and versions of the ray tracer differ by less; another scene or other p
 
 def freeze(name: str, folder: Path) -> None:
     """Keep the facts of a set that has just been defined. Once published they never change: a change gets a new name.
-
-    Args:
-        name: name of the set.
-        folder: a folder with all of its files.
     """
     facts = {**frozen(), name: facts_of(name, folder)}
     text = json.dumps({each: facts[each] for each in SETS if each in facts}, indent=None, separators=(",", ":"))
@@ -53,15 +49,7 @@ def frozen() -> dict[str, Any]:
 
 
 def facts_of(name: str, folder: Path) -> dict[str, Any]:
-    """The facts of a folder: "positions" and "tasks" (SHA-256 of files), "values" (SHA-256), "sample" (kept values).
-
-    Args:
-        name: name of the set.
-        folder: the folder.
-
-    Raises:
-        InputError: a file is missing or cannot be read.
-    """
+    """The facts of a folder: "positions" and "tasks" (SHA-256 of files), "values" (SHA-256), "sample" (kept values)."""
     wanted = SETS[name]
     tasks = {task: {part: _digest(task_file(folder, task, part)) for part in PARTS} for task in wanted.tasks}
     values, sample = _values(wanted.kind, folder)
@@ -69,18 +57,7 @@ def facts_of(name: str, folder: Path) -> dict[str, Any]:
 
 
 def require_frozen(name: str, folder: Path) -> str:
-    """Refuse a folder that differs from the frozen set.
-
-    Args:
-        name: name of the set.
-        folder: the folder.
-
-    Returns:
-        A clause: whether it is identical or as near as machines differ.
-
-    Raises:
-        InputError: positions, an index file or the values differ.
-    """
+    """Refuse a folder that differs from the frozen set."""
     found, wanted = facts_of(name, folder), frozen()[name]
     exactly = f"expected exactly those of the benchmark dataset {name}, found others"
     if found["positions"] != wanted["positions"]:

@@ -93,12 +93,7 @@ def _write_tasks(wanted: BenchmarkSet, dataset: Made, folder: Path) -> None:
 
 
 def walk(scene: Scene, wanted: BenchmarkSet) -> Float[np.ndarray, "count 3"]:
-    """The positions of a set, metres, world frame, in whole millimetres so that no rounding changes them.
-
-    Args:
-        scene: the scene, with the array that the set has.
-        wanted: the set.
-    """
+    """The positions of a set, metres, world frame, in whole millimetres so that no rounding changes them."""
     moving = wanted.options.get("moving", "transmitter")
     offsets = AT_IT if moving == "transmitter" else element_offsets(scene.gateway, scene.wavelength)
     return place(scene, "path", STRIDE * wanted.count, SEED, offsets)[::STRIDE].round(3)
@@ -107,12 +102,7 @@ def walk(scene: Scene, wanted: BenchmarkSet) -> Float[np.ndarray, "count 3"]:
 def parts_of_tasks(
     wanted: BenchmarkSet, dataset: Made
 ) -> dict[str, tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]]:
-    """The known and the tested rows of each task, in rising order. Fewer known rows are among the more.
-
-    Args:
-        wanted: the set.
-        dataset: the dataset; of several frequencies, that of the lowest one, of which the others have the same rows.
-    """
+    """The known and the tested rows of each task, in rising order. Fewer known rows are among the more."""
     parts = {}
     for name, task in wanted.tasks.items():
         chosen = split(dataset, task.split, SEED)

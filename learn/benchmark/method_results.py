@@ -20,46 +20,26 @@ from scenes.files.schema import conform
 
 
 class Result(Struct, kw_only=True, forbid_unknown_fields=True):
-    """The scores on one benchmark.
+    """The scores on one benchmark."""
 
-    Attributes:
-        scores: by name; None where there is no value.
-        date: day of the scores, ISO 8601.
-        version: version of bisplat-wrf that scored.
-        test_sha256: SHA-256 of the task's test_index.txt.
-        values_sha256: SHA-256 of the set's values as they were frozen.
-        predictions_sha256: that of the files of the predictions; None if a comparison scored them in memory.
-    """
-
-    scores: dict[str, float | int | None]
-    date: str
-    version: str
-    test_sha256: str
-    values_sha256: str
+    scores: dict[str, float | int | None]  # by name; None where there is no value
+    date: str  # day of the scores, ISO 8601
+    version: str  # version of bisplat-wrf that scored
+    test_sha256: str  # SHA-256 of the task's test_index.txt
+    values_sha256: str  # SHA-256 of the set's values as they were frozen
+    # that of the files of the predictions; None if a comparison scored them in memory
     predictions_sha256: str | None = None
 
 
 class MethodResults(Struct, kw_only=True, forbid_unknown_fields=True):
-    """The content of a file.
+    """The content of a file."""
 
-    Attributes:
-        method: name of the method.
-        results: by name of the benchmark.
-    """
-
-    method: str
-    results: dict[str, Result]
+    method: str  # name of the method
+    results: dict[str, Result]  # by name of the benchmark
 
 
 def read_results(path: Path) -> dict[str, Any]:
-    """Read the file of a method.
-
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is no such file, or a benchmark in it is unknown.
-    """
+    """Read the file of a method."""
     content = read_json(path, "the scores of a method")
     conform(content, MethodResults, str(path))
     for name in content["results"]:
@@ -71,18 +51,7 @@ def read_results(path: Path) -> dict[str, Any]:
 
 
 def add_result(path: Path, method: str, benchmark: str, scores: dict[str, Any], replaced: bool) -> None:
-    """Add the scores on a benchmark to the file of a method, or begin the file.
-
-    Args:
-        path: the file.
-        method: name of the method.
-        benchmark: name of the benchmark.
-        scores: its scores; "predictions_sha256" among them is kept beside them.
-        replaced: whether scores on the same benchmark are replaced.
-
-    Raises:
-        InputError: the file is of another method, or has scores on the benchmark already.
-    """
+    """Add the scores on a benchmark to the file of a method, or begin the file."""
     content = require_room(path, method, benchmark, replaced)
     of, task = named_benchmark(benchmark)
     facts = frozen()[of]
@@ -107,11 +76,7 @@ def _rounded(value: float | int | None) -> float | int | None:
 
 
 def require_room(path: Path, method: str, benchmark: str, replaced: bool) -> dict[str, Any]:
-    """What is in the file of a method; an empty content if there is no such file. ``add_result`` has the arguments.
-
-    Raises:
-        InputError: as ``add_result``.
-    """
+    """What is in the file of a method; an empty content if there is no such file. ``add_result`` has the arguments."""
     if not path.exists():
         return {"method": method, "results": {}}
     content = read_results(path)

@@ -35,15 +35,7 @@ def require_folder(folder: Path) -> None:
 
 
 def predicted_spectra(folder: Path, names: Sequence[str]) -> Float[np.ndarray, "K 90 360"]:
-    """Predicted spectra: spectra.npy with real numbers [K, 90, 360], or a PNG of 8-bit grey for each test row.
-
-    Args:
-        folder: the folder.
-        names: names of the test spectra, in the order of test_index.txt.
-
-    Raises:
-        InputError: a file is missing, or of another shape, or its numbers are not finite or are grey levels.
-    """
+    """Predicted spectra: spectra.npy with real numbers [K, 90, 360], or a PNG of 8-bit grey for each test row."""
     require_folder(folder)
     path = folder / SPECTRA
     if not path.exists():
@@ -65,14 +57,6 @@ def predicted_powers(folder: Path, gateways: Sequence[str], count: int) -> Predi
     """Predicted powers: gateway_rssi.csv, and with stated 90 % intervals gateway_rssi_low.csv and _high.csv.
 
     A power below the floor, such as −100, predicts that nothing is received.
-
-    Args:
-        folder: the folder.
-        gateways: names of the gateways, whose columns may be in any order.
-        count: number of test rows.
-
-    Raises:
-        InputError: a file or a gateway is missing, there are more or fewer rows, or an interval ends below its start.
     """
     require_folder(folder)
     median = _powers(folder / POWERS, gateways, count)
@@ -89,15 +73,7 @@ def predicted_powers(folder: Path, gateways: Sequence[str], count: int) -> Predi
 
 
 def predicted_downlink(folder: Path, shape: tuple[int, int, int]) -> Complex[np.ndarray, "K A S"]:
-    """Predicted channels of the downlink: downlink.npy with complex numbers [K, antennas, subcarriers].
-
-    Args:
-        folder: the folder.
-        shape: numbers of test rows, antennas and subcarriers.
-
-    Raises:
-        InputError: the file is missing or of another shape, or its numbers are not finite.
-    """
+    """Predicted channels of the downlink: downlink.npy with complex numbers [K, antennas, subcarriers]."""
     require_folder(folder)
     path = folder / DOWNLINK
     channels = read_npy(path, Expected(f"channels {list(shape)} of the test rows", "c", shape), LARGEST)

@@ -70,11 +70,7 @@ def read_benchmark(
 
 
 def named_benchmark(name: str) -> tuple[str, str]:
-    """The set and the task of a benchmark.
-
-    Raises:
-        ParameterError: no benchmark has this name.
-    """
+    """The set and the task of a benchmark."""
     if not isinstance(name, str) or name not in benchmarks():
         hint = f"; {did_you_mean(name, benchmarks())}" if get_close_matches(str(name), benchmarks()) else ""
         raise ParameterError(

@@ -30,10 +30,6 @@ def snr_db(predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "
 
     It is 0 dB if zeros are predicted, and negative for worse predictions. It is NaN for a link of zeros.
 
-    Args:
-        predicted: predicted channels ĥ.
-        truth: measured channels h.
-
     Example:
         >>> snr_db(np.array([[[0.9, 1.0]]]), np.array([[[1.0, 1.0]]])).round(1).tolist()
         [23.0]
@@ -51,10 +47,6 @@ def correlation(
 
     It is 0 if zeros are predicted, and NaN for a link of zeros.
 
-    Args:
-        predicted: predicted channels ĥ.
-        truth: measured channels h.
-
     Example:
         >>> correlation(np.array([[[3.0j, 4.0j]]]), np.array([[[1.0, 0.0]]])).round(1).tolist()
         [0.6]
@@ -70,24 +62,7 @@ def score_channels(
     bandwidth: float | None,
     deviation: Float[np.ndarray, " K"] | None = None,
 ) -> dict[str, Any]:
-    """Score predicted channels.
-
-    Args:
-        predicted: predicted channels of the downlink.
-        truth: measured ones.
-        bandwidth: that of the downlink, Hz: the number of its subcarriers times their distance. None: it is not known.
-        deviation: stated standard deviation of the real and imaginary parts of each row. None: none is stated.
-
-    Returns:
-        - "rows": number of rows that the scores refer to, those whose downlink is not zero;
-        - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the SNR in dB over the rows;
-        - "correlation_median": of the correlation;
-        - "delay_spread_error_median_ns": of the absolute error of the root mean square delay spread, ns; None if the
-          bandwidth is not known;
-        - "coverage_90": share of the real and imaginary parts within the stated 90 % intervals; None if none are.
-
-        All scores are None if there is no such row.
-    """
+    """Score predicted channels."""
     snr = snr_db(predicted, truth)
     heard = ~np.isnan(snr)
     if not heard.any():
@@ -109,10 +84,6 @@ def score_channels(
 
 def coverage(error: Complex[np.ndarray, "K A S"], deviation: Float[np.ndarray, " K"]) -> float:
     """Share of the real and imaginary parts of errors within the 90 % interval of a normal distribution.
-
-    Args:
-        error: predictions less the truth.
-        deviation: stated standard deviation of these parts in each row.
 
     >>> coverage(np.array([[[1 + 2j]], [[1 + 2j]]]), np.array([1.0, 2.0]))
     0.75

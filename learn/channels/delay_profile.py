@@ -18,13 +18,10 @@ class Delays:
 
     Receivers often start each row at another time, which shifts all its delays. So each row's strongest delay is taken
     off first where this predicts left-out known rows better.
-
-    Attributes:
-        aligned: whether the strongest delay is taken off. Set by ``fit``, as the next.
-        covariance: that of the subcarriers of both links, with the noise, in units of the rows' mean power.
     """
 
-    aligned: bool
+    aligned: bool  # whether the strongest delay is taken off. Set by ``fit``, as the next.
+    # that of the subcarriers of both links, with the noise, in units of the rows' mean power
     covariance: Complex[np.ndarray, "2S 2S"]
 
     def fit(self, known: KnownChannels) -> None:
@@ -66,24 +63,12 @@ def _of_each(covariance: Complex[np.ndarray, "2S 2S"], uplink: Complex[np.ndarra
 
 
 def fit_profile(rows: Complex[np.ndarray, "n A N"]) -> tuple[Complex[np.ndarray, "N N"], float]:
-    """The covariance of subcarriers whose powers of delays suit channels best, with the noise, and the noise alone.
-
-    Args:
-        rows: channels over evenly spaced subcarriers. All antennas share the profile.
-    """
+    """The covariance of subcarriers whose powers of delays suit channels best, with the noise, and the noise alone."""
     power, noise = fit_delay_powers(rows)
     return profile_covariance(delay_paths(rows.shape[2], len(power)), power, noise), noise
 
 
 def regression(covariance: Complex[np.ndarray, "N M"], given: Complex[np.ndarray, "rows S"]) -> np.ndarray:
-    """The linear least-squares estimate of entries from the first S of them, y = K_yx K_xx⁻¹ x.
-
-    Args:
-        covariance: covariance of all N entries, with the noise of the first S, for the columns of those at least.
-        given: the first S entries of each row.
-
-    Returns:
-        The other entries, complex [rows, N − S].
-    """
+    """The linear least-squares estimate of entries from the first S of them, y = K_yx K_xx⁻¹ x."""
     first = given.shape[1]
     return (covariance[first:, :first] @ np.linalg.solve(covariance[:first, :first], given.T.astype(complex))).T

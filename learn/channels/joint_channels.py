@@ -38,17 +38,12 @@ class JointChannels:
     takes delays and directions for independent. Left-out known rows choose the share and the noise, and their errors
     tell the stated deviation: it is in proportion to the root mean square of the row's uplink. With more than
     ``MOST_NUMBERS`` numbers in a row, each antenna is predicted by itself, as by ``Delays``.
-
-    Attributes:
-        aligned: whether each row's strongest delay is taken off, as in ``Delays``. Set by ``fit``, as the next.
-        share: chosen share of the known rows' own covariance.
-        noise: chosen power of the noise, as a share of the mean power of the rows.
-        deviation: stated deviation of a row whose uplink has the root mean square 1. None: too few rows are known.
     """
 
-    aligned: bool
-    share: float
-    noise: float
+    aligned: bool  # whether each row's strongest delay is taken off, as in ``Delays``. Set by ``fit``, as the next.
+    share: float  # chosen share of the known rows' own covariance
+    noise: float  # chosen power of the noise, as a share of the mean power of the rows
+    # stated deviation of a row whose uplink has the root mean square 1. None: too few rows are known.
     deviation: float | None
     _alone: Delays | None
 

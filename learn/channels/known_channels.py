@@ -61,16 +61,11 @@ class KnownChannels:
 
 @dataclass(frozen=True)
 class PredictedChannels:
-    """The downlink that a method predicts for K rows, in the units of the known ones.
+    """The downlink that a method predicts for K rows, in the units of the known ones."""
 
-    Attributes:
-        downlink: the predicted channels.
-        deviation: stated standard deviation of the real and of the imaginary part of each channel, the same for all
-            antennas and subcarriers of a row. About 90 % of these parts are within 1.645 deviations. None: the method
-            states none.
-    """
-
-    downlink: Complex[np.ndarray, "K A S"]
+    downlink: Complex[np.ndarray, "K A S"]  # the predicted channels
+    # stated standard deviation of the real and of the imaginary part of each channel, the same for all antennas and
+    # subcarriers of a row. About 90 % of these parts are within 1.645 deviations. None: the method states none.
     deviation: Float[np.ndarray, " K"] | None = None
 
 

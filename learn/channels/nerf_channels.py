@@ -32,10 +32,6 @@ class NerfChannels:
 
     The uplink of the antenna, as real and imaginary parts, takes the place of the transmitter's position. Channels are
     divided by the largest known one, and the loss is the mean squared error.
-
-    Args:
-        steps: number of training steps. None: as many as fit into ``KnownChannels.minutes``, at most ``MOST_STEPS``.
-        size: rays, voxels and networks. None: the published ones if there is a GPU, otherwise reduced ones.
     """
 
     by_steps: ClassVar[bool] = True

@@ -31,14 +31,11 @@ class PlacedChannels:
     it. Two such steps are the linear minimum-mean-square-error estimate from the row's own uplink and its neighbours
     together. If the places tell nothing, as where each row has a phase of its own, this is ``JointChannels`` alone. The
     stated deviation is in proportion to what is left of the row's uplink, which shows how well the places predict it.
-
-    Attributes:
-        field: the fitted field of both links. None: the places are not used. Set by ``fit``, as the next.
-        found: what the fit found, in words.
     """
 
+    # the fitted field of both links. None: the places are not used. Set by ``fit``, as the next.
     field: BandField | None
-    found: str
+    found: str  # what the fit found, in words
 
     def fit(self, known: KnownChannels) -> None:
         self.field, self.found = None, "does not use places"

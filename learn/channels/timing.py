@@ -15,9 +15,6 @@ def strongest_ramp(channels: Complex[np.ndarray, "*rows A S"]) -> Float[np.ndarr
     The largest power of a finely sampled Fourier transform, summed over the antennas, gives it roughly. The mean phase
     between subcarriers that are half a band apart gives the rest.
 
-    Args:
-        channels: channels of antennas over evenly spaced subcarriers.
-
     Example:
         >>> float(strongest_ramp(np.exp(-0.3j * np.arange(26))[None]).round(6))
         -0.3
@@ -35,11 +32,5 @@ def strongest_ramp(channels: Complex[np.ndarray, "*rows A S"]) -> Float[np.ndarr
 def without_ramp(
     channels: Complex[np.ndarray, "*rows A N"], step: Float[np.ndarray, "*rows"], first: int = 0
 ) -> Complex[np.ndarray, "*rows A N"]:
-    """Channels after a phase ramp is taken off.
-
-    Args:
-        channels: channels of antennas over evenly spaced subcarriers.
-        step: phase step per subcarrier of each row, radians.
-        first: number of the first of these subcarriers.
-    """
+    """Channels after a phase ramp is taken off."""
     return channels * np.exp(-1j * step[..., None, None] * (first + np.arange(channels.shape[-1])))

@@ -31,13 +31,6 @@ APERTURE: dict[str, dict[str, Any]] = {
 def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, TrainedModel]]:
     """Yield the rows of a model's ablation table.
 
-    Args:
-        model: the model whose parts are switched off.
-        primitives: number of primitives in every row; the labels then state it. None: the model's own number.
-
-    Yields:
-        The label of a row, and its unfitted method.
-
     >>> [label for label, _ in variants("bisplat")]
     ['bisplat', 'bisplat without dynamic network', 'bisplat without delta decoder', 'bisplat without BST']
     """

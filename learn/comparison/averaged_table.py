@@ -29,13 +29,7 @@ class AveragedTable:
         return iter(self.rows)
 
     def averages(self) -> list[dict[str, Any]]:
-        """Average the rows over the seeds.
-
-        Returns:
-            A dictionary for each method and size, in the order in which they were measured, with "seeds", their number,
-            and, of several, the standard deviation of the score ``RANKED_BY``, as "error_spread_db" of powers,
-            "snr_spread_db" of channels and "ssim_mean_spread" in rooms.
-        """
+        """Average the rows over the seeds."""
         return averaged(self.rows, ("label", "train_size"), self.RANKED_BY)
 
     def table(self) -> list[dict[str, Any]]:

@@ -20,15 +20,6 @@ def spread_of(key: str) -> str:
 def averaged(rows: Sequence[Mapping[str, Any]], names: Sequence[str], ranked_by: str) -> list[dict[str, Any]]:
     """Average rows that differ in their seed.
 
-    Args:
-        rows: measured rows.
-        names: keys that say what a row is of, whose values are kept.
-        ranked_by: key of the score whose spread over the seeds is stated.
-
-    Returns:
-        For each group, in the order in which they were measured: ``names``; the mean of every number, None where a row
-        has none; "seeds", the number of rows; and, of several rows, ``spread_of(ranked_by)``, a standard deviation.
-
     >>> rows = [{"label": "mlp", "seed": 0, "ssim_median": 0.5}, {"label": "mlp", "seed": 1, "ssim_median": 0.75}]
     >>> averaged(rows, ["label"], "ssim_median")
     [{'label': 'mlp', 'ssim_median': 0.625, 'seeds': 2, 'ssim_spread': 0.176776695}]

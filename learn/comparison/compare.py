@@ -100,12 +100,6 @@ def spectrum_makers(models: Models) -> dict[str, Callable[[], Method]]:
 
     The label of a model of reduced size ends in "(reduced)", also a label of the user's.
 
-    Args:
-        models: as for ``compare``.
-
-    Raises:
-        ParameterError: no method is given; or one is unknown, cannot be built, or has no ``fit`` or no ``predict``.
-
     >>> list(spectrum_makers(["nearest", "kriging"]))
     ['nearest', 'kriging']
     """

@@ -37,9 +37,6 @@ def is_below_mean_picture(row: Mapping[str, Any]) -> bool:
 def doubts_of(averages: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     """What is doubtful about each row that has doubts, by ``average_name``.
 
-    Args:
-        averages: rows of ``Comparison.averages``.
-
     >>> row = {"label": "mlp", "train_size": None, "ssim_median": 0.4, "steps": 20, MEAN_PICTURE: 0.5}
     >>> doubts_of([row])
     {'mlp': 'only 20 training steps; below the mean picture (0.500)'}
@@ -57,9 +54,6 @@ def doubts_of(averages: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 def footnote_of(averages: Sequence[Mapping[str, Any]]) -> str:
     """What the mark of rows with doubts means. Empty: there are no such rows.
 
-    Args:
-        averages: rows of ``Comparison.averages``.
-
     >>> footnote_of([{"label": "mlp", "train_size": None, "ssim_median": 0.4, "steps": 20}])
     '† fewer than 100 training steps: says little'
     """
@@ -70,15 +64,7 @@ def footnote_of(averages: Sequence[Mapping[str, Any]]) -> str:
 
 
 def remark_on(averages: Sequence[Mapping[str, Any]], minutes: float | None) -> str | None:
-    """Name all rows with doubts, for a reader of the table.
-
-    Args:
-        averages: rows of ``Comparison.averages``.
-        minutes: training time of each model. None: a number of steps was asked for.
-
-    Returns:
-        One or two sentences without the last full stop. None: there are no such rows.
-    """
+    """Name all rows with doubts, for a reader of the table."""
     few = [f"{average_name(row)} ({row['steps']:g})" for row in averages if took_few_steps(row)]
     below = [
         f"{average_name(row)} ({row['ssim_median']:.3f} against {row[MEAN_PICTURE]:.3f})"

@@ -54,13 +54,7 @@ class Row(KeptRow, frozen=True, kw_only=True):
 
 
 class Experiment:
-    """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/.
-
-    Args:
-        folder: the folder, which holds a protocol.json with the settings.
-        dataset: the dataset that methods are trained and tested on.
-        settings: the settings.
-    """
+    """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/."""
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
@@ -75,11 +69,7 @@ class Experiment:
 
     @cached_property
     def test(self) -> Int[np.ndarray, " K"]:
-        """The spectra on which every method is scored: those of the test part that are not constant.
-
-        Raises:
-            InputError: there are none, or the array has fewer than three elements.
-        """
+        """The spectra on which every method is scored: those of the test part that are not constant."""
         return self.settings.tested(scorable(self.dataset, self.parts.test))
 
     @cached_property
@@ -91,17 +81,7 @@ class Experiment:
     def measure(
         self, methods: Mapping[str, Callable[[], Method]], seeds: int, sizes: Sequence[int | None] = (None,)
     ) -> None:
-        """Measure the rows that are missing: all methods with the first seed, then all with the next one.
-
-        Args:
-            methods: functions that make new, unfitted methods, by the label of their rows.
-            seeds: number of fits of each method, with seeds 0, 1, …
-            sizes: numbers of training spectra. None: all of the training part.
-
-        Raises:
-            InputError: a size is larger than the training part, none of the methods can be used on the dataset, or two
-                labels would have files of one name.
-        """
+        """Measure the rows that are missing: all methods with the first seed, then all with the next one."""
         self.kept.require_file_names(methods)
         unsuited = {label: self._unsuited(label, make) for label, make in methods.items()}
         methods = {label: make for label, make in methods.items() if unsuited[label] is None}
@@ -215,24 +195,7 @@ def begun(
     test_spectra: int | None = None,
     guard: float = 0.0,
 ) -> Iterator[Experiment]:
-    """Begin an experiment in a new folder, or continue the one in a folder, and keep other processes from it.
-
-    Args:
-        dataset: a dataset, or its folder.
-        split: how the test part is chosen.
-        output: the experiment's folder. None: a new temporary folder.
-        minutes: training time of each model that is trained by steps. None: ``steps`` is set.
-        steps: number of training steps of each such model. None: ``minutes`` is set.
-        test_spectra: largest number of test spectra to score. None: all of the test part.
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-
-    Raises:
-        InputError: the dataset cannot be read; the guard leaves no known positions; or the folder holds an experiment
-            with other settings, on other spectra or other files, or another process writes to it; or no test spectrum
-            can be scored.
-        ParameterError: no split has this name, ``test_spectra`` is not a whole number above 0, or ``guard`` is not
-            from 0 to ``GUARD_MOST``.
-    """
+    """Begin an experiment in a new folder, or continue the one in a folder, and keep other processes from it."""
     require_word(SPLITS, split=split)
     given_output = given_folder(output)
     if test_spectra is not None:

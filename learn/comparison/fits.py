@@ -29,15 +29,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Parts:
-    """The splits of a comparison: one test part, and a training and a validation part for each size.
+    """The splits of a comparison: one test part, and a training and a validation part for each size."""
 
-    Attributes:
-        of_size: the split of each size, smaller parts first; None is the whole training part.
-        distances: from the test positions to the nearest known ones of the largest part. None: positions or frequency
-            are not known.
-    """
-
-    of_size: Mapping[int | None, Split]
+    of_size: Mapping[int | None, Split]  # the split of each size, smaller parts first; None is the whole training part
+    # from the test positions to the nearest known ones of the largest part. None: positions or frequency are not
+    # known.
     distances: SplitDistances | None
 
     @classmethod
@@ -49,19 +45,7 @@ class Parts:
         sizes: Collection[int | None],
         guard: float,
     ) -> Parts:
-        """Split a dataset, and say how far test positions are from known ones.
-
-        Args:
-            dataset: spectra, received powers or channels.
-            split: how the test part is chosen.
-            seed: seed of the split.
-            sizes: numbers of training positions to keep. None: all.
-            guard: known positions nearer than this to a test position are left out, wavelengths.
-
-        Raises:
-            InputError: the dataset has too few positions for the split.
-            ParameterError: an argument is out of its range.
-        """
+        """Split a dataset, and say how far test positions are from known ones."""
         rising = sorted(sizes, key=lambda size: (size is None, size))
         of_size = {size: split_dataset(dataset, split, seed, size, guard) for size in rising}
         parts = of_size[rising[-1]]
@@ -83,15 +67,7 @@ class Parts:
 
 
 def asked_sizes(train_size: Any, things: str) -> list[int | None]:
-    """Numbers of training positions that are given as ``train_size``: one or several. None: all of them.
-
-    Args:
-        train_size: what the caller gave.
-        things: what the dataset has, in words: positions or rows.
-
-    Raises:
-        ParameterError: it is neither a whole number above 0 nor a list of different ones.
-    """
+    """Numbers of training positions that are given as ``train_size``: one or several. None: all of them."""
     if isinstance(train_size, Iterable) and not isinstance(train_size, str):
         return [*checked_sizes(things, train_size=train_size)]
     if train_size is not None:
@@ -114,19 +90,6 @@ def measure_fits(
     A row has "label", "seed", "train_size" and "known", the scores, "steps" of training (None: the method has none),
     "seconds" of the fit and the predictions, and, where the label does not say what the method is, "source", a hash
     that tells when it has to be measured again.
-
-    Args:
-        methods: functions that make new, unfitted methods, by label.
-        usual: those of our own methods, by name.
-        seeds: number of fits of each method, with seeds 0, 1, …
-        of_size: the splits by number of training positions.
-        known: function from a split and a seed to what methods learn from.
-        predict: function from a label and a fitted method to its predictions at the test part, which it checks.
-        score: function from predictions to scores, and to the arrays that figures need.
-        kept: the fits that are there, and those that are made.
-
-    Raises:
-        InputError: something went wrong in a method of the user's, or two labels would have files of one name.
     """
     kept.require_file_names(methods)
     for seed in range(seeds):
@@ -152,18 +115,7 @@ def measure_fits(
 
 
 def checked_array(label: str, what: str, given: Any, shape: tuple[int, ...], kind: str) -> Float[np.ndarray, "..."]:
-    """What a method predicts, if it is finite numbers of the right shape.
-
-    Args:
-        label: name of the method.
-        what: what is expected, in words.
-        given: what its ``predict`` returned, or a part of it.
-        shape: expected shape.
-        kind: letters of NumPy's kinds of numbers that are allowed.
-
-    Raises:
-        InputError: it is something else.
-    """
+    """What a method predicts, if it is finite numbers of the right shape."""
     found = np.asarray(given)
     if found.dtype.kind not in kind or found.shape != shape:
         seen = f"an array {list(found.shape)} of {found.dtype}"
@@ -177,22 +129,7 @@ def checked_array(label: str, what: str, given: Any, shape: tuple[int, ...], kin
 def checked_with_deviation(
     label: str, what: str, given: Any, name: str, shape: tuple[int, ...], each: str
 ) -> tuple[Complex[np.ndarray, "..."], Float[np.ndarray, " K"] | None]:
-    """What a method predicts, if it is an array, or an object with an array and perhaps a ``deviation``.
-
-    Args:
-        label: as for ``checked_array``.
-        what: as for ``checked_array``.
-        given: what its ``predict`` returned.
-        name: name of the array in the object.
-        shape: expected shape, K first.
-        each: what the K are, in words.
-
-    Returns:
-        The array, and the deviation of each of the K. None: none is stated.
-
-    Raises:
-        InputError: it is something else.
-    """
+    """What a method predicts, if it is an array, or an object with an array and perhaps a ``deviation``."""
     found = checked_array(label, what, getattr(given, name, given), shape, "cf")
     deviation = getattr(given, "deviation", None)
     if deviation is not None:

@@ -24,25 +24,16 @@ LARGEST_ARRAYS = 4000 * MEGABYTE
 
 
 class FitsProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The content of protocol.json: the settings that all rows have in common.
+    """The content of protocol.json: the settings that all rows have in common."""
 
-    Attributes:
-        dataset: absolute path of the dataset's folder.
-        predicted: what the methods predict.
-        split: how the test part is chosen.
-        seed: seed of the split.
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-        minutes: training time of each method that is trained by steps.
-        data_sha256: fingerprint of the dataset.
-    """
-
-    dataset: str
-    predicted: str
-    split: SplitKind
-    seed: Annotated[int, Meta(ge=0)]
+    dataset: str  # absolute path of the dataset's folder
+    predicted: str  # what the methods predict
+    split: SplitKind  # how the test part is chosen
+    seed: Annotated[int, Meta(ge=0)]  # seed of the split
+    # known positions nearer than this to a test position are left out, wavelengths
     guard: Annotated[float, Meta(ge=0, le=GUARD_MOST)]
-    minutes: Annotated[float, Meta(gt=0)]
-    data_sha256: str
+    minutes: Annotated[float, Meta(gt=0)]  # training time of each method that is trained by steps
+    data_sha256: str  # fingerprint of the dataset
 
 
 class FitRow(KeptRow, frozen=True, kw_only=True):
@@ -56,13 +47,7 @@ class KeptFits(KeptRows):
     """The rows in results.jsonl, and the arrays of those of the first seed in per_sample/."""
 
     def keep_fit(self, key: dict[str, Any], row: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Write a fit to the files, in place of an old one with this key.
-
-        Args:
-            key: label, seed and number of training positions.
-            row: the other entries of the row.
-            arrays: what figures need of the first seed, by name.
-        """
+        """Write a fit to the files, in place of an old one with this key."""
         if key["seed"] == 0:
             archive = io.BytesIO()
             np.savez(archive, **arrays)  # type: ignore[arg-type]
@@ -70,14 +55,7 @@ class KeptFits(KeptRows):
         self.keep(key, row)
 
     def arrays(self, expected: Mapping[str, Expected]) -> Iterator[tuple[dict[str, Any], dict[str, np.ndarray]]]:
-        """The rows of the first seed, each with its arrays.
-
-        Args:
-            expected: requirements for each array, by name.
-
-        Raises:
-            InputError: the arrays of a row are missing or damaged.
-        """
+        """The rows of the first seed, each with its arrays."""
         for row in self.rows:
             if row["seed"] == 0:
                 yield row, read_npz(self._path(row), "arrays of a comparison", expected, LARGEST_ARRAYS)
@@ -95,19 +73,7 @@ def kept_fits(
     data: Iterable[np.ndarray | None],
     schema: type[FitRow],
 ) -> Iterator[KeptFits]:
-    """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it.
-
-    Args:
-        output: the folder. None: a temporary one.
-        predicted: what the methods predict, in words.
-        dataset: the dataset's folder.
-        settings: the other entries of ``FitsProtocol``, without the fingerprint.
-        data: all arrays that methods or scores depend on. None: the dataset has none.
-        schema: the entries that every row has.
-
-    Raises:
-        InputError: as for ``kept_in``.
-    """
+    """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it."""
 
     def fingerprint() -> str:
         digest = hashlib.sha256()
@@ -123,10 +89,6 @@ def kept_fits(
 
 
 def earlier_sizes(output: Path | None) -> set[int | None]:
-    """The numbers of training positions of the rows that a folder has from earlier calls.
-
-    Args:
-        output: the folder. None: there is none.
-    """
+    """The numbers of training positions of the rows that a folder has from earlier calls."""
     rows = [] if output is None else KeptRows(output, FitRow).rows
     return {row["train_size"] for row in rows}

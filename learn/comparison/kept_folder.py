@@ -21,11 +21,7 @@ from scenes.files.schema import conform
 
 
 def given_folder(output: Path | str | None) -> Path | None:
-    """The folder that the caller gave as ``output``. None: nothing is to be kept.
-
-    Raises:
-        ParameterError: it is no path.
-    """
+    """The folder that the caller gave as ``output``. None: nothing is to be kept."""
     if output is None:
         return None
     require_path(output=output)
@@ -40,19 +36,7 @@ def kept_in(
     fingerprint: Callable[[], str],
     schemas: tuple[type[Struct], type[KeptRow]],
 ) -> Iterator[KeptRows]:
-    """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it.
-
-    Args:
-        output: the folder. None: a temporary one.
-        kind: what the folder has, for messages, such as "comparison in rooms".
-        settings: what all rows have in common, without the fingerprint; the first of them is the folder of the data.
-        fingerprint: function that computes the one of the data, for the entry "data_sha256".
-        schemas: the entries of protocol.json, and those that every row has.
-
-    Raises:
-        InputError: the folder has a comparison with other settings or of other data, or other files, or another
-            process writes to it.
-    """
+    """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it."""
     protocol, row = schemas
     if output is None:
         with tempfile.TemporaryDirectory(prefix="bisplat-") as temporary:

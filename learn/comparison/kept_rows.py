@@ -36,10 +36,6 @@ class KeptRows:
     """The rows in ``results.jsonl``, a JSON object per line.
 
     A row has a *key*, its label, seed and number of training spectra. No two rows have the same key.
-
-    Args:
-        folder: the folder of the file.
-        schema: the entries that every row has.
     """
 
     def __init__(self, folder: Path, schema: type[KeptRow]):
@@ -47,11 +43,7 @@ class KeptRows:
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """The rows measured so far, in the order in which they were measured.
-
-        Raises:
-            InputError: the file has something else.
-        """
+        """The rows measured so far, in the order in which they were measured."""
         if not os.path.lexists(self.path):
             return []
         rows = []
@@ -67,11 +59,7 @@ class KeptRows:
         return next((row for row in self.rows if key.items() <= row.items()), None)
 
     def require_file_names(self, labels: Iterable[str]) -> None:
-        """Refuse labels whose files would have the name of another label's, of this call or of a row that is kept.
-
-        Raises:
-            InputError: there are two such labels.
-        """
+        """Refuse labels whose files would have the name of another label's, of this call or of a row that is kept."""
         by_name: dict[str, str] = {}
         for label in [*(row["label"] for row in self.rows), *labels]:
             other = by_name.setdefault(_file_name(label), label)
@@ -85,13 +73,6 @@ class KeptRows:
         """Whether a row has been measured; not if its method was another one or has been edited since.
 
         What is decided is said.
-
-        Args:
-            key: the row's key.
-            name: what it is called.
-            own: whether the class is the user's.
-            source: hash of what it is (``source_of``). None: it is not known of the user's, and not needed of ours.
-            ours: names of our methods.
         """
         row = self.row(key)
         if row is None or not (own or source is not None or "source" in row):

@@ -28,18 +28,7 @@ SEEDS_MOST = 1000
 def makers(
     given: Any, find: Callable[[str], Callable[[], Any]], parameter: str, label: Callable[[str], str] = str
 ) -> dict[str, Callable[[], Any]]:
-    """Functions that make new, unfitted methods, by the label of their rows.
-
-    Args:
-        given: names, or a mapping from labels to names, classes, functions that return a method, or methods, which are
-            copied for each fit.
-        find: function from a name to the function that makes the method.
-        parameter: name of the caller's parameter, for error messages.
-        label: function from a name to the label of its rows.
-
-    Raises:
-        ParameterError: no method is given; or one is unknown, cannot be built, or has no ``fit`` or no ``predict``.
-    """
+    """Functions that make new, unfitted methods, by the label of their rows."""
     if isinstance(given, str) or not isinstance(given, Iterable):
         raise ParameterError(parameter, f"expected a list of names, or methods by label, found {shown(given)}")
     given = given if isinstance(given, Mapping) else list(given)
@@ -74,13 +63,6 @@ def chosen(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Call
 
     The label of a method of reduced size ends in "(reduced)".
 
-    Args:
-        given: as for ``makers``. None: all known methods that are not trained by steps.
-        known: functions that make methods, by name.
-
-    Raises:
-        ParameterError: as for ``makers``.
-
     >>> class Learned:
     ...     by_steps = True
     >>> list(chosen(None, {"text": str, "learned": Learned}))
@@ -107,12 +89,7 @@ def trained_by_steps(make: Callable[[], Any]) -> bool:
 
 
 def check_effort(budget: float, seeds: int, steps: int | None = None) -> None:
-    """Refuse a budget, a number of steps or a number of seeds that is out of its range.
-
-    Raises:
-        ParameterError: ``budget`` is not above 0 and at most ``MINUTES_MOST``, or ``seeds`` is not a whole number from
-            1 to ``SEEDS_MOST``, or ``steps`` one from 1 to ``STEPS_MOST``.
-    """
+    """Refuse a budget, a number of steps or a number of seeds that is out of its range."""
     if steps is not None:
         require_whole(1, STEPS_MOST, steps=steps)
     require_positive(budget=budget)
@@ -122,13 +99,6 @@ def check_effort(budget: float, seeds: int, steps: int | None = None) -> None:
 
 def checked_sizes(what: str, **sizes: Any) -> list[int]:
     """Sizes of training parts, rising.
-
-    Args:
-        what: what they are numbers of, in words.
-        sizes: the list of sizes, by the name of the parameter.
-
-    Raises:
-        ParameterError: it is no list, is empty or has a number twice, or a size is not a whole number above 0.
 
     >>> checked_sizes("positions", sizes=(200, 50))
     [50, 200]

@@ -26,11 +26,7 @@ def method_names() -> list[str]:
 
 
 def is_reduced(name: str) -> bool:
-    """Whether a model is compared at a reduced size because there is no GPU.
-
-    Args:
-        name: name of a method.
-    """
+    """Whether a model is compared at a reduced size because there is no GPU."""
     return (
         isinstance(name, str)
         and name in MODELS
@@ -40,15 +36,7 @@ def is_reduced(name: str) -> bool:
 
 
 def method_named(name: str) -> Callable[[], Method]:
-    """The function that makes a new, unfitted method.
-
-    Args:
-        name: name of a baseline or a model, or the user's own class as ``module:Class``.
-
-    Raises:
-        ParameterError: the method is unknown or needs an option, or its module cannot be imported. The message says
-            why.
-    """
+    """The function that makes a new, unfitted method."""
     if not isinstance(name, str):
         raise ParameterError("models", f"expected names of methods, found {shown(name)}")
     if name in BASELINES:

@@ -20,16 +20,7 @@ from scenes.files.errors import InputError, ParameterError
 
 
 def built(label: str, make: Callable[[], Any], parameter: str = "models") -> Any:
-    """Make a new, unfitted method.
-
-    Args:
-        label: label of its rows.
-        make: a class, or a function without parameters.
-        parameter: name of the caller's parameter, for error messages.
-
-    Raises:
-        ParameterError: it cannot be made without arguments, or has no ``fit`` or no ``predict``.
-    """
+    """Make a new, unfitted method."""
     try:
         method = make()
     except (Exception, SystemExit) as error:
@@ -46,16 +37,7 @@ def built(label: str, make: Callable[[], Any], parameter: str = "models") -> Any
 
 @contextmanager
 def named(label: str, method: Any, expected: str) -> Iterator[None]:
-    """Turn errors of a user's method into a sentence that names it. Errors of our own methods pass.
-
-    Args:
-        label: label of its rows.
-        method: the method.
-        expected: what was expected of it.
-
-    Raises:
-        InputError: something went wrong in a method of the user's.
-    """
+    """Turn errors of a user's method into a sentence that names it. Errors of our own methods pass."""
     try:
         yield
     except (Exception, SystemExit) as error:
@@ -65,16 +47,7 @@ def named(label: str, method: Any, expected: str) -> Iterator[None]:
 
 
 def checked_spectra(label: str, given: Any, count: int) -> Float[np.ndarray, "K 90 360"]:
-    """What a method predicts, if it is spectra.
-
-    Args:
-        label: name of the method.
-        given: what its ``predict`` returned.
-        count: number K of positions.
-
-    Raises:
-        InputError: it has another shape, or numbers that are complex or not finite.
-    """
+    """What a method predicts, if it is spectra."""
     spectra = np.asarray(given)
     found = f"an array {list(spectra.shape)} of {spectra.dtype}"
     if spectra.shape == (count, 90, 360) and np.isrealobj(spectra) and spectra.dtype != object:
@@ -96,12 +69,6 @@ def source_hash(method: Any) -> str | None:
     The source is that of the class and of the module it is in; of a script, it is that of the script's classes,
     functions, imports and constants. Comments and layout do not count, nor do other modules. The settings are
     ``plain_settings``.
-
-    Args:
-        method: an unfitted method.
-
-    Returns:
-        16 digits. None: the source is not known, as that of a class typed into Python's prompt.
     """
     source = _source(_class_of(method))
     if source is None:
@@ -111,14 +78,6 @@ def source_hash(method: Any) -> str | None:
 
 def source_of(label: str, method: Any, usual: Mapping[str, Callable[[], Any]]) -> str | None:
     """A hash of what a method is, which tells when a row has to be measured again.
-
-    Args:
-        label: label of its rows.
-        method: an unfitted method.
-        usual: functions that make our methods, by name.
-
-    Returns:
-        16 digits. None: the label says what the method is; or it is the user's, and its source is not known.
 
     >>> from learn.comparison.baseline_methods import BASELINES
     >>> nearest = BASELINES["nearest"]()

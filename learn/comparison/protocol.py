@@ -24,30 +24,22 @@ SPLIT_SEED = 0
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that all rows of an experiment have in common. The file protocol.json records them.
+    """Settings that all rows of an experiment have in common. The file protocol.json records them."""
 
-    Attributes:
-        dataset: absolute path of the dataset's folder.
-        split: how the test part is chosen.
-        split_seed: seed of the split.
-        minutes: training time of each model that is trained by steps. None: there is no limit, and ``steps`` is set.
-        steps: number of training steps of each such model. None: as many as fit into ``minutes``.
-        device: name of the GPU, or number of CPU threads, on which methods are trained.
-        test_spectra: largest number of test spectra, evenly spread over the test part. None: all of them.
-        dataset_sha256: fingerprint of the dataset. None: version 0.2 began the experiment and kept none.
-        guard: known positions nearer than this to a test position are left out, wavelengths. None: all are known.
-        index_sha256: digest of the index files of the split "files". None: another split, or version 0.2 kept none.
-    """
-
-    dataset: str
-    split: SplitKind
-    split_seed: int
+    dataset: str  # absolute path of the dataset's folder
+    split: SplitKind  # how the test part is chosen
+    split_seed: int  # seed of the split
+    # training time of each model that is trained by steps. None: there is no limit, and ``steps`` is set.
     minutes: float | None
-    steps: int | None
-    device: str
+    steps: int | None  # number of training steps of each such model. None: as many as fit into ``minutes``.
+    device: str  # name of the GPU, or number of CPU threads, on which methods are trained
+    # largest number of test spectra, evenly spread over the test part. None: all of them.
     test_spectra: int | None = None
+    # fingerprint of the dataset. None: version 0.2 began the experiment and kept none.
     dataset_sha256: str | None = None
+    # known positions nearer than this to a test position are left out, wavelengths. None: all are known.
     guard: float | None = None
+    # digest of the index files of the split "files". None: another split, or version 0.2 kept none.
     index_sha256: str | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
@@ -71,14 +63,7 @@ class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 def read_protocol(path: Path) -> dict[str, Any]:
-    """The settings in a protocol.json.
-
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it has something else.
-    """
+    """The settings in a protocol.json."""
     content = read_json(path, "the settings of an experiment")
     conform(content, Protocol, str(path))
     return content
@@ -89,9 +74,6 @@ def in_common(settings: dict[str, Any]) -> dict[str, Any]:
 
     The fingerprint of the data is left out, which is compared by itself, since old experiments have none. So is the
     device where the number of steps is given, since it only decides how long they take.
-
-    Args:
-        settings: those of a protocol.json.
 
     >>> in_common({"dataset": "lab", "steps": 9, "device": "2 CPU threads", "dataset_sha256": "0f"})
     {'dataset': 'lab', 'steps': 9}

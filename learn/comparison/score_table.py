@@ -38,18 +38,7 @@ class Measure(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScoreTable(AveragedTable):
-    """Base of the comparisons of powers, of channels and of responses over a band.
-
-    Attributes:
-        folder: the dataset's folder.
-        split: how the test part was chosen.
-        seed: seed of the split.
-        guard: known positions nearer than this to a test position were left out, wavelengths.
-        minutes: training time of each method that is trained by steps.
-        parts: training, validation and test part; of several sizes, those of the largest.
-        rows: a dictionary for each method, seed and size, in the order in which they were measured.
-        distances: how far the test positions are from the known ones. None: positions or frequency are not known.
-    """
+    """Base of the comparisons of powers, of channels and of responses over a band."""
 
     MEASURE: ClassVar[Measure]
     """Set by the subclass, as the next."""
@@ -57,13 +46,14 @@ class ScoreTable(AveragedTable):
     THINGS: ClassVar[str]
     """What is known and tested: positions or rows."""
 
-    folder: Path
-    split: SplitKind
-    seed: int
-    guard: float
-    minutes: float
-    parts: Split = field(repr=False)
-    rows: list[dict[str, Any]]
+    folder: Path  # the dataset's folder
+    split: SplitKind  # how the test part was chosen
+    seed: int  # seed of the split
+    guard: float  # known positions nearer than this to a test position were left out, wavelengths
+    minutes: float  # training time of each method that is trained by steps
+    parts: Split = field(repr=False)  # training, validation and test part; of several sizes, those of the largest
+    rows: list[dict[str, Any]]  # a dictionary for each method, seed and size, in the order in which they were measured
+    # how far the test positions are from the known ones. None: positions or frequency are not known.
     distances: SplitDistances | None
 
     @property
@@ -116,11 +106,6 @@ class ScoreTable(AveragedTable):
 
 
 def by_name(rows: Sequence[Mapping[str, Any]], *others: str) -> dict[str, dict[str, Any]]:
-    """Rows by ``average_name``, without the keys that say what they are of.
-
-    Args:
-        rows: averages.
-        others: further such keys.
-    """
+    """Rows by ``average_name``, without the keys that say what they are of."""
     left_out = ("label", "train_size", *others)
     return {average_name(row): {key: value for key, value in row.items() if key not in left_out} for row in rows}

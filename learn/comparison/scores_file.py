@@ -22,25 +22,14 @@ LARGEST = 100 * MEGABYTE
 
 
 def write_scores(path: Path, names: Sequence[str], scores: Scores) -> None:
-    """Write the scores of K spectra.
-
-    Args:
-        path: the CSV.
-        names: names of the K spectra.
-        scores: their scores.
-    """
+    """Write the scores of K spectra."""
     columns = zip(scores.ssim, scores.psnr, scores.mae, scores.aoa_error, strict=True)
     lines = [f"{name}," + ",".join(f"{value:.6f}" for value in row) for name, row in zip(names, columns, strict=True)]
     write_atomically(path, "\n".join([",".join(["name", *COLUMNS]), *lines, ""]).encode())
 
 
 def read_scores(path: Path) -> dict[str, Float[np.ndarray, " K"]]:
-    """Read what ``write_scores`` wrote: the scores of K spectra, by ``COLUMNS``.
-
-    Raises:
-        InputError: the path is not a regular file or not such a CSV, or a score is not a number. The message names the
-            file and the line.
-    """
+    """Read what ``write_scores`` wrote: the scores of K spectra, by ``COLUMNS``."""
     expected = "the scores of each test spectrum"
     lines = read_text(path, expected, LARGEST).splitlines()
     header = ",".join(["name", *COLUMNS])

@@ -187,11 +187,7 @@ class Comparison:
 
 
 def table_cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """The texts of a table's cells, headings first. Columns without any value are left out.
-
-    Args:
-        averages: rows of ``Comparison.averages``.
-    """
+    """The texts of a table's cells, headings first. Columns without any value are left out."""
     keys = [key for key in HEADINGS if any(key in row for row in averages)]
     lines = [["", *(HEADINGS[key] for key in keys)]]
     for row in averages:

@@ -22,16 +22,12 @@ from simulate.dataset.dataset import Dataset
 
 @dataclass
 class TrainedModel:
-    """A model trained as by ``bisplat train``, for the task's steps or for as many as fit into its minutes.
+    """A model trained as by ``bisplat train``, for the task's steps or for as many as fit into its minutes."""
 
-    Attributes:
-        model: its name in the registry.
-        options: options of the model that differ from those of its registry entry.
-        init: folder of a finished run of the same model, with whose weights training starts. None: random weights.
-    """
-
-    model: str
+    model: str  # its name in the registry
+    # options of the model that differ from those of its registry entry
     options: dict[str, Any] = field(default_factory=dict)
+    # folder of a finished run of the same model, with whose weights training starts. None: random weights.
     init: str | None = None
 
     def fit(self, task: Task) -> None:

@@ -6,12 +6,7 @@ from simulate.dataset.dataset import Dataset
 
 
 def no_comparable_phases(dataset: Dataset) -> str:
-    """What was expected and what was found, for the user, where phases of two positions cannot be compared.
-
-    Args:
-        dataset: a dataset without recorded ``responses``. Those behind pictures have a phase of their own each, and may
-            be flipped.
-    """
+    """What was expected and what was found, for the user, where phases of two positions cannot be compared."""
     apart = dataset.phases_recorded_per_position
     found = "phases that cannot be compared between positions" if apart else "pictures alone"
     return f"expected element responses with their phases, found {found}"

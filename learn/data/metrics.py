@@ -145,10 +145,6 @@ def ssim_of_each(
 
     Fits compare candidates in single precision, which is faster.
 
-    Args:
-        prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1, of the same float type.
-
     >>> truth = np.random.default_rng(0).uniform(size=(1, 90, 360))
     >>> ssim_of_each(truth, truth).round(6).tolist(), ssim_of_each(1 - truth, truth).tolist() < [0.0]
     ([1.0], True)
@@ -196,11 +192,7 @@ def aoa_error(
 
 
 def _pair(prediction: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Predicted and true spectra, checked.
-
-    Raises:
-        ParameterError: as ``ssim``.
-    """
+    """Predicted and true spectra, checked."""
     prediction, truth = check_spectra("prediction", prediction), check_spectra("truth", truth)
     if prediction.shape != truth.shape:
         raise ParameterError("prediction", f"expected the shape of truth, {truth.shape}, found {prediction.shape}")

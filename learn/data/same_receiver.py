@@ -29,14 +29,7 @@ def other_frequency(wavelength: float, found: float) -> bool:
 
 
 def other_array(array: Array, found: Array, tolerance: float = SAME_SPACING) -> bool:
-    """Whether two arrays are of different receivers.
-
-    Args:
-        array: one of them.
-        found: the other.
-        tolerance: largest difference of spacings or, of elements at given positions, of a position relative to the mean
-            of all; wavelengths.
-    """
+    """Whether two arrays are of different receivers."""
     if not (isinstance(array, PlanarArray) and isinstance(found, PlanarArray)):
         if array.elements != found.elements:
             return True

@@ -13,15 +13,7 @@ from simulate.spectra.few_elements import LEAST_ELEMENTS, too_few_elements
 
 
 def require_scorable(array: Array, place: str) -> None:
-    """Refuse arrays of one or two elements, whose spectra every method predicts equally well.
-
-    Args:
-        array: the array of the spectra.
-        place: the dataset or the scene, for the message.
-
-    Raises:
-        InputError: the array has fewer than three elements.
-    """
+    """Refuse arrays of one or two elements, whose spectra every method predicts equally well."""
     why = too_few_elements(array)
     if why is not None:
         found = f"{array.rows} × {array.columns}" if isinstance(array, PlanarArray) else array.in_words
@@ -43,15 +35,7 @@ def varies(
 
 
 def scorable(dataset: Dataset, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
-    """The test spectra that can be scored. How many cannot is said on stderr.
-
-    Args:
-        dataset: the dataset.
-        test: indices of its test spectra.
-
-    Raises:
-        InputError: the array has fewer than three elements, or all test spectra are constant.
-    """
+    """The test spectra that can be scored. How many cannot is said on stderr."""
     require_scorable(dataset.array, str(dataset.folder))
     told = varies(dataset.pictures[test])
     require_some(told, str(dataset.folder))
@@ -59,15 +43,7 @@ def scorable(dataset: Dataset, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, "
 
 
 def require_some(told: Bool[np.ndarray, " K"], place: str) -> None:
-    """Say how many spectra are constant and therefore not scored.
-
-    Args:
-        told: whether each spectrum varies.
-        place: the dataset or the scene, for the message.
-
-    Raises:
-        InputError: none of them varies.
-    """
+    """Say how many spectra are constant and therefore not scored."""
     if not told.any():
         raise InputError(f"{place}: expected test spectra that show a direction, found {len(told)} constant ones")
     if not told.all():

@@ -82,12 +82,7 @@ class SplitDistances:
 
 
 def say_distances(distances: SplitDistances, before: str = "") -> None:
-    """Say how far the test positions are from the known ones, and warn if some are near.
-
-    Args:
-        distances: those of the split.
-        before: what to say first.
-    """
+    """Say how far the test positions are from the known ones, and warn if some are near."""
     say(before + distances.sentence())
     warning = distances.warning()
     if warning is not None:
@@ -96,9 +91,6 @@ def say_distances(distances: SplitDistances, before: str = "") -> None:
 
 def distance_bands(wavelengths: Float[np.ndarray, " K"]) -> Iterator[tuple[str, Bool[np.ndarray, " K"]]]:
     """The bands of distances in words, with the positions in each.
-
-    Args:
-        wavelengths: distance of each position to the nearest known one, wavelengths.
 
     >>> [words for words, within in distance_bands(np.array([0.3, 5.0])) if within.any()]
     ['0.25 to 0.5 λ', 'over 2 λ']

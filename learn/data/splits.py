@@ -196,11 +196,7 @@ def _guarded(
     kind: SplitKind,
     things: str,
 ) -> list[Int[np.ndarray, " n"]]:
-    """The training and the validation spectra that are at least ``guard`` wavelengths from every test position.
-
-    Raises:
-        InputError: one of the two parts would be empty.
-    """
+    """The training and the validation spectra that are at least ``guard`` wavelengths from every test position."""
     from scipy.spatial import cKDTree
 
     assert dataset.positions is not None and dataset.wavelength is not None
@@ -224,11 +220,7 @@ def _guarded(
 def _areas(
     positions: Float[np.ndarray, "n 3"] | None, folder: Path, generator: np.random.Generator
 ) -> Int[np.ndarray, " n"]:
-    """Number of the area in which each position lies. Spectra at the same position lie in the same area.
-
-    Raises:
-        InputError: there are not two positions for each area, or none are known.
-    """
+    """Number of the area in which each position lies. Spectra at the same position lie in the same area."""
     from sklearn.cluster import KMeans  # slow to import
 
     if positions is None:
@@ -242,16 +234,7 @@ def _areas(
 
 
 def _about(share: float, area: Int[np.ndarray, " n"], generator: np.random.Generator) -> Bool[np.ndarray, " n"]:
-    """Choose whole areas, in an order that is drawn, that together have about a share of the spectra.
-
-    Args:
-        share: the share.
-        area: number of the area of each spectrum.
-        generator: draws the order.
-
-    Returns:
-        Whether each spectrum is in one of the chosen areas. One area at least is chosen.
-    """
+    """Choose whole areas, in an order that is drawn, that together have about a share of the spectra."""
     numbers, sizes = np.unique(area, return_counts=True)
     wanted, chosen, total = share * len(area), [], 0
     for index in generator.permutation(len(numbers)):
@@ -270,17 +253,7 @@ class SplitFile(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_split(path: Path, names: Sequence[str], folder: Path) -> Split:
-    """Read a split.json, which holds the names of the spectra of each part.
-
-    Args:
-        path: the file.
-        names: names of the dataset's spectra.
-        folder: the dataset's folder, for messages.
-
-    Raises:
-        InputError: the path is not a regular file of at most ``LARGEST_SPLIT`` bytes with a JSON object of three lists
-            of names; a name occurs twice; the training or the test part is empty; or the dataset lacks a name.
-    """
+    """Read a split.json, which holds the names of the spectra of each part."""
     expected = "the names of the spectra of each part"
     content = parse_json(read_text(path, expected, LARGEST_SPLIT), str(path), expected)
     conform(content, SplitFile, str(path))

@@ -68,11 +68,7 @@ class TorchDataset(data.Dataset[dict[str, torch.Tensor]]):
 
 
 def _checked(indices: Int[np.ndarray, " n"] | Sequence[int], count: int) -> Int[np.ndarray, " n"]:
-    """Indices that a user gave.
-
-    Raises:
-        ParameterError: as ``TorchDataset``.
-    """
+    """Indices that a user gave."""
     try:
         found = np.asarray(indices)
     except ValueError:  # lists of different lengths

@@ -232,18 +232,7 @@ def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine |
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:
-    """Choose the gateway of a scene for which a dataset was simulated.
-
-    Args:
-        dataset: a simulated dataset.
-        scene: its scene, with one or more gateways.
-
-    Returns:
-        The scene with this gateway alone.
-
-    Raises:
-        InputError: no gateway of the scene has the position and the orientation of the dataset's gateway.
-    """
+    """Choose the gateway of a scene for which a dataset was simulated."""
     require_fixed_array(dataset, "fresh simulation in its scene")
     for scene_of_gateway in scene.by_gateway().values():
         gateway = scene_of_gateway.gateway
@@ -262,10 +251,6 @@ def correlation(
     predicted: Complex[np.ndarray, "K elements"], responses: Complex[np.ndarray, "K elements"]
 ) -> Float[np.ndarray, " K"]:
     """Correlation ``|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖)`` over the elements, 0…1.
-
-    Args:
-        predicted: predicted responses ŷ.
-        responses: traced responses y.
 
     >>> responses = np.array([[1, 1j]])
     >>> correlation(2j * responses, responses).round(6).tolist(), correlation(responses.conj(), responses).tolist()

@@ -32,26 +32,16 @@ from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 @dataclass(frozen=True)
 class EngineComparison:
-    """Responses by rays and by full wave at the same K positions.
+    """Responses by rays and by full wave at the same K positions."""
 
-    Attributes:
-        name: name of the full-wave dataset's folder.
-        positions: [K, 3] transmitter positions, metres, world frame.
-        rays: [K, elements] element responses by rays.
-        full_wave: [K, elements] element responses by full wave.
-        correlation: [K] correlation ``|⟨rays, full wave⟩| / (‖rays‖ ‖full wave‖)``, 0…1.
-        level_error_db: [K] power of the rays' responses over that of the full wave's, dB.
-        scores: scores of the rays' spectra against those of the full wave.
-        expected: what correlation over all elements and positions together was to expect, if it is known.
-    """
-
-    name: str
-    positions: Float[np.ndarray, "K 3"]
-    rays: Complex[np.ndarray, "K elements"]
-    full_wave: Complex[np.ndarray, "K elements"]
-    correlation: Float[np.ndarray, " K"]
-    level_error_db: Float[np.ndarray, " K"]
-    scores: Scores
+    name: str  # name of the full-wave dataset's folder
+    positions: Float[np.ndarray, "K 3"]  # [K, 3] transmitter positions, metres, world frame
+    rays: Complex[np.ndarray, "K elements"]  # [K, elements] element responses by rays
+    full_wave: Complex[np.ndarray, "K elements"]  # [K, elements] element responses by full wave
+    correlation: Float[np.ndarray, " K"]  # [K] correlation ``|⟨rays, full wave⟩| / (‖rays‖ ‖full wave‖)``, 0…1
+    level_error_db: Float[np.ndarray, " K"]  # [K] power of the rays' responses over that of the full wave's, dB
+    scores: Scores  # scores of the rays' spectra against those of the full wave
+    # what correlation over all elements and positions together was to expect, if it is known
     expected: Expected | None = None
 
     def metrics(self) -> dict[str, Any]:
@@ -75,18 +65,7 @@ class EngineComparison:
 
 
 def compare_engines(folder: Path | str, propagation: Propagation, positions: int, seed: int = 1) -> EngineComparison:
-    """Trace the positions of a full-wave dataset by rays, between short dipoles as in full wave.
-
-    Args:
-        folder: folder of a dataset simulated with the engine fullwave, without measurement errors.
-        propagation: the mechanisms that the rays follow.
-        positions: largest number of positions, evenly spread over the dataset's order.
-        seed: seed of the rays.
-
-    Raises:
-        InputError: the folder is not such a dataset.
-        ParameterError: ``positions`` is not a whole number from 1 to ``MOST_POSITIONS``.
-    """
+    """Trace the positions of a full-wave dataset by rays, between short dipoles as in full wave."""
     require_whole(1, MOST_POSITIONS, positions=positions)
     dataset = read_dataset(folder)
     require_fixed_array(dataset, "the comparison of engines")
@@ -100,14 +79,7 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
 
 
 def expect_of_rays(scene: Scene) -> dict[str, Any]:
-    """What ``bisplat engines`` prints of a scene: how near default rays are expected to come to full wave, and why.
-
-    Args:
-        scene: the scene, with one gateway.
-
-    Returns:
-        The correlation to expect and its range, None if no power arrives in the region; and the shares of the power.
-    """
+    """What ``bisplat engines`` prints of a scene: how near default rays are expected to come to full wave, and why."""
     from simulate.rays.tracer import Tracer
 
     shares = power_shares(Tracer(scene, Propagation()), tried_positions(scene, scene.transmitter.region))
@@ -125,13 +97,7 @@ def expect_of_rays(scene: Scene) -> dict[str, Any]:
 def compare_responses(
     dataset: Dataset, chosen: Int[np.ndarray, " K"], rays: Complex[np.ndarray, "K elements"]
 ) -> EngineComparison:
-    """Compare responses by rays with those of a full-wave dataset.
-
-    Args:
-        dataset: a dataset simulated with the engine fullwave.
-        chosen: indices of the positions to compare at.
-        rays: the rays' responses at these positions.
-    """
+    """Compare responses by rays with those of a full-wave dataset."""
     assert dataset.responses is not None
     full_wave = dataset.responses[chosen]
     traced = spectrum_of(picture(dataset.beamformer.spectrum(rays)))
@@ -148,11 +114,7 @@ def compare_responses(
 
 
 def scene_for_rays(dataset: Dataset) -> Scene:
-    """The scene in which a full-wave dataset was simulated, with short dipoles as antennas.
-
-    Raises:
-        InputError: the dataset was made by another engine, or has measurement errors.
-    """
+    """The scene in which a full-wave dataset was simulated, with short dipoles as antennas."""
     if dataset.metadata.get("engine") != "fullwave":
         raise InputError(f"{dataset.folder}: expected a dataset simulated with --engine fullwave, found another one")
     errors = {name: value for name, value in dataset.metadata["measurement"].items() if value and name != "seed"}

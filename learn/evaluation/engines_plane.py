@@ -20,26 +20,17 @@ POINTS_PER_WAVELENGTH = 12
 
 @dataclass(frozen=True)
 class EnginePlane:
-    """Levels and errors on a horizontal plane through the middle of the transmitter region.
+    """Levels and errors on a horizontal plane through the middle of the transmitter region."""
 
-    Attributes:
-        name: name of the full-wave dataset's folder.
-        x: x of the points' columns, metres.
-        y: y of the points' rows, metres.
-        z: height of the plane, metres.
-        level_db: power of the full wave's responses, relative to its mean over the plane, dB.
-        errors_db: ``|rays − full wave|²`` relative to the same mean, dB, by the largest number of interactions on a
-            path.
-        paths: number of paths with at most one interaction to the element nearest the array's centre. Where it changes,
-            a direct or reflected path ends: there is a shadow boundary or a reflection boundary of geometrical optics.
-    """
-
-    name: str
-    x: Float[np.ndarray, " nx"]
-    y: Float[np.ndarray, " ny"]
-    z: float
-    level_db: Float[np.ndarray, "ny nx"]
+    name: str  # name of the full-wave dataset's folder
+    x: Float[np.ndarray, " nx"]  # x of the points' columns, metres
+    y: Float[np.ndarray, " ny"]  # y of the points' rows, metres
+    z: float  # height of the plane, metres
+    level_db: Float[np.ndarray, "ny nx"]  # power of the full wave's responses, relative to its mean over the plane, dB
+    # ``|rays − full wave|²`` relative to the same mean, dB, by the largest number of interactions on a path
     errors_db: dict[int, Float[np.ndarray, "ny nx"]]
+    # number of paths with at most one interaction to the element nearest the array's centre. Where it changes, a
+    # direct or reflected path ends: there is a shadow boundary or a reflection boundary of geometrical optics.
     paths: Int[np.ndarray, "ny nx"]
 
 
@@ -47,14 +38,6 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
     """Compare rays with a full-wave dataset's stored field at the points of a plane.
 
     The rays follow the direct path alone, then at most one interaction, then as many as ``propagation`` allows.
-
-    Args:
-        folder: folder of a dataset simulated with the engine fullwave.
-        propagation: the mechanisms that the rays follow.
-        seed: seed of the rays.
-
-    Raises:
-        InputError: the folder is not such a dataset, or its stored field is missing or of another array or region.
     """
     dataset = read_dataset(folder)
     scene = scene_for_rays(dataset)

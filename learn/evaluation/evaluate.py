@@ -272,14 +272,6 @@ def evaluate(
 
 def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
     """Refuse another dataset whose spectra are not what a run predicts. Warn if the end that stands still is elsewhere.
-
-    Args:
-        run: the run.
-        known: the dataset that it was trained on.
-        tested: the other dataset.
-
-    Raises:
-        InputError: it is of another frequency or array, or another end moves.
     """
     wavelength, array = float(run.model.wavelength), run.beamformer.array
     if other_frequency(wavelength, tested.wavelength):

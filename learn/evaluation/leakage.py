@@ -77,15 +77,7 @@ class Leakage:
 
 
 def leakage(dataset: Dataset, parts: Split | None = None) -> Leakage | None:
-    """Leakage of a split of a dataset.
-
-    Args:
-        dataset: a dataset.
-        parts: the split. None: the dataset's own, as train_index.txt and test_index.txt define it.
-
-    Returns:
-        Distance and similarity of at most ``COMPARED`` test spectra. None: no spectra are known, or none are tested.
-    """
+    """Leakage of a split of a dataset."""
     known, tested = (dataset.train, dataset.test) if parts is None else (parts.known, parts.test)
     if not (len(known) and len(tested)):
         return None

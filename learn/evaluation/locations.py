@@ -29,22 +29,14 @@ NEAREST = (1, 4)
 
 @dataclass(frozen=True)
 class Locations:
-    """K located test transmitters.
+    """K located test transmitters."""
 
-    Attributes:
-        names: names of their spectra.
-        truth: [K, 3] their true positions, metres, world frame.
-        places: the places where each may be, from ``bisplat.locate``.
-        known: [n, 3] known positions, metres.
-        further_runs: names of the runs of further gateways.
-        by_fingerprint: [K, 3] mean position of the k most similar known spectra, metres, for each k of ``NEAREST``.
-    """
-
-    names: list[str]
-    truth: Float[np.ndarray, "K 3"]
-    places: list[list[Place]]
-    known: Float[np.ndarray, "n 3"]
-    further_runs: list[str]
+    names: list[str]  # names of their spectra
+    truth: Float[np.ndarray, "K 3"]  # [K, 3] their true positions, metres, world frame
+    places: list[list[Place]]  # the places where each may be, from ``bisplat.locate``
+    known: Float[np.ndarray, "n 3"]  # [n, 3] known positions, metres
+    further_runs: list[str]  # names of the runs of further gateways
+    # [K, 3] mean position of the k most similar known spectra, metres, for each k of ``NEAREST``
     by_fingerprint: dict[int, Float[np.ndarray, "K 3"]]
 
     @property
@@ -70,32 +62,16 @@ class Locations:
 
 
 class Heard(NamedTuple):
-    """Test transmitters that one or several gateways received.
+    """Test transmitters that one or several gateways received."""
 
-    Attributes:
-        runs: a trained run for each gateway.
-        datasets: their datasets, of the same transmitters.
-        known: indices of the spectra that the first run knows.
-        test: indices of the test spectra that are to be located.
-    """
-
-    runs: list[Run]
-    datasets: list[Dataset]
-    known: Int[np.ndarray, " n"]
-    test: Int[np.ndarray, " K"]
+    runs: list[Run]  # a trained run for each gateway
+    datasets: list[Dataset]  # their datasets, of the same transmitters
+    known: Int[np.ndarray, " n"]  # indices of the spectra that the first run knows
+    test: Int[np.ndarray, " K"]  # indices of the test spectra that are to be located
 
 
 def heard_by(runs: Sequence[Run | Path]) -> Heard:
-    """The test transmitters of a run's dataset, at most ``LOCATED``. Pictures of one grey level are left out.
-
-    Args:
-        runs: a trained run, or its folder. Further runs are those of other gateways that received the same
-            transmitters.
-
-    Raises:
-        InputError: a run or its dataset cannot be read; all test spectra have one grey level; the datasets of several
-            gateways are not of the same transmitters; or a run was trained on test spectra of the first run.
-    """
+    """The test transmitters of a run's dataset, at most ``LOCATED``. Pictures of one grey level are left out."""
     loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
     datasets = [run.dataset() for run in loaded]
     parts = loaded[0].split(datasets[0])
@@ -114,12 +90,7 @@ def heard_by(runs: Sequence[Run | Path]) -> Heard:
 
 
 def evaluate_locations(heard: Heard, report: Report = lambda phase, done, total: None) -> Locations:
-    """Locate test transmitters from their pictures.
-
-    Args:
-        heard: the transmitters, from ``heard_by``.
-        report: told the progress, as by ``locate``.
-    """
+    """Locate test transmitters from their pictures."""
     runs, datasets, known, test = heard
     pictures = [each.pictures[test] for each in datasets]
     alike = np.zeros((len(test), len(known)))

@@ -13,34 +13,21 @@ from learn.training.run_folder import Run
 class Origin:
     """Where a model comes from.
 
-    Attributes:
-        model: the model's name, or ``module:Class``.
-        dataset: name of the folder of the dataset it was trained on.
-        split: kind, guard and seed of the split, in words.
-        seed: seed of the training.
-        train: number of training spectra.
-        validation: number of validation spectra.
-
     Example:
         >>> Origin("helmholtz", "lab", "random, seed 0", seed=0, train=18, validation=2)
         Origin(model='helmholtz', dataset='lab', split='random, seed 0', seed=0, train=18, validation=2)
     """
 
-    model: str
-    dataset: str
-    split: str
-    seed: int
-    train: int
-    validation: int
+    model: str  # the model's name, or ``module:Class``
+    dataset: str  # name of the folder of the dataset it was trained on
+    split: str  # kind, guard and seed of the split, in words
+    seed: int  # seed of the training
+    train: int  # number of training spectra
+    validation: int  # number of validation spectra
 
     @classmethod
     def of(cls, run: Run, parts: Split) -> Origin:
-        """The origin of a run's model.
-
-        Args:
-            run: the run.
-            parts: its split of its dataset.
-        """
+        """The origin of a run's model."""
         config = run.config
         words = split_words(config.split, config.guard, config.split_seed)
         counts = (len(parts.train), len(parts.validation))

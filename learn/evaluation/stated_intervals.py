@@ -60,11 +60,6 @@ def intervals_by_distance(
 ) -> Iterator[tuple[str, StatedIntervals]]:
     """The intervals of each band of distances that has any, with the band in words.
 
-    Args:
-        errors_in_deviations: absolute errors at P pixels, divided by the deviation.
-        deviation: the stated deviation of each spectrum; nan far from everything known.
-        wavelengths: distance of each spectrum's position to the nearest known one, wavelengths.
-
     Example:
         >>> list(intervals_by_distance(np.array([[0.5]]), np.array([0.1]), np.array([3.0])))
         [('over 2 λ', StatedIntervals(spectra=1, share=1.0, width=0.328...))]

@@ -41,19 +41,12 @@ class Expected(NamedTuple):
 
 @dataclass(frozen=True)
 class ScoreCurve:
-    """The score over the density of the known positions. Each of its three lines rises, or is level.
+    """The score over the density of the known positions. Each of its three lines rises, or is level."""
 
-    Attributes:
-        density: [k] rising; known positions per cubic or square wavelength.
-        low: [k] median SSIM of the room with the lowest.
-        middle: [k] the median over the rooms.
-        high: [k] that of the room with the highest.
-    """
-
-    density: Float[np.ndarray, " k"]
-    low: Float[np.ndarray, " k"]
-    middle: Float[np.ndarray, " k"]
-    high: Float[np.ndarray, " k"]
+    density: Float[np.ndarray, " k"]  # [k] rising; known positions per cubic or square wavelength
+    low: Float[np.ndarray, " k"]  # [k] median SSIM of the room with the lowest
+    middle: Float[np.ndarray, " k"]  # [k] the median over the rooms
+    high: Float[np.ndarray, " k"]  # [k] that of the room with the highest
 
     @classmethod
     def over(cls, rooms: Mapping[str, Mapping[float, float]]) -> ScoreCurve:
@@ -61,9 +54,6 @@ class ScoreCurve:
 
         More positions never make a room harder. So where a score falls with the density, which is chance, the line is
         level.
-
-        Args:
-            rooms: by the room's name: density -> median SSIM.
 
         >>> curve = ScoreCurve.over({"a": {1: 0.7, 2: 0.8}, "b": {1: 0.8, 2: 0.9, 4: 0.95}})
         >>> [round(each, 2) for each in curve.at(2)]
@@ -90,12 +80,7 @@ class ScoreCurve:
 
 
 def scores_in(file: Path, shape: Shape) -> dict[str, dict[float, float]]:
-    """The measured scores of a file: by the room's name, density -> median SSIM.
-
-    Args:
-        file: written by ``benchmarks/spacing.py``.
-        shape: "volume" or "plane".
-    """
+    """The measured scores of a file: by the room's name, density -> median SSIM."""
     rooms = json.loads(file.read_text())["rooms"]
     return {room: {float(density): score for density, score in scores[shape].items()} for room, scores in rooms.items()}
 
@@ -109,10 +94,6 @@ def score_curve(shape: Shape) -> ScoreCurve:
 def expected_score(density: float, flat: bool) -> Expected:
     """The median SSIM that ``helmholtz`` reaches between known positions of a density.
 
-    Args:
-        density: known positions per cubic wavelength; if they are flat, per square wavelength.
-        flat: whether they lie in a plane, as with every transmitter at one height.
-
     Example:
         >>> low, middle, high = expected_score(8, flat=False)
         >>> low < middle < high < expected_score(32, flat=False).high
@@ -123,11 +104,6 @@ def expected_score(density: float, flat: bool) -> Expected:
 
 def is_as_measured(rows: int, columns: int, spacing: float) -> bool:
     """Whether the curves were measured with uniform planar arrays like this one.
-
-    Args:
-        rows: rows of elements.
-        columns: columns of elements.
-        spacing: distance between neighbouring elements, wavelengths.
 
     >>> is_as_measured(4, 4, 0.491), is_as_measured(4, 4, 2.7), is_as_measured(8, 8, 0.5)
     (True, False, False)
@@ -142,11 +118,6 @@ def _is_measured(array: Array) -> bool:
 
 def expectation(spacing: Spacing, array: Array, responses: bool) -> str:
     """One sentence: the mean spacing of known positions, and the score to expect from it.
-
-    Args:
-        spacing: of the known positions.
-        array: with which their spectra are measured.
-        responses: whether the responses behind the spectra are known, too.
 
     >>> from simulate.spectra.array import PlanarArray
     >>> expectation(Spacing(known=90, shape="path", size=9.0), PlanarArray(), responses=True)
@@ -172,11 +143,6 @@ def expectation(spacing: Spacing, array: Array, responses: bool) -> str:
 def facts(spacing: Spacing, array: Array, responses: bool) -> dict[str, Any]:
     """The spacing and the score to expect as numbers, for JSON.
 
-    Args:
-        spacing: of the known positions.
-        array: with which their spectra are measured.
-        responses: whether the responses behind the spectra are known, too.
-
     >>> from simulate.spectra.array import PlanarArray
     >>> facts(Spacing(known=90, shape="path", size=9.0), PlanarArray(), responses=True)
     {'known_positions_fill': 'path', 'mean_spacing_wavelengths': 0.1, 'expected_ssim': None}
@@ -189,14 +155,7 @@ def facts(spacing: Spacing, array: Array, responses: bool) -> dict[str, Any]:
 
 
 def say_expectation(known: Float[np.ndarray, "n 3"], wavelength: float, array: Array, responses: bool) -> None:
-    """Say how densely known positions lie and what score to expect; nothing if their spacing cannot be told.
-
-    Args:
-        known: known positions in the order of measurement, metres.
-        wavelength: metres.
-        array: with which the spectra are measured.
-        responses: whether the responses behind the spectra are known, too.
-    """
+    """Say how densely known positions lie and what score to expect; nothing if their spacing cannot be told."""
     spacing = Spacing.between(known, wavelength)
     if spacing is not None:
         say(expectation(spacing, array, responses))

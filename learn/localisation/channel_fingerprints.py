@@ -26,26 +26,17 @@ LEAST_POWER = 0.01
 
 
 class Fingerprint(NamedTuple):
-    """Two fingerprints of n rows.
+    """Two fingerprints of n rows."""
 
-    Attributes:
-        waves: channels of length 1 whose strongest delay is taken off; the squared scalar product of two tells whether
-            they agree phase by phase, as only places within a fraction of a wavelength do.
-        powers: powers of directions and delays, dB, which also tell places that are farther apart.
-    """
-
+    # channels of length 1 whose strongest delay is taken off; the squared scalar product of two tells whether they
+    # agree phase by phase, as only places within a fraction of a wavelength do
     waves: Complex[np.ndarray, "n E"]
+    # powers of directions and delays, dB, which also tell places that are farther apart
     powers: Float[np.ndarray, "n F"]
 
 
 class ChannelFingerprints:
-    """Fingerprints of the channels of one base station.
-
-    Args:
-        antennas: positions of the antennas, metres.
-        wavelength: metres.
-        known: channels of the known rows, none of them zero.
-    """
+    """Fingerprints of the channels of one base station."""
 
     def __init__(
         self, antennas: Float[np.ndarray, "A 3"], wavelength: float, known: Complex[np.ndarray, "n A S"]

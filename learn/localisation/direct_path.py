@@ -34,27 +34,19 @@ class DirectPath:
         ⟨g_n g*_m⟩ = gain · e^{−Δ² / 2ℓ²},   ⟨m_n m*_m⟩ = multipath · sin(kΔ) / kΔ,   ⟨w_n w*_m⟩ = noise · δ_nm
 
     with the distance Δ of antennas n and m.
-
-    Attributes:
-        antennas: positions of the antenna, metres, world frame.
-        wavelength: metres.
-        boresight: unit vector in which the antenna looks, world frame: the direct path's magnitude then has the factor
-            cos θ of the angle from it. None: it looks in all directions alike.
-        phases_only: the responses have phases but no magnitudes, so that the direct path's magnitude is 1 everywhere.
-        gain: variance of g.
-        length: ℓ, wavelengths.
-        multipath: power of m.
-        noise: power of w.
     """
 
-    antennas: Float[np.ndarray, "N 3"]
-    wavelength: float
+    antennas: Float[np.ndarray, "N 3"]  # positions of the antenna, metres, world frame
+    wavelength: float  # metres
+    # unit vector in which the antenna looks, world frame: the direct path's magnitude then has the factor cos θ of
+    # the angle from it. None: it looks in all directions alike.
     boresight: Float[np.ndarray, " 3"] | None = None
+    # the responses have phases but no magnitudes, so that the direct path's magnitude is 1 everywhere
     phases_only: bool = False
-    gain: float = 0.45
-    length: float = 0.45
-    multipath: float = 0.06
-    noise: float = 0.001
+    gain: float = 0.45  # variance of g
+    length: float = 0.45  # ℓ, wavelengths
+    multipath: float = 0.06  # power of m
+    noise: float = 0.001  # power of w
 
     def quieter(self, factor: float) -> DirectPath:
         """The model with this factor on the variances of g, m and w."""
@@ -66,10 +58,6 @@ class DirectPath:
         """Logarithm of the likelihood of each tag's responses at each point, up to a constant.
 
         It is that of the most likely size of α: −N log(hᴴ C⁻¹ h) − log|C| with the covariance C of h / α.
-
-        Args:
-            points: metres, world frame.
-            responses: of K tags.
         """
         whitened = self._whiten(responses.T)
         energy = np.square(np.abs(whitened)).sum(axis=0)
@@ -83,12 +71,7 @@ class DirectPath:
     def log_likelihood_at(
         self, points: Float[np.ndarray, "M 3"], responses: Complex[np.ndarray, "M N"]
     ) -> Float[np.ndarray, " M"]:
-        """As ``log_likelihood``, of one point for each tag.
-
-        Args:
-            points: metres, world frame.
-            responses: of M tags.
-        """
+        """As ``log_likelihood``, of one point for each tag."""
         whitened = self._whiten(responses.T)
         energy = np.square(np.abs(whitened)).sum(axis=0)
         found = np.empty(len(points))

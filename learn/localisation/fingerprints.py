@@ -27,11 +27,7 @@ JUDGED = 100
 
 
 class Fingerprints:
-    """Fingerprints of an array's spectra.
-
-    Args:
-        beamformer: the array and the grid of its spectra.
-    """
+    """Fingerprints of an array's spectra."""
 
     def __init__(self, beamformer: Beamformer):
         self.pixels = quadrature(beamformer)
@@ -41,20 +37,11 @@ class Fingerprints:
         self._weights = weights / weights.sum()
 
     def of_pictures(self, pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K F"]:
-        """Fingerprints of pictures.
-
-        Args:
-            pictures: as in a dataset.
-        """
+        """Fingerprints of pictures."""
         return self._of(spectrum_of(pictures[:, self.pixels.rows][:, :, self.pixels.columns]))
 
     def predicted(self, run: Run, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K F"]:
-        """Fingerprints that a run predicts.
-
-        Args:
-            run: a trained run.
-            positions: transmitter positions, metres, world frame.
-        """
+        """Fingerprints that a run predicts."""
         found = []
         with torch.inference_mode():
             for batch in batches_for(run.model, positions, AT_ONCE):
@@ -75,9 +62,6 @@ class Field:
     (``learn.training.deviation``), and the weights add up to 1. A gateway whose predictions may be far off therefore
     counts less. Deviations fitted to few validation spectra are uncertain, so they are moved towards each other. If a
     run states none, all weights are equal.
-
-    Args:
-        runs: a trained run for each gateway, in one world frame.
     """
 
     def __init__(self, runs: Sequence[Run]):
@@ -133,10 +117,6 @@ def inverse_variance_weights(
     A variance that is estimated from validation spectra is uncertain, so that the logarithms are spread more widely
     than the true ones. They keep the share max(0, 1 − (mean of u) / (their variance)) of their distance to the mean,
     where u is the variance of each logarithm (empirical Bayes [efron1973]).
-
-    Args:
-        variances: σ², each estimated from the errors of K spectra.
-        uncertain: u, which is 2/K for normally distributed errors that are the same over a spectrum.
 
     >>> inverse_variance_weights(np.array([1.0, 4.0]), np.array([0.0, 0.0])).tolist()
     [0.8, 0.2]

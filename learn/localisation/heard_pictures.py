@@ -31,17 +31,6 @@ def heard_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarray,
     """Read pictures, and check that the gateway of a run can have recorded them.
 
     A warning is printed if the folder does not state its array, and the array of the run does not explain the pictures.
-
-    Args:
-        folder: a dataset folder, or a folder of pictures 00001.png and on.
-        run: the run that is to locate their transmitters.
-
-    Returns:
-        The names and the pictures.
-
-    Raises:
-        InputError: the folder has no pictures, or some cannot be read; or its metadata.json or gateway_info.yml states
-            another array, grid or frequency than that of the run, or another gateway than that of its dataset.
     """
     if other := not_spectra(folder):
         raise InputError(other)
@@ -52,16 +41,7 @@ def heard_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarray,
 
 
 def parts_of(names: list[str], folder: Path, run: Run) -> list[str]:
-    """Tell which part of a run's split each picture is of.
-
-    Args:
-        names: names of the pictures.
-        folder: where they are: a dataset folder, or a folder of pictures.
-        run: the run.
-
-    Returns:
-        "train", "validation" or "test" for pictures of the run's dataset, and "new" for others.
-    """
+    """Tell which part of a run's split each picture is of."""
     own = Path(run.config.dataset).resolve()
     if folder.resolve() not in (own, own / "spectrum"):
         return [NEW] * len(names)
@@ -74,16 +54,7 @@ def parts_of(names: list[str], folder: Path, run: Run) -> list[str]:
 
 
 def require_unseen(run: Run, first: Run, learned: list[str]) -> None:
-    """Refuse a run that was trained on test spectra of the first run.
-
-    Args:
-        run: a further run.
-        first: the first run.
-        learned: names of the first run's test spectra that the further run was trained on.
-
-    Raises:
-        InputError: there are any.
-    """
+    """Refuse a run that was trained on test spectra of the first run."""
     if learned:
         raise InputError(
             f"{run.folder}: expected a run that was not trained on test spectra of {first.folder}, found one "

@@ -21,28 +21,14 @@ SAME_PLACE = 0.1
 
 
 class HeardRows(NamedTuple):
-    """What was heard of K transmitters.
+    """What was heard of K transmitters."""
 
-    Attributes:
-        rows: powers [K, G], in dBm, or channels of the uplink [K, A, S].
-        truth: the positions of the transmitters, where they are known, metres.
-    """
-
-    rows: Shaped[np.ndarray, "K *each"]
-    truth: Float[np.ndarray, "K 3"] | None
+    rows: Shaped[np.ndarray, "K *each"]  # powers [K, G], in dBm, or channels of the uplink [K, A, S]
+    truth: Float[np.ndarray, "K 3"] | None  # the positions of the transmitters, where they are known, metres
 
 
 def heard_powers(path: Path, survey: RssiDataset) -> HeardRows:
-    """Read powers of transmitters at unknown places, with the survey's gateways in its order.
-
-    Args:
-        path: a CSV as gateway_rssi.csv, or a folder of received powers.
-        survey: the survey.
-
-    Raises:
-        InputError: the file or folder cannot be read, lacks a gateway of the survey, has it elsewhere or has another
-            one, was heard at another frequency, or the powers cannot be in dBm.
-    """
+    """Read powers of transmitters at unknown places, with the survey's gateways in its order."""
     truth, places = None, None
     if path.is_dir():
         heard = read_rssi(path)
@@ -69,16 +55,7 @@ def heard_powers(path: Path, survey: RssiDataset) -> HeardRows:
 
 
 def heard_channels(path: Path, known: CsiDataset) -> HeardRows:
-    """Read channels of the uplink of transmitters at unknown places.
-
-    Args:
-        path: a folder of channels (CSI).
-        known: the channels with positions.
-
-    Raises:
-        InputError: the folder cannot be read, or is of other antennas, another frequency or another number of
-            subcarriers.
-    """
+    """Read channels of the uplink of transmitters at unknown places."""
     heard = read_csi(path)
     found, expected = heard.uplink.shape[1:], known.uplink.shape[1:]
     if found != expected:

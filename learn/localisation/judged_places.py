@@ -29,12 +29,6 @@ def by_powers(
 
     A fingerprint is the list of powers, with the dataset's floor for what was not received. Trilateration takes the
     point, of those in ``locate_powers``, with the least squared error of the received powers.
-
-    Args:
-        dataset: the survey.
-        known: indices of its positions to use. None: all of them.
-        heard: powers of the transmitters, dBm; NaN where nothing was received.
-        seed: seed of the points.
     """
     task = KnownPowers.of(dataset, np.arange(len(dataset)) if known is None else known, seed)
     seen, there = (np.where(np.isnan(each), dataset.floor_dbm, each) for each in (heard, task.powers))
@@ -48,14 +42,7 @@ def by_powers(
 def by_channels(
     dataset: CsiDataset, known: Int[np.ndarray, " n"] | None, heard: Complex[np.ndarray, "K A S"], seed: int
 ) -> dict[str, Float[np.ndarray, "K 3"]]:
-    """Positions of the most correlated known rows, up to level, common phase and timing.
-
-    Args:
-        dataset: channels with positions.
-        known: indices of the rows to use. None: all of them.
-        heard: channels of the uplink; rows of zeros get the position of any row.
-        seed: as for ``locate_channels``.
-    """
+    """Positions of the most correlated known rows, up to level, common phase and timing."""
     regression, fingerprints = fit_regression(dataset, known, seed)
     sent = heard.any(axis=(1, 2))
     apart = np.ones((len(heard), len(regression.positions)))
@@ -74,12 +61,6 @@ def error_rows(
 
     Transmitters without a place are left out. The row of ``locate`` also has the share of true positions within the
     stated 90 % region of the most probable place.
-
-    Args:
-        places: places of each transmitter.
-        truth: their true positions.
-        simpler: positions by other methods.
-        known: known positions, metres.
 
     >>> place = Place(np.zeros(3), np.eye(3), 1.0, 0.0)
     >>> error_rows([[place], []], np.array([[3.0, 0, 4], [0, 0, 0]]), {}, np.vstack([np.eye(3), -np.eye(3)]))

@@ -32,14 +32,7 @@ class Maxima(NamedTuple):
 def maximise(
     model: DirectPath, rows: Complex[np.ndarray, "M N"], starts: Float[np.ndarray, "M 3"], box: Float[np.ndarray, "2 3"]
 ) -> Maxima:
-    """Newton's steps from the starts, and the covariances from the curvature at their ends.
-
-    Args:
-        model: the likelihood.
-        rows: responses of a tag for each start.
-        starts: metres, world frame.
-        box: corners (min, max) of the box in which the maxima stay, metres.
-    """
+    """Newton's steps from the starts, and the covariances from the curvature at their ends."""
     free = np.flatnonzero(box[1] > box[0])
     positions, value = starts.copy(), model.log_likelihood_at(starts, rows)
     step = np.full((len(starts), len(free)), STEP * model.wavelength)

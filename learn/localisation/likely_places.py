@@ -23,11 +23,7 @@ ROUNDS = 20
 
 
 def cell_variance(points: Float[np.ndarray, "n 3"]) -> float:
-    """Variance of a position within the cell of its point, m²: the square of the median distance of neighbours.
-
-    Args:
-        points: metres.
-    """
+    """Variance of a position within the cell of its point, m²: the square of the median distance of neighbours."""
     if len(points) < 2:
         return 0.0
     return float(np.median(cKDTree(points).query(points, k=2)[0][:, 1])) ** 2
@@ -41,15 +37,6 @@ def likely_places(
     The mean of all likely points has the least mean square error, as long as they are in one cluster. They are split in
     two (by 2-means) where both parts are clearly apart on the line between their means: where Ashman's D = √2
     ``|m₁ − m₂|`` / √(s₁² + s₂²) is above 5 [ashman1994].
-
-    Args:
-        points: points of equal volume, metres, world frame.
-        likely: logarithm of their likelihood, up to a constant.
-        misfit: misfit of a transmitter at each point.
-        cell: variance of a position within the cell of a point, m².
-
-    Returns:
-        The places, the most probable one first.
 
     >>> line = np.linspace(0, 1, 50)[:, None] * [1, 0, 0]
     >>> [place] = likely_places(line, np.zeros(50), np.zeros(50), 1e-4)

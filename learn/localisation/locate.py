@@ -154,11 +154,7 @@ def _checked_pictures(pictures: Sequence[np.ndarray], count: int) -> list[np.nda
 
 
 def grid_warning(runs: Sequence[Run]) -> str | None:
-    """A warning about a region so large that the grid may miss a transmitter. None: there is no such risk.
-
-    Args:
-        runs: as for ``locate``.
-    """
+    """A warning about a region so large that the grid may miss a transmitter. None: there is no such risk."""
     region, wavelength = common_region(runs), float(runs[0].model.wavelength)
     points = grid_in(region, SPACING * wavelength, MOST_POINTS)
     widest = max(float(np.diff(np.unique(axis)).max(initial=0)) for axis in points.T) / wavelength
@@ -171,11 +167,7 @@ def grid_warning(runs: Sequence[Run]) -> str | None:
 
 
 def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
-    """Corners (min, max) of the box that the training positions of all runs share, metres, world frame.
-
-    Raises:
-        InputError: the runs share no position.
-    """
+    """Corners (min, max) of the box that the training positions of all runs share, metres, world frame."""
     boxes = np.stack([run.model.region.double().cpu().numpy() for run in runs])
     region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
     if (region[0] > region[1]).any():

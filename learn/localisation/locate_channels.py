@@ -90,13 +90,7 @@ def locate_channels(
 def fit_regression(
     dataset: CsiDataset, known: Int[np.ndarray, " n"] | None, seed: int
 ) -> tuple[PositionRegression, ChannelFingerprints]:
-    """The regression of the known rows' positions, and the fingerprints that it takes.
-
-    Args:
-        dataset: channels with positions.
-        known: indices of the rows to use. None: all of them.
-        seed: draws ``MOST_KNOWN`` rows of more.
-    """
+    """The regression of the known rows' positions, and the fingerprints that it takes."""
     if dataset.positions is None:
         raise InputError(f"{dataset.folder}: expected positions (tx_pos.csv) of known rows, found none")
     indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))

@@ -53,10 +53,6 @@ class PowerLikelihood:
     The density about the predicted median is the split normal one: deviations below and above it are those of the two
     ends of the 90 % interval, since fading is skewed. A power that was not received is one below the floor. The errors
     of different gateways are independent.
-
-    Args:
-        predicted: predicted powers at the points, with intervals.
-        floor: power below which a gateway receives nothing, dBm.
     """
 
     def __init__(self, predicted: PredictedPowers, floor: float):
@@ -66,12 +62,7 @@ class PowerLikelihood:
         self._above = np.maximum((predicted.high - predicted.median) / END, LEAST_DEVIATION)
 
     def __call__(self, powers: Float[np.ndarray, " G"], level: float) -> Float[np.ndarray, " n"]:
-        """Logarithm of the likelihood of a transmitter's powers at each point, up to a constant.
-
-        Args:
-            powers: dBm; NaN where nothing was received.
-            level: how much stronger this transmitter is than the survey's, dB.
-        """
+        """Logarithm of the likelihood of a transmitter's powers at each point, up to a constant."""
         heard = ~np.isnan(powers)
         stated = np.where(self._over(powers, level) > 0, self._above, self._below)
         error = self._over(powers, level) / stated
@@ -178,22 +169,13 @@ def located_by_powers(
 
 def points_among(known: Float[np.ndarray, "n 3"], seed: int) -> Float[np.ndarray, "N 3"]:
     """Points drawn uniformly in the box around known positions, metres. The hull of few positions would be too small.
-
-    Args:
-        known: metres.
-        seed: seed of the draw.
     """
     low, high = bounding_box(known)
     return np.random.default_rng(seed).uniform(low, high, (POINTS, 3))
 
 
 def estimated_level(likelihood: PowerLikelihood, powers: Float[np.ndarray, "K G"]) -> float:
-    """The most probable level of a device that sent at K unknown places, dB; 0 if no other is clearly more probable.
-
-    Args:
-        likelihood: of powers at points that are equally probable.
-        powers: dBm; NaN where nothing was received.
-    """
+    """The most probable level of a device that sent at K unknown places, dB; 0 if no other is clearly more probable."""
     chosen = evenly(powers, LEVEL_ROWS)
     gains = np.array([sum(logsumexp(likelihood(row, level)) for row in chosen) for level in LEVELS])
     gains -= np.square(LEVELS / LEVEL_SPREAD) / 2

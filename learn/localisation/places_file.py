@@ -33,14 +33,7 @@ NEW = "new"
 def write_places(
     path: Path, names: Sequence[str], places: Sequence[Sequence[Place]], parts: Sequence[str] | None = None
 ) -> None:
-    """Write the CSV.
-
-    Args:
-        path: the file.
-        names: names of the pictures.
-        places: places of each transmitter, from ``locate``.
-        parts: part of the run's split that each picture is of. None: all are new.
-    """
+    """Write the CSV."""
     parts = parts or [NEW] * len(names)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -55,17 +48,7 @@ def write_places(
 
 
 def read_places(path: Path) -> dict[str, np.ndarray]:
-    """Read the most probable place of each transmitter.
-
-    Args:
-        path: a CSV as ``write_places`` writes it.
-
-    Returns:
-        Position [3] (metres, world frame) by name of the picture.
-
-    Raises:
-        InputError: there is no such file, its header is another one, or a position is not three finite numbers.
-    """
+    """Read the most probable place of each transmitter."""
     rows = csv.DictReader(StringIO(read_text(path, "a CSV of places", LARGEST)))
     if tuple(rows.fieldnames or ()) not in (HEADER, WITHOUT_PART):
         raise InputError(f"{path}, line 1: expected the header {','.join(HEADER)}, found {shown(rows.fieldnames)}")

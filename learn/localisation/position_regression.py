@@ -37,10 +37,6 @@ class PositionRegression:
 
     Its parts fall exponentially with how unlike two fingerprints are. The parts' shares and scales are those of the
     greatest likelihood, times weak priors, of positions that are correlated normal along the axes of their extent.
-
-    Args:
-        known: fingerprints of at least ten rows.
-        positions: their positions, not all the same, metres.
     """
 
     def __init__(self, known: Fingerprint, positions: Float[np.ndarray, "n 3"]):

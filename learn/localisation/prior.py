@@ -19,12 +19,7 @@ ELSEWHERE = 1e-6
 
 
 class Prior:
-    """Density of transmitters: normal distributions around the training positions.
-
-    Args:
-        known: n training positions, metres, world frame.
-        wavelength: metres.
-    """
+    """Density of transmitters: normal distributions around the training positions."""
 
     def __init__(self, known: Float[np.ndarray, "n 3"], wavelength: float):
         self._tree, self._count = cKDTree(known), min(NEIGHBOURS, len(known))

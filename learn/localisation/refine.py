@@ -18,17 +18,11 @@ quarter of a wavelength."""
 
 
 class Refined(NamedTuple):
-    """K positions, and how well the field predicts the measured fingerprints there.
+    """K positions, and how well the field predicts the measured fingerprints there."""
 
-    Attributes:
-        positions: metres, world frame.
-        misfit: squared distance of the fingerprints.
-        normal: JᵀJ of the predicted fingerprints' derivatives J, 1/m².
-    """
-
-    positions: Float[np.ndarray, "K 3"]
-    misfit: Float[np.ndarray, " K"]
-    normal: Float[np.ndarray, "K 3 3"]
+    positions: Float[np.ndarray, "K 3"]  # metres, world frame
+    misfit: Float[np.ndarray, " K"]  # squared distance of the fingerprints
+    normal: Float[np.ndarray, "K 3 3"]  # JᵀJ of the predicted fingerprints' derivatives J, 1/m²
 
 
 def refine(
@@ -38,15 +32,7 @@ def refine(
     region: Float[np.ndarray, "2 3"],
     wavelength: float,
 ) -> Refined:
-    """Positions near their starts and in the region at which the squared distance of the fingerprints is smallest.
-
-    Args:
-        predicted: the field.
-        seen: measured fingerprint of each transmitter.
-        start: starting points of the search, metres, world frame.
-        region: corners (min, max) of the box in which the positions stay, metres.
-        wavelength: metres.
-    """
+    """Positions near their starts and in the region at which the squared distance of the fingerprints is smallest."""
     positions, found = start.astype(float), predicted(start)
     misfit = ((found - seen) ** 2).sum(axis=1)
     damping = np.full(len(start), 1e-2)

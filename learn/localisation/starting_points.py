@@ -12,13 +12,7 @@ MODES = 4
 def starting_points(
     points: Float[np.ndarray, "n 3"], likely: Float[np.ndarray, " n"], apart: float
 ) -> Float[np.ndarray, "MODES 3"]:
-    """The most likely point, then the next ones that are far enough from all before. The last one may repeat.
-
-    Args:
-        points: the grid, metres, world frame.
-        likely: log-likelihood of each point.
-        apart: least distance of two of them, metres.
-    """
+    """The most likely point, then the next ones that are far enough from all before. The last one may repeat."""
     left, starts = likely.copy(), list[np.ndarray]()
     for _ in range(MODES):
         best = int(left.argmax())

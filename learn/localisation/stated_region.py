@@ -26,14 +26,6 @@ def share_in_region(
     The region is the ellipsoid of the covariance. Only the axes count along which the known positions extend: in a
     survey at one height, the height is no news, and the region is an ellipse.
 
-    Args:
-        places: the most probable place of each transmitter.
-        truth: their true positions, metres.
-        known: known positions, metres.
-
-    Returns:
-        The share. None: there are no places, or all known positions are the same.
-
     >>> place = Place(np.zeros(3), np.eye(3), 1.0, 0.0)
     >>> flat, solid = np.vstack([np.eye(3)[:2], np.zeros(3)]), np.vstack([np.eye(3), -np.eye(3)])
     >>> truth = np.array([[2.3, 0, 0]])  # beyond the ellipse's 2.1, within the ellipsoid's 2.5

@@ -17,20 +17,14 @@ from simulate.spectra.spectrum import evenly
 
 
 class Track(NamedTuple):
-    """Responses of K tags at N places of an antenna.
+    """Responses of K tags at N places of an antenna."""
 
-    Attributes:
-        names: a name for each tag.
-        responses: one-way responses.
-        antennas: places of the antenna, metres, world frame.
-        region: a box around the positions of the tags, metres. None: they are not stated.
-        stated: positions of the tags as the dataset states them, metres. None: it states none.
-    """
-
-    names: list[str]
-    responses: Complex[np.ndarray, "K N"]
-    antennas: Float[np.ndarray, "N 3"]
+    names: list[str]  # a name for each tag
+    responses: Complex[np.ndarray, "K N"]  # one-way responses
+    antennas: Float[np.ndarray, "N 3"]  # places of the antenna, metres, world frame
+    # a box around the positions of the tags, metres. None: they are not stated.
     region: Float[np.ndarray, "2 3"] | None
+    # positions of the tags as the dataset states them, metres. None: it states none.
     stated: Float[np.ndarray, "K 3"] | None
 
 
@@ -40,13 +34,6 @@ def track_of(dataset: Dataset) -> Track:
     If transmitters move, each is a tag, and the elements of the array are the places of the antenna. If the receiver
     moves, its elements at all its positions are these places, and the transmitter, whose position is not used, is the
     only tag.
-
-    Args:
-        dataset: a dataset with recorded responses.
-
-    Raises:
-        InputError: there are none, both ends move, the phases of a moving receiver's positions cannot be compared, or
-            the antenna has fewer than 4 places.
     """
     elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
     if dataset.moving == "transmitter":

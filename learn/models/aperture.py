@@ -47,15 +47,6 @@ class BiSplatAperture(ResponseNetwork):
     the phase of their way to the array: ``c_i(r) = e^{jk u_i·(r − r₀)} p_i · [t(r), 1]``, with the region's centre r₀.
 
     Over a band, each primitive also has a learned delay τ_i, so that ``y_m(f) = Σ_i A_mi c_i e^{−j2π(f − f₀)τ_i}``.
-
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-        primitives: number of primitives N_p.
-        width: number of features of the transmitter, and width of its network.
-        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
-        ordered: blend by depth; otherwise in stored order.
     """
 
     aperture: Tensor

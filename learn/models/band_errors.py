@@ -54,10 +54,6 @@ def left_out_curve(
 
     Known positions are predicted from others near and far. So the curve is right between them and beside them, however
     near to one another they are.
-
-    Args:
-        field: the fitted field.
-        responses: known responses, relative to its ``level``.
     """
     count = len(responses)
     if count < LEAST_KNOWN:

@@ -46,30 +46,16 @@ class BandField(KrigedField):
 
     Known positions that are predicted from others, near and far, tell how large the errors are at each kriging
     variance (``rising_curve``).
-
-    Args:
-        region: as for ``KrigedField``, as the next.
-        beamformer: the dataset's array and grid.
-        wavelength: of the carrier, metres.
-
-    Attributes:
-        values: the components of the known responses, element by element, flattened.
-        components: v_i (real, imaginary).
-        powers: λ_i, which add up to about S.
-        noises: nugget of each component.
-        level: root mean square magnitude of the known responses, to which ``values`` are scaled.
-        variances: kriging variances of the points of the curve of deviations, rising from 0 to 1.
-        deviations: standard deviation there of the real and the imaginary part of each response, relative to ``level``.
-        noise: σ², relative to the power of the responses; only after ``fit``.
     """
 
-    components: Tensor
-    powers: Tensor
-    noises: Tensor
-    level: Tensor
-    variances: Tensor
+    components: Tensor  # v_i (real, imaginary)
+    powers: Tensor  # λ_i, which add up to about S
+    noises: Tensor  # nugget of each component
+    level: Tensor  # root mean square magnitude of the known responses, to which ``values`` are scaled
+    variances: Tensor  # kriging variances of the points of the curve of deviations, rising from 0 to 1
+    # standard deviation there of the real and the imaginary part of each response, relative to ``level``
     deviations: Tensor
-    noise: float
+    noise: float  # σ², relative to the power of the responses; only after ``fit``
 
     neighbours = 64
 
@@ -83,15 +69,7 @@ class BandField(KrigedField):
         self.register_buffer("deviations", torch.zeros(0))
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Keep the known responses over the band, and find the powers of delays and the covariance over positions.
-
-        Args:
-            dataset: a dataset with a band.
-            known: indices of the positions to interpolate between.
-
-        Returns:
-            What was found, as a sentence for the user.
-        """
+        """Keep the known responses over the band, and find the powers of delays and the covariance over positions."""
         known = np.unique(known)
         assert dataset.band_responses is not None and dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
@@ -106,14 +84,7 @@ class BandField(KrigedField):
         spacing: float | None,
         times: Float[np.ndarray, " n"],
     ) -> str:
-        """As ``fit``, to known responses. The deviations are those of the covariance until ``learn_deviations``.
-
-        Args:
-            positions: known positions, metres.
-            responses: known responses over evenly spaced subcarriers.
-            spacing: distance of neighbouring subcarriers, Hz. None: it is not known.
-            times: index of each of them in the order in which they were recorded.
-        """
+        """As ``fit``, to known responses. The deviations are those of the covariance until ``learn_deviations``."""
         responses = responses.astype(complex)
         level = np.sqrt(np.square(np.abs(responses)).mean())
         self.level = torch.tensor(level if level > 0 else 1.0).float()
@@ -151,11 +122,7 @@ class BandField(KrigedField):
         self.mean = torch.zeros(self.values.shape[1])
 
     def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None:
-        """Fit the covariance over positions to some of the known ones; all of them are still interpolated.
-
-        Args:
-            used: their indices.
-        """
+        """Fit the covariance over positions to some of the known ones; all of them are still interpolated."""
         whole = self.places, self.times, self.values
         self.places, self.times, self.values = (each[torch.from_numpy(used)] for each in whole)
         if len(used) > 1:
@@ -175,22 +142,13 @@ class BandField(KrigedField):
         self.powers = torch.from_numpy(powers[kept]).float()
 
     def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"]:
-        """Responses (real, imaginary) at all subcarriers, in the units of the known ones.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-        """
+        """Responses (real, imaginary) at all subcarriers, in the units of the known ones."""
         return torch.cat([self._at(each)[0] for each in positions.split(AT_ONCE)])
 
     def at(
         self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None = None
     ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]:
-        """Responses as for ``band_responses``, and the standard deviation of their real and imaginary parts.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            left_out: for each position the index of a known one that must not be used.
-        """
+        """Responses as for ``band_responses``, and the standard deviation of their real and imaginary parts."""
         responses, variance = self.with_variance(positions, left_out)
         of_level = on_curve(variance, self.variances.double().numpy(), self.deviations.double().numpy())
         return responses, float(self.level) * of_level
@@ -198,13 +156,7 @@ class BandField(KrigedField):
     def with_variance(
         self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None, radius: float = 0.0
     ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]:
-        """As ``at``, with the relative variance instead of the deviation.
-
-        Args:
-            positions: as for ``at``.
-            left_out: as for ``at``.
-            radius: known positions nearer to the new one must not be used, either, metres.
-        """
+        """As ``at``, with the relative variance instead of the deviation."""
         places = torch.from_numpy(np.asarray(positions)).float().split(AT_ONCE)
         without = [None] * len(places) if left_out is None else torch.from_numpy(left_out).split(AT_ONCE)
         with torch.inference_mode():
@@ -251,22 +203,14 @@ class BandField(KrigedField):
         return self.shares, self.length
 
     def learn_deviations(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
-        """Let known responses, predicted from one another, tell the deviations (``left_out_curve``).
-
-        Args:
-            responses: all known responses, to which the field is fitted.
-        """
+        """Let known responses, predicted from one another, tell the deviations (``left_out_curve``)."""
         self._state(*left_out_curve(self, responses.astype(complex) / float(self.level)))
 
     def _state(self, variances: Float[np.ndarray, " k"], deviations: Float[np.ndarray, " k"]) -> None:
         self.variances, self.deviations = torch.from_numpy(variances).float(), torch.from_numpy(deviations).float()
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As for ``KrigedField``, also for the number of components and subcarriers that the file has.
-
-        Raises:
-            RuntimeError: as for ``KrigedField``; also if the components do not fit together.
-        """
+        """As for ``KrigedField``, also for the number of components and subcarriers that the file has."""
         components = state_dict.get("components", self.components)
         if components.ndim != 3 or components.shape[2] != 2 or not components.numel():
             raise RuntimeError(f"components of shape {tuple(components.shape)}")

@@ -156,20 +156,10 @@ class SpectrumModel(nn.Module):
 
 
 class SplatModel(SpectrumModel):
-    """Base class of the models that draw Gaussians on the dataset's grid.
+    """Base class of the models that draw Gaussians on the dataset's grid."""
 
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array, which is not used, and grid.
-        wavelength: metres.
-
-    Attributes:
-        azimuths: those of the grid's columns, degrees.
-        elevations: those of its rows, degrees.
-    """
-
-    azimuths: Tensor
-    elevations: Tensor
+    azimuths: Tensor  # those of the grid's columns, degrees
+    elevations: Tensor  # those of its rows, degrees
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
         super().__init__(region, wavelength)
@@ -264,9 +254,6 @@ def power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:
 
 def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
     """The real matrix that multiplies flattened (real, imaginary) pairs as a complex matrix multiplies complex numbers.
-
-    Args:
-        matrix: complex matrix M [n, m]; row vectors x are multiplied as x M.
     """
     pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
     return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)

@@ -32,26 +32,7 @@ W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 
 
 class BiSplatWRF(SplatModel):
-    """The paper's model. The defaults are those of BiSplat-WRF; the registry has those of BiSplat-WRF+.
-
-    Args:
-        region: corners (min, max) of the box of training positions, metres, world frame.
-        beamformer: the dataset's array, which this model does not use, and grid.
-        wavelength: metres.
-        primitives: number of primitives N_p.
-        clusters: number of clusters N_c, a square number.
-        ffn_width: width of the static network, the dynamic network and the delta decoder.
-        ffn_layers: number of residual layers of each of them.
-        transformer_layers: number of encoder layers of the BST.
-        transformer_heads: number of attention heads of the BST.
-        transformer_ffn_width: width of the feed-forward networks inside the BST's encoder layers.
-        encoding: encoding of the transmitter's position, "octaves" (as in the paper) or "waves".
-        bypass: branches to switch off. "dynamic" and "delta" become zero, "bst" is replaced by its linear projection,
-            and "order" blends the primitives in stored order instead of by depth.
-
-    Raises:
-        ParameterError: ``bypass`` names an unknown branch.
-    """
+    """The paper's model. The defaults are those of BiSplat-WRF; the registry has those of BiSplat-WRF+."""
 
     def __init__(
         self,
@@ -94,11 +75,7 @@ class BiSplatWRF(SplatModel):
         return list(self.primitives.parameters())
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
-        """The primitives as they are blended for each transmitter position.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-        """
+        """The primitives as they are blended for each transmitter position."""
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)

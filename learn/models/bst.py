@@ -12,11 +12,7 @@ from learn.models.networks import Interpolated, LinearOfParts
 
 
 def side_of(clusters: int) -> int:
-    """√N_c, the number of grid points along each side.
-
-    Raises:
-        ValueError: ``clusters`` is not a square number.
-    """
+    """√N_c, the number of grid points along each side."""
     side = math.isqrt(clusters)
     if side * side != clusters:
         raise ValueError(f"expected a square number of clusters, found {clusters}")
@@ -33,14 +29,6 @@ def bilinear_weights(
 
     The paper does not give the grid's offset in elevation. Here the grid points are the centres of the cells,
     θ_j = (j + ½)Δθ. With θ_j = jΔθ, a primitive at boresight would have no weight at all.
-
-    Args:
-        azimuth: φ_i, degrees, periodic.
-        elevation: θ_i, degrees, 0…90.
-        clusters: N_c, a square number.
-
-    Raises:
-        ValueError: ``clusters`` is not a square number.
     """
     side = side_of(clusters)
     step_azimuth, step_elevation = 360 / side, 90 / side
@@ -58,18 +46,6 @@ class BilinearSpatialTransformer(nn.Module):
 
     With the weights w_ij of ``bilinear_weights``: ``g_j = Σ_i w_ij f_i / Σ_i w_ij``, ``G' = Transformer(G)`` and
     ``f'_i = Σ_j w_ij g'_j / Σ_j w_ij``.
-
-    Args:
-        inputs: length of GS-PE and TX-PE together.
-        width: length of f_i, g_j and f'_i.
-        clusters: N_c.
-        layers: number of encoder layers.
-        heads: number of attention heads.
-        ffn_width: width of the encoder layers' own feed-forward networks.
-        bypass: return the local features f_i, as in the paper's ablation.
-
-    Raises:
-        ValueError: ``clusters`` is not a square number.
     """
 
     def __init__(self, inputs: int, width: int, clusters: int, layers: int, heads: int, ffn_width: int, bypass: bool):

@@ -33,23 +33,10 @@ class FitsInClosedForm(Protocol):
     """
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Fit to known spectra, and make the model's choices, such as its weights.
-
-        Args:
-            dataset: spectra with their positions.
-            known: indices of the spectra to fit to.
-
-        Returns:
-            What was found, as a sentence that ``bisplat train`` prints.
-        """
+        """Fit to known spectra, and make the model's choices, such as its weights."""
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Fit the fitted model to other known spectra, with the choices that ``fit`` made.
-
-        Args:
-            dataset: as for ``fit``.
-            known: indices of the spectra to fit to.
-        """
+        """Fit the fitted model to other known spectra, with the choices that ``fit`` made."""
 
 
 @runtime_checkable
@@ -62,12 +49,7 @@ class NeedsSomeDatasets(Protocol):
 
 
 def unsuited(model: type, dataset: Dataset) -> str | None:
-    """Why a model cannot be fitted to a dataset, for the user. None: it can be.
-
-    Args:
-        model: class of the model.
-        dataset: the dataset.
-    """
+    """Why a model cannot be fitted to a dataset, for the user. None: it can be."""
     return model.unsuited(dataset) if issubclass(model, NeedsSomeDatasets) else None
 
 
@@ -101,11 +83,7 @@ class PredictsBand(Protocol):
     """Predicts responses [B, elements, subcarriers, 2] over the band of its dataset at B positions."""
 
     def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"] | None:
-        """Responses (real, imaginary), up to one common factor of all positions. None: the dataset has no band.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-        """
+        """Responses (real, imaginary), up to one common factor of all positions. None: the dataset has no band."""
 
 
 @runtime_checkable
@@ -128,12 +106,7 @@ class HasOwnLoss(Protocol):
     """
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-        """Loss of a training step.
-
-        Args:
-            positions: transmitter positions of a batch, metres, world frame.
-            spectra: true spectra of the batch, 0…1.
-        """
+        """Loss of a training step."""
 
 
 @runtime_checkable
@@ -141,11 +114,7 @@ class SamplesOneField(Protocol):
     """Can learn the one field that all elements of a moving array sample, y_m(r) = y(r + d_m)."""
 
     def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
-        """From now on, learn and predict the field of the fixed transmitter.
-
-        Args:
-            turn: rotation matrix from the gateway frame to the world frame, in which positions are.
-        """
+        """From now on, learn and predict the field of the fixed transmitter."""
 
 
 @runtime_checkable
@@ -153,22 +122,13 @@ class LearnsBand(Protocol):
     """Can learn responses at all subcarriers of a band, and then also is one of ``PredictsBand``."""
 
     def learn_band(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
-        """From now on, learn and predict responses at all subcarriers.
-
-        Args:
-            responses: those to learn from; their scale does not matter.
-        """
+        """From now on, learn and predict responses at all subcarriers."""
 
 
 def relative_error(
     found: Float[Tensor, "B elements *subcarriers 2"], truth: Float[Tensor, "B elements *subcarriers 2"]
 ) -> Float[Tensor, ""]:
-    """The mean of ``|ŷ − y|² / (|y|² + ε)`` over a batch of responses (real, imaginary).
-
-    Args:
-        found: ŷ.
-        truth: y, scaled to a mean square magnitude of 1.
-    """
+    """The mean of ``|ŷ − y|² / (|y|² + ε)`` over a batch of responses (real, imaginary)."""
     error = (found - truth).square().sum(dim=-1).flatten(1).mean(dim=-1)
     return (error / (truth.square().sum(dim=-1).flatten(1).mean(dim=-1) + WEAK)).mean()
 

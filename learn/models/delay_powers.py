@@ -28,14 +28,6 @@ def fit_delay_powers(
     The covariance is Σ p f f^H + ν, with f = exp(−i 2π n τ) over subcarriers n and a grid of delays τ. Each step
     multiplies each power by the root of f^H R⁻¹ C R⁻¹ f / f^H R⁻¹ f, with the covariance R so far and that C of the
     responses, and the noise likewise. No step lowers the likelihood [stoica2012].
-
-    Args:
-        rows: responses over evenly spaced subcarriers, of about unit power. All elements share the profile.
-        noise: power of the noise. None: it is fitted, too. Since noise is the same as equal powers of all delays, much
-            of it may then be taken for them.
-
-    Returns:
-        The powers p of delays 0…1 in units of one over the subcarriers' distance, and the noise ν.
     """
     count = rows.shape[2]
     responses = rows.reshape(-1, count)
@@ -58,9 +50,6 @@ def white_noise(rows: Complex[np.ndarray, "n A N"]) -> float:
 
     Of the eigenvalues of the rows' covariance, the smallest ones that are alike are the noise. Their number is that of
     the shortest description [wax1985].
-
-    Args:
-        rows: responses over subcarriers, of about unit power.
 
     >>> generator = np.random.default_rng(0)
     >>> drawn = generator.standard_normal((2, 500, 1, 8)) * 0.1

@@ -29,9 +29,6 @@ def size_of(errors: Float[np.ndarray, "*n P"]) -> Float[np.ndarray, "*n"]:
 def normal_curve(noise: float) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
     """The curve of a normal distribution: of the real and the imaginary part, half of the variance and of the noise.
 
-    Args:
-        noise: its power, relative to that of the field.
-
     >>> [each.round(3).tolist() for each in normal_curve(0.02)]
     [[0.0, 1.0], [0.1, 0.714]]
     """
@@ -42,15 +39,6 @@ def rising_curve(
     variance: Float[np.ndarray, " m"], errors: Float[np.ndarray, "m P"], least: float, nothing: float
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
     """The deviations within 1.645 of which lie nine tenths of the errors of like variance; they never fall.
-
-    Args:
-        variance: kriging variances of left-out positions, 0…1, relative to the field's.
-        errors: errors there, real numbers.
-        least: deviation at variance 0, that of the noise.
-        nothing: deviation at variance 1, that of knowing nothing.
-
-    Returns:
-        Variances and deviations of the curve's points, from 0 to 1.
 
     >>> drawn = np.random.default_rng(0).normal(size=(40, 2000)) * np.repeat([0.1, 0.4], 20)[:, None]
     >>> curve = rising_curve(np.repeat([0.1, 0.5], 20), drawn, 0.05, 1.0)

@@ -28,13 +28,6 @@ freedom. 512 directions are enough for a ball of 7 wavelengths across (2.3 m at 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:
     """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise.
 
-    Args:
-        t: coordinates, scaled to about −1…1.
-        order: number of octaves L.
-
-    Returns:
-        3 · (2L + 1) numbers per coordinate vector.
-
     >>> positional_encoding(torch.zeros(3), 2).tolist()
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
@@ -45,13 +38,6 @@ def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tenso
 
 def octaves(x: Float[Tensor, "*batch n"], count: int) -> Float[Tensor, "*batch encoded"]:
     """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1, element-wise: as γ, without π.
-
-    Args:
-        x: coordinates.
-        count: number of octaves.
-
-    Returns:
-        n · (2 · count + 1) numbers per vector.
 
     >>> octaves(torch.zeros(1), 2).tolist()
     [0.0, 0.0, 0.0, 1.0, 1.0]

@@ -30,11 +30,6 @@ def evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
 def grid_in(region: Float[np.ndarray, "2 3"], spacing: float, most: int) -> Float[np.ndarray, "n 3"]:
     """Points of a grid that includes the corners of a box.
 
-    Args:
-        region: corners (min, max) of the box, metres.
-        spacing: largest distance of neighbours along an axis, metres. It is exceeded if there would be too many points.
-        most: about the number of points in that case; there are at most half as many more.
-
     >>> box = np.array([[0.0, 0, 0], [1, 1, 1]])
     >>> len(grid_in(box, 0.5, most=1000)), len(grid_in(box, 0.01, most=8))
     (27, 8)

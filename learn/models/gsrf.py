@@ -63,12 +63,6 @@ class GSRF(SplatModel):
       radius R, and keeps its size. ``u − u_i`` is taken as linear in azimuth and elevation.
 
     There is no network. The transmitter's position decides from where the Gaussians are seen, and their order.
-
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array, which this model does not use, and grid.
-        wavelength: metres.
-        primitives: number of Gaussians.
     """
 
     paces: Tensor
@@ -134,10 +128,6 @@ class GSRF(SplatModel):
         """0.44 L1 + 0.37 (1 − SSIM) + 0.19 of the mean squared difference of the pictures' Fourier transforms.
 
         By Parseval's theorem this last term is the mean squared difference of the pictures themselves.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            spectra: true spectra, 0…1.
         """
         predicted, share = self(positions), SSIM_WEIGHT / (1 - FOURIER_WEIGHT)
         squared = (predicted - spectra).square().mean()
@@ -149,10 +139,6 @@ def legendre_fourier(direction: Float[Tensor, "*batch 3"], degree: int) -> Compl
 
     These are all terms with l ≤ degree and −l ≤ m ≤ l. The associated Legendre functions P have the Condon-Shortley
     phase; m rises fastest, l slowest.
-
-    Args:
-        direction: unit vectors u.
-        degree: largest l.
 
     >>> found = legendre_fourier(torch.tensor([0.0, 0.0, 1.0]), 1)
     >>> [round(abs(each), 3) for each in found.tolist()]

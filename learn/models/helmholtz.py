@@ -43,19 +43,9 @@ class HelmholtzField(SpectrumModel):
     Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
     says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
     with which known spectra are best predicted from the others (stacking [wolpert1992]).
-
-    Args:
-        region: as for ``SpectrumModel``; this model does not use it.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-
-    Attributes:
-        weights: w of each of ``WAYS``; they add up to 1.
-        fields: the kriged fields that have a weight, by way. There is at least one, which keeps the known spectra.
-        band: the field of responses over the band, under the name "field"; empty if the dataset has no band.
     """
 
-    weights: Tensor
+    weights: Tensor  # w of each of ``WAYS``; they add up to 1
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
         super().__init__(region, wavelength)
@@ -72,9 +62,6 @@ class HelmholtzField(SpectrumModel):
         """Predict spectra, and the interpolated responses if the model interpolates any.
 
         The spectra are those of the responses only if no other way has a weight.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
         """
         of_responses = next((way for way in ("field", "responses") if way in self._used), None)
         if of_responses is None:
@@ -125,26 +112,14 @@ class HelmholtzField(SpectrumModel):
         return field.uncertainty(positions)
 
     def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"] | None:
-        """Responses over the band, in the units of the known ones. None: the dataset has no band.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-        """
+        """Responses over the band, in the units of the known ones. None: the dataset has no band."""
         if "field" not in self.band:
             return None
         field: Any = self.band["field"]
         return field.band_responses(positions)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Keep the known spectra, and find the weights with which they are best predicted from one another.
-
-        Args:
-            dataset: a dataset; its responses are interpolated only if it has any.
-            known: indices of the spectra to interpolate.
-
-        Returns:
-            The weights, and the scores by which they were chosen, as a sentence for the user.
-        """
+        """Keep the known spectra, and find the weights with which they are best predicted from one another."""
         known = np.unique(known)
         of_band = self._fit_band(dataset, known)
         if len(known) == 1:
@@ -156,12 +131,7 @@ class HelmholtzField(SpectrumModel):
         return f"{mixture}{of_band}"
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Keep other known spectra with the same weights. The covariances are fitted again.
-
-        Args:
-            dataset: as for ``fit``.
-            known: indices of the spectra to interpolate.
-        """
+        """Keep other known spectra with the same weights. The covariances are fitted again."""
         known = np.unique(known)
         fits = self._fits(dataset)
         self._set(self._used, {way: fits.fitted(way, known, self.report) for way in self.fields})
@@ -208,11 +178,7 @@ class HelmholtzField(SpectrumModel):
         return spectra if pixels is None else spectra[:, pixels.rows][:, :, pixels.columns]
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but first makes the fields that the file has.
-
-        Raises:
-            RuntimeError: also if a way that has a weight has no field, or if the weights are not shares of 1.
-        """
+        """As ``torch.nn.Module.load_state_dict``, but first makes the fields that the file has."""
         fields: dict[str, KrigedField] = {}
         for way in WAYS:
             prefix = f"fields.{way}."

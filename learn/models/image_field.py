@@ -45,31 +45,17 @@ class ImageField(PredictsResponses):
     first. ``most_likely`` finds the strengths of them all; most are zero. ``KrigedField`` interpolates the rest e.
     Nothing is told of the room. Its walls are assumed to be vertical and perpendicular to each other, and
     ``angle_of_walls`` finds their angle about the vertical. Other surfaces are left to the rest.
-
-    Args:
-        region: as for ``SpectrumModel``; this model does not use it.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-
-    Attributes:
-        frame: rotation matrix from the world frame to that of the walls.
-        middles: c_j of the gateway and of the images that have an amplitude, metres, in the frame of the walls; none
-            before ``fit``.
-        signs: S_j.
-        amplitudes: x_j (real, imaginary), for R in wavelengths.
-        offsets: d_m, metres, in the frame of the walls.
-        rest: the field that interpolates e.
-        power: mean of ``|e|²`` over the known spectra and elements.
-        whole_power: the same mean of the known responses.
     """
 
-    frame: Tensor
+    frame: Tensor  # rotation matrix from the world frame to that of the walls
+    # c_j of the gateway and of the images that have an amplitude, metres, in the frame of the walls; none before
+    # ``fit``
     middles: Tensor
-    signs: Tensor
-    amplitudes: Tensor
-    offsets: Tensor
-    power: Tensor
-    whole_power: Tensor
+    signs: Tensor  # S_j
+    amplitudes: Tensor  # x_j (real, imaginary), for R in wavelengths
+    offsets: Tensor  # d_m, metres, in the frame of the walls
+    power: Tensor  # mean of ``|e|²`` over the known spectra and elements
+    whole_power: Tensor  # the same mean of the known responses
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength)
@@ -114,18 +100,7 @@ class ImageField(PredictsResponses):
         return None
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Find the angle of the walls and the images in the known responses, and fit the covariance of the rest.
-
-        Args:
-            dataset: a dataset with responses, whose transmitter moves. Of a band, the carrier's responses are used.
-            known: indices of the spectra to fit to.
-
-        Returns:
-            The share of the power that the images explain, and the angle, as a sentence for the user.
-
-        Raises:
-            InputError: the dataset has no responses, or something else moves.
-        """
+        """Find the angle of the walls and the images in the known responses, and fit the covariance of the rest."""
         self._require_suited(dataset)
         degrees = self._angle(dataset, np.unique(known))
         self.frame = torch.from_numpy(frame_of_walls(degrees)).float()

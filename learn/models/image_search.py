@@ -35,13 +35,7 @@ def offsets_of(dataset: Dataset) -> Float[np.ndarray, "elements 3"]:
 
 
 def waves_of(images: Images, dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements J"]:
-    """``image_waves`` of a dataset's gateway at some of its positions.
-
-    Args:
-        images: images of the gateway in the dataset's world frame.
-        dataset: the dataset.
-        known: indices of the positions.
-    """
+    """``image_waves`` of a dataset's gateway at some of its positions."""
     numbers = dataset.positions[known].astype(float), images.middles, images.signs, offsets_of(dataset)
     at, middles, signs, offsets = map(torch.from_numpy, numbers)
     real, imaginary = image_waves(at, middles, signs, offsets, torch.tensor(dataset.wavelength).double())
@@ -53,10 +47,6 @@ class ImageSearch:
 
     What images do not explain is correlated between near positions. Responses and waves are therefore multiplied by the
     inverse root of its covariance, as it is assumed, which makes it independent.
-
-    Args:
-        dataset: a dataset with responses, whose transmitter moves.
-        known: indices of the spectra to look in.
     """
 
     def __init__(self, dataset: Dataset, known: Int[np.ndarray, " n"]):
@@ -80,11 +70,7 @@ class ImageSearch:
         return log_likelihood(self._of_first, self._data, found.variances, found.noise)
 
     def found(self, report: Report = SpectrumModel.report) -> tuple[Images, Complex[np.ndarray, " J"]]:
-        """The images and their amplitudes: first those in one plane are looked for, then those in two.
-
-        Args:
-            report: told how far the search is.
-        """
+        """The images and their amplitudes: first those in one plane are looked for, then those in two."""
         report("mirror images", 0, 2)
         first, found = self._first, self._in_one_plane(ITERATIONS)
         if not found.variances.any():

@@ -19,17 +19,11 @@ LEAST_NOISE = 1e-6
 
 
 class Strengths(NamedTuple):
-    """What was found of J waves.
+    """What was found of J waves."""
 
-    Attributes:
-        variances: γ of each wave, 0 if it is left out.
-        noise: σ².
-        amplitudes: the expected x of each wave, given the data.
-    """
-
-    variances: Float[np.ndarray, " J"]
-    noise: float
-    amplitudes: Complex[np.ndarray, " J"]
+    variances: Float[np.ndarray, " J"]  # γ of each wave, 0 if it is left out
+    noise: float  # σ²
+    amplitudes: Complex[np.ndarray, " J"]  # the expected x of each wave, given the data
 
 
 def most_likely(
@@ -45,13 +39,6 @@ def most_likely(
     n has the variance σ². So y has the covariance ``C = W diag(γ) Wᴴ + σ² I``. The γ that maximise its likelihood are
     mostly zero, so that few waves are left. Each iteration multiplies γ_j by ``|w_jᴴ C⁻¹ y| / √(w_jᴴ C⁻¹ w_j)``, which
     never lowers the likelihood [wipf2010], and sets σ² to what the waves leave.
-
-    Args:
-        waves: W.
-        data: y.
-        start: the first γ, above 0.
-        noise: the first σ².
-        iterations: number of iterations.
 
     >>> waves = np.linalg.qr(np.random.default_rng(0).normal(size=(8, 4)))[0].astype(complex)
     >>> found = most_likely(waves, 3 * waves[:, 0], np.full(4, 0.1), 0.1, iterations=50)
@@ -85,12 +72,6 @@ def log_likelihood(
 ) -> float:
     """Log-likelihood of data that are waves with these variances and noise, without its constant, over N.
 
-    Args:
-        waves: W, as for ``most_likely``.
-        data: y.
-        variances: γ.
-        noise: σ².
-
     >>> log_likelihood(np.zeros((2, 1), complex), np.ones(2, complex), np.zeros(1), noise=1.0)
     -1.0
     """
@@ -103,12 +84,6 @@ def expected_amplitudes(
     waves: Num[np.ndarray, "N J"], data: Num[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
 ) -> tuple[Num[np.ndarray, " J"], Float[np.ndarray, " J"]]:
     """The expected amplitudes γ Wᴴ C⁻¹ y, and w_jᴴ C⁻¹ w_j, by the smaller of two systems of equations.
-
-    Args:
-        waves: W, as for ``most_likely``, or real ones of real data.
-        data: y.
-        variances: γ, above 0.
-        noise: σ².
 
     >>> amplitudes, ratios = expected_amplitudes(np.eye(2), np.array([2.0, 0.0]), np.ones(2), noise=1.0)
     >>> amplitudes.round(3).tolist(), ratios.round(3).tolist()

@@ -22,10 +22,6 @@ class Kept(Generic[T]):
     def of(self, tensors: Sequence[Tensor], make: Callable[[], T]) -> T:
         """What ``make`` returns, which is called only if other tensors are given than the last time.
 
-        Args:
-            tensors: all that the result depends on. Changes in place of tensors made in inference mode are not seen.
-            make: computes the result.
-
         >>> import torch
         >>> kept, tensor = Kept(), torch.zeros(2)
         >>> [kept.of([tensor], lambda: float(tensor.sum())), kept.of([tensor], lambda: 7.0)]

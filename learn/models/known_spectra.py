@@ -22,26 +22,12 @@ KEPT = 2000
 
 
 class KnownSpectra(SpectrumModel):
-    """Base class of the models that keep known spectra. A file of weights may have any number of them.
+    """Base class of the models that keep known spectra. A file of weights may have any number of them."""
 
-    Args:
-        region: as for ``SpectrumModel``; this model does not use it.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-        of_responses: whether element responses are kept; otherwise pictures are.
-
-    Attributes:
-        places: n known positions of the end that moves, metres, world frame.
-        times: index of each known spectrum in its dataset.
-        values: responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened.
-        mean: mean of ``values`` over the known spectra; zero for responses.
-        of_responses: the argument.
-    """
-
-    places: Tensor
-    times: Tensor
-    values: Tensor
-    mean: Tensor
+    places: Tensor  # n known positions of the end that moves, metres, world frame
+    times: Tensor  # index of each known spectrum in its dataset
+    values: Tensor  # responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened
+    mean: Tensor  # mean of ``values`` over the known spectra; zero for responses
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float, of_responses: bool):
         super().__init__(region, wavelength)
@@ -55,12 +41,7 @@ class KnownSpectra(SpectrumModel):
         self._spectra: Kept[Tensor] = Kept()
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Interpolate between these spectra from now on, with the same covariance.
-
-        Args:
-            dataset: a dataset; it must have responses if these are kept.
-            known: indices of the spectra to interpolate, ascending.
-        """
+        """Interpolate between these spectra from now on, with the same covariance."""
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
         if self.of_responses:
@@ -76,11 +57,7 @@ class KnownSpectra(SpectrumModel):
             self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
     def known_spectra(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b n 90 360"]:
-        """Spectra at known positions.
-
-        Args:
-            members: indices into ``places``.
-        """
+        """Spectra at known positions."""
         values = self.values[members].float()
         return self._as_spectra(values.flatten(0, -2)).unflatten(0, members.shape)
 
@@ -95,11 +72,7 @@ class KnownSpectra(SpectrumModel):
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (ROWS, COLUMNS))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but for the number of known spectra that the file has.
-
-        Raises:
-            RuntimeError: also if there are no known spectra, or if the buffers do not fit together.
-        """
+        """As ``torch.nn.Module.load_state_dict``, but for the number of known spectra that the file has."""
         known = len(state_dict["times"]) if state_dict.get("times", torch.zeros(())).ndim else 0
         if not known:
             raise RuntimeError("no known spectra")

@@ -59,32 +59,17 @@ class KrigedField(KnownSpectra):
 
     If a dataset has no responses, its spectra are interpolated about their mean with the covariance ``|κ|²``, which is
     that of the power ``|y|²`` of a Gaussian field [reed1962].
-
-    Args:
-        region: as for ``SpectrumModel``; this model does not use it.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-        of: what is interpolated: "responses" or "spectra".
-
-    Attributes:
-        offsets: where the samples of a known position lie relative to it, metres, world frame: here one offset of 0.
-        directions: unit vectors u_j, world frame.
-        shares: s_j, which add up to 1.
-        length: ℓ, metres.
-        drift: T, number of spectra.
-        nugget: ν.
-        neighbours: number of nearest known positions from which a prediction is made.
-        solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
     """
 
     neighbours = 32
 
+    # where the samples of a known position lie relative to it, metres, world frame: here one offset of 0
     offsets: Tensor
-    directions: Tensor
-    shares: Tensor
-    length: Tensor
-    drift: Tensor
-    nugget: Tensor
+    directions: Tensor  # unit vectors u_j, world frame
+    shares: Tensor  # s_j, which add up to 1
+    length: Tensor  # ℓ, metres
+    drift: Tensor  # T, number of spectra
+    nugget: Tensor  # ν
 
     def __init__(
         self,
@@ -104,15 +89,7 @@ class KrigedField(KnownSpectra):
             self.register_buffer(name, torch.ones(()))
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Keep the known spectra, and find the s, ℓ, T and ν of highest likelihood.
-
-        Args:
-            dataset: a dataset; it must have responses if these are interpolated.
-            known: indices of the spectra to interpolate.
-
-        Returns:
-            What was found, as a sentence for the user.
-        """
+        """Keep the known spectra, and find the s, ℓ, T and ν of highest likelihood."""
         self.keep(dataset, np.unique(known))
         if len(self.places) > 1:  # a single spectrum does not determine a covariance
             self._maximise_likelihood()
@@ -191,11 +168,6 @@ class KrigedField(KnownSpectra):
         """Expected factor ``e^(−τ/T)`` of κ (its square in ``|κ|²`` for spectra) between new and known positions.
 
         The time of a new position is unknown; ``leg_times`` tells the probable ones.
-
-        Args:
-            positions: new positions, metres, world frame.
-            near: indices of known positions, for each new position.
-            left_out: as for ``interpolated``. The path does not pass this known position.
         """
         if len(self.places) - (left_out is not None) < 2:
             return torch.ones_like(near, dtype=positions.dtype)
@@ -212,13 +184,7 @@ class KrigedField(KnownSpectra):
     def interpolated(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None, columns: Columns = EVERY
     ) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
-        """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            left_out: for each position the index of a known spectrum that must not be used.
-            columns: indices of the values, of all C.
-        """
+        """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``."""
         distance = distances(positions, self.places)
         if left_out is not None:
             distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
@@ -259,11 +225,7 @@ class KrigedField(KnownSpectra):
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predict spectra, and the responses from which they are computed if these are interpolated.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-        """
+        """Predict spectra, and the responses from which they are computed if these are interpolated."""
         if not self.of_responses:
             return self(positions), None
         responses = self.responses(positions)
@@ -276,12 +238,7 @@ class KrigedField(KnownSpectra):
     def forward(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
     ) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: that of the interpolated responses, or the interpolated spectrum.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            left_out: as for ``interpolated``.
-        """
+        """Predicted spectrum: that of the interpolated responses, or the interpolated spectrum."""
         if self.of_responses and left_out is None:
             return self.beamforming(self.responses(positions))
         return self._as_spectra(self.interpolated(positions, left_out)[0])
@@ -295,11 +252,7 @@ class KrigedField(KnownSpectra):
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As for ``KnownSpectra``.
-
-        Raises:
-            RuntimeError: as for ``KnownSpectra``; also if the buffers hold values that no fit finds.
-        """
+        """As for ``KnownSpectra``."""
         loaded = super().load_state_dict(state_dict, strict, assign)
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
             raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")

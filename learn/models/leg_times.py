@@ -24,14 +24,6 @@ def leg_times(
     A position is assumed to lie on one of the legs between consecutive known positions. The probability of a leg is its
     duration times the density, at the position, of a three-dimensional normal distribution around the leg's straight
     line.
-
-    Args:
-        positions: new positions, metres.
-        places: at least two known positions in the order of measurement, metres.
-        times: when these were measured.
-
-    Returns:
-        For the most probable legs of each new position: the time at its nearest point, and the leg's probability.
     """
     legs, leg_duration = places.diff(dim=0), times.diff()
     from_leg_start = positions[:, None] - places[:-1]
@@ -47,11 +39,7 @@ def leg_times(
 
 
 def leg_shapes(places: Float[np.ndarray, "n 3"], times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "L 7"]:
-    """What ``leg_times`` needs of each leg, computed once for a compiled loop over positions.
-
-    Returns:
-        The leg's vector, 1 / its squared length, its duration, 1 / (2 deviation²), and the log of duration / volume.
-    """
+    """What ``leg_times`` needs of each leg, computed once for a compiled loop over positions."""
     vectors, duration = np.diff(places, axis=0), np.diff(times)
     squared = np.square(vectors).sum(axis=1)
     length = np.sqrt(squared)

@@ -22,11 +22,6 @@ def composite_loss(
 
     The SSIM of the loss uses a Gaussian window. This is separable, and so ten times faster than the uniform window of
     scikit-image that reported scores use.
-
-    Args:
-        prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1.
-        ssim_weight: weight of 1 − SSIM, if it is not 0.3; L1 has the rest.
     """
     # The batch is passed as one image with B colour planes. The mean is the same, and the convolutions are several
     # times faster.
@@ -37,13 +32,7 @@ def composite_loss(
 def coarse_loss(
     prediction: Float[Tensor, "B H W"], truth: Float[Tensor, "B H W"], pixels: Quadrature
 ) -> Float[Tensor, ""]:
-    """The composite loss at a few pixels: L1 weighted as the mean over all, and the SSIM of the coarser picture.
-
-    Args:
-        prediction: predicted spectra at these pixels.
-        truth: true spectra at these pixels.
-        pixels: the pixels and their weights.
-    """
+    """The composite loss at a few pixels: L1 weighted as the mean over all, and the SSIM of the coarser picture."""
     rows = (prediction - truth).abs().mean(dim=(0, 2))
     similarity = gaussian_ssim(prediction[None], truth[None], data_range=1.0, win_size=WINDOW, win_sigma=SIGMA)
     return L1_WEIGHT * rows @ rows.new_tensor(pixels.weights) + SSIM_WEIGHT * (1 - similarity)

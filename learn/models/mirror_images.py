@@ -25,14 +25,10 @@ class Images:
     """Images of the gateway's array.
 
     A plane mirrors one coordinate of an image, two perpendicular ones mirror two, and two parallel ones shift it.
-
-    Attributes:
-        middles: the middle of each image, metres, world frame.
-        signs: −1 where a coordinate of the array is mirrored, otherwise 1.
     """
 
-    middles: Float[np.ndarray, "J 3"]
-    signs: Float[np.ndarray, "J 3"]
+    middles: Float[np.ndarray, "J 3"]  # the middle of each image, metres, world frame
+    signs: Float[np.ndarray, "J 3"]  # −1 where a coordinate of the array is mirrored, otherwise 1
 
     def __len__(self) -> int:
         return len(self.middles)
@@ -50,13 +46,6 @@ def image_waves(
     wavelength: Float[Tensor, ""],
 ) -> tuple[Float[Tensor, "n elements J"], Float[Tensor, "n elements J"]]:
     """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths: real and imaginary parts.
-
-    Args:
-        positions: metres, world frame.
-        middles: as for ``Images``.
-        signs: as for ``Images``.
-        offsets: of the gateway's elements from its middle, metres, world frame.
-        wavelength: metres.
 
     >>> above, middle = torch.tensor([[0.0, 0, 2]]), torch.zeros(1, 3)
     >>> image_waves(above, middle, torch.ones(1, 3), torch.zeros(1, 3), wavelength=torch.tensor(1.0))[0].tolist()
@@ -78,11 +67,6 @@ def gateway_and_first_images(
 ) -> Images:
     """The gateway itself, and its images in planes beyond itself and the transmitters, on all six sides.
 
-    Args:
-        gateway: position, metres, world frame.
-        region: box around the transmitters, metres, world frame.
-        wavelength: metres.
-
     >>> images = gateway_and_first_images(np.zeros(3), np.array([[1.0, 0, 0], [2, 1, 1]]), wavelength=0.3)
     >>> images.middles[:2].round(3).tolist(), images.signs[1].tolist()
     ([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]], [-1.0, 1.0, 1.0])
@@ -102,18 +86,7 @@ def gateway_and_first_images(
 def second_images(
     first: Images, strengths: Float[np.ndarray, " J"], region: Float[np.ndarray, "2 3"], wavelength: float
 ) -> tuple[Images, Images]:
-    """Images in two planes, of the strongest ones along each axis if they are perpendicular.
-
-    Args:
-        first: the gateway, and after it its images in one plane.
-        strengths: of these.
-        region: box around the transmitters, metres, world frame.
-        wavelength: metres.
-
-    Returns:
-        The images in two perpendicular planes, and those in two parallel ones on both sides of the region and the
-        gateway, which are shifted along an axis.
-    """
+    """Images in two planes, of the strongest ones along each axis if they are perpendicular."""
     gateway = first.middles[0]
     strongest = []
     for axis in range(3):

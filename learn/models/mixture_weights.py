@@ -32,19 +32,12 @@ tried."""
 
 
 class Mixture(NamedTuple):
-    """What is mixed, and why.
+    """What is mixed, and why."""
 
-    Attributes:
-        weights: of the ways that are mixed; they add up to 1.
-        fields: the fitted fields of all ways of kriging that were tried.
-        scores: mean SSIM of known spectra that each way predicts from the others.
-        score: that of the mixture.
-    """
-
-    weights: dict[str, float]
-    fields: dict[str, KrigedField]
-    scores: dict[str, float]
-    score: float
+    weights: dict[str, float]  # of the ways that are mixed; they add up to 1
+    fields: dict[str, KrigedField]  # the fitted fields of all ways of kriging that were tried
+    scores: dict[str, float]  # mean SSIM of known spectra that each way predicts from the others
+    score: float  # that of the mixture
 
     def __str__(self) -> str:
         """A sentence for the user."""
@@ -59,13 +52,7 @@ class Mixture(NamedTuple):
 
 
 def best_mixture(fits: FieldFits, known: Int[np.ndarray, " n"], report: Report) -> Mixture:
-    """Fit each way of kriging, and find the weights with which known spectra are best predicted from the others.
-
-    Args:
-        fits: fits the fields to the dataset's spectra.
-        known: indices of at least two spectra, ascending.
-        report: told the progress.
-    """
+    """Fit each way of kriging, and find the weights with which known spectra are best predicted from the others."""
     dataset = fits.dataset
     left_out = evenly(np.arange(len(known)), LEFT_OUT)
     truth = spectrum_of(dataset.pictures[known[left_out]])

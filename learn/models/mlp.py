@@ -30,12 +30,6 @@ class SpectrumMLP(SpectrumModel):
     """A network that predicts the spectrum at a few pixels from the encoded position of the transmitter.
 
     The pixels are as many as the array can resolve; the whole spectrum is interpolated from them.
-
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-        encoding: encoding of the position, as for ``TransmitterEncoding``.
     """
 
     rows: Tensor
@@ -78,12 +72,6 @@ class ResponseMLP(ResponseNetwork):
     If the receiver moves, its elements at all places of the array sample one field, that of the fixed transmitter. The
     network then predicts this field at the elements' own positions, y_m(r) = y(r + d_m), and learns from as many
     samples as there are elements at each place.
-
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-        encoding: encoding of the position, as for ``TransmitterEncoding``.
     """
 
     elements: Tensor
@@ -128,12 +116,7 @@ class ResponseMLP(ResponseNetwork):
     def _gains(
         self, positions: Float[Tensor, "B 3"], elements: Float[Tensor, "some 3"]
     ) -> Float[Tensor, "B some gains 2"]:
-        """Gains of all delays; their sum is the response at the carrier, which is the only gain if there is no band.
-
-        Args:
-            positions: places of the transmitter, or of the array that moves, metres.
-            elements: elements of the array, wavelengths, gateway frame: all of them, unless the array moves.
-        """
+        """Gains of all delays; their sum is the response at the carrier, which is the only gain if there is no band."""
         if self.turn is None:
             return self.network(self.encoded(positions)).unflatten(-1, (len(elements), -1, 2))
         places = (positions[:, None] + self.wavelength * elements @ self.turn.T).flatten(0, 1)

@@ -13,11 +13,7 @@ OPTION_MOST = 1_000_000
 
 
 def options_of(model: type) -> dict[str, Any]:
-    """Options of a model's class with their defaults, including those that it passes on to its base class.
-
-    Args:
-        model: the class.
-    """
+    """Options of a model's class with their defaults, including those that it passes on to its base class."""
     known: dict[str, Any] = {}
     for each in model.__mro__[:-1]:
         if "__init__" not in vars(each):
@@ -33,16 +29,7 @@ def options_of(model: type) -> dict[str, Any]:
 
 
 def check_options_of(model: type, name: str, options: Mapping[str, Any]) -> None:
-    """Check that a model's class takes these options.
-
-    Args:
-        model: the class.
-        name: name of the model.
-        options: arguments of the class, by name.
-
-    Raises:
-        ParameterError: the model has no such option, or a number is not between 1 and ``OPTION_MOST``.
-    """
+    """Check that a model's class takes these options."""
     known = options_of(model)
     for option, value in options.items():
         if option not in known:

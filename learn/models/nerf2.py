@@ -45,19 +45,6 @@ class NeRF2(SpectrumModel):
 
     The attenuation network predicts (δ, ψ) and a feature of each voxel. The radiance network predicts the signal (s, φ)
     that the voxel sends back along the ray, from the feature, the direction and the transmitter's position.
-
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-        samples: number of voxels per ray.
-        rays: number of rays per training step, which is shared evenly by the transmitters of the batch.
-        width: width of both networks.
-        layers: number of layers of the attenuation network.
-        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
-
-    Raises:
-        ParameterError: there are fewer than 2 samples or 4 layers.
     """
 
     directions: Tensor
@@ -96,14 +83,7 @@ class NeRF2(SpectrumModel):
     def voxels(
         self, directions: Float[Tensor, "R 3"]
     ) -> tuple[Float[Tensor, "R samples 2"], Float[Tensor, "R samples width"]]:
-        """Outputs of the attenuation network for the voxels along rays. They do not depend on the transmitter.
-
-        Args:
-            directions: unit vectors of the rays, gateway frame.
-
-        Returns:
-            Unconstrained (δ, ψ), and features.
-        """
+        """Outputs of the attenuation network for the voxels along rays. They do not depend on the transmitter."""
         radius = torch.linspace(0, FAR, self.samples, device=directions.device)
         encoded = positional_encoding(directions[:, None] * radius[:, None] / FAR, ORDER)
         return self.field.voxels(encoded)
@@ -115,14 +95,7 @@ class NeRF2(SpectrumModel):
         feature: Float[Tensor, "R samples width"],
         transmitters: Float[Tensor, "B size"],
     ) -> Float[Tensor, "B R"]:
-        """Received magnitude ``|R|`` of each ray, for each transmitter.
-
-        Args:
-            directions: unit vectors of the rays, gateway frame.
-            attenuation: from ``voxels``.
-            feature: from ``voxels``.
-            transmitters: encoded positions of the transmitters.
-        """
+        """Received magnitude ``|R|`` of each ray, for each transmitter."""
         encoded = positional_encoding(directions, ORDER)[:, None]
         signal = self.field.signals(feature, encoded, transmitters[:, None, None])
         step = FAR / (self.samples - 1)
@@ -147,12 +120,7 @@ class NeRF2(SpectrumModel):
         return (self.rows @ self.marched(positions) @ self.columns.T).clamp(0, 1)
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-        """Mean squared error at some of the pixels that have rays, drawn at random, the same for all spectra.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            spectra: true spectra, 0…1.
-        """
+        """Mean squared error at some of the pixels that have rays, drawn at random, the same for all spectra."""
         count = min(max(1, self.rays // len(positions)), len(self.directions))
         drawn = torch.randperm(len(self.directions), device=positions.device)[:count]
         directions = self.directions[drawn]

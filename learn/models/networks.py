@@ -12,15 +12,10 @@ from torch import Tensor, nn
 
 
 class Interpolated(NamedTuple):
-    """Features of primitives, ``f'_i = Σ_j w_ij g'_j``, stored as weights and values until they are needed.
+    """Features of primitives, ``f'_i = Σ_j w_ij g'_j``, stored as weights and values until they are needed."""
 
-    Attributes:
-        weights: interpolation weights w_ij; each row adds up to 1.
-        values: features g'_j of the grid points.
-    """
-
-    weights: Float[Tensor, "N_p N_c"]
-    values: Float[Tensor, "B N_c width"]
+    weights: Float[Tensor, "N_p N_c"]  # interpolation weights w_ij; each row adds up to 1
+    values: Float[Tensor, "B N_c width"]  # features g'_j of the grid points
 
     def __call__(self) -> Float[Tensor, "B N_p width"]:
         """The features f'_i."""
@@ -52,14 +47,7 @@ class LinearOfParts(nn.Linear):
 
 
 class ResidualFFN(nn.Module):
-    """x ← W_in x, then ``layers`` times x ← x + GELU(W_l LayerNorm(x)), then W_out x.
-
-    Args:
-        inputs: number of inputs of all parts together.
-        outputs: number of outputs.
-        width: hidden width (in the paper 128, and 256 for BiSplat-WRF+).
-        layers: number of residual layers (in the paper 4, and 12 for BiSplat-WRF+).
-    """
+    """x ← W_in x, then ``layers`` times x ← x + GELU(W_l LayerNorm(x)), then W_out x."""
 
     def __init__(self, inputs: int, outputs: int, width: int, layers: int):
         super().__init__()
@@ -82,12 +70,6 @@ class ResidualFFN(nn.Module):
 
 class SkipNetwork(nn.Module):
     """Linear layers, each with a ReLU after it. One of them sees the inputs again. Heads are those of the subclasses.
-
-    Args:
-        inputs: number of inputs of all parts together.
-        width: width of all layers.
-        layers: number of layers.
-        again: number of the layer that sees the inputs again, counted from 0.
     """
 
     def __init__(self, inputs: int, width: int, layers: int, again: int):

@@ -25,14 +25,6 @@ class OneField(KrigedField):
 
     If the receiver moves, all elements sample one field: y_m(r) = y(r + d_m), with the offset d_m of element m from the
     middle of the array. Kriging from all these samples tells more than kriging each element's response by itself.
-
-    Args:
-        region: as for ``KrigedField``.
-        beamformer: as for ``KrigedField``.
-        wavelength: as for ``KrigedField``.
-
-    Attributes:
-        offsets: d_m, metres, world frame.
     """
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):

@@ -17,21 +17,13 @@ class PathDelays(nn.Module):
     At the carrier f₀, subcarrier ⌊N/2⌋ of N, the response is the sum of the gains. Within a region small against
     c / bandwidth, a path's own change of delay is a sum of neighbouring ones.
 
-    Args:
-        subcarriers: their number N.
-        first: delays that the training begins with, in units of 1 / distance of the subcarriers.
-
-    Attributes:
-        delays: the learned delays in these units, in which a training step moves them about as far as other weights.
-        turns: phase at each subcarrier of a path with delay −1, radians.
-
     >>> delays = PathDelays(4, np.array([0.25]))
     >>> gain = torch.tensor([[0.0, 3.0]])  # 3i
     >>> [[round(part, 3) + 0.0 for part in pair] for pair in delays(gain).tolist()]
     [[0.0, -3.0], [-3.0, 0.0], [0.0, 3.0], [3.0, 0.0]]
     """
 
-    turns: Tensor
+    turns: Tensor  # phase at each subcarrier of a path with delay −1, radians
 
     def __init__(self, subcarriers: int, first: Float[np.ndarray, " paths"]):
         super().__init__()
@@ -51,12 +43,7 @@ class PathDelays(nn.Module):
 
 
 def first_delays(responses: Complex[np.ndarray, "n elements subcarriers"], count: int) -> Float[np.ndarray, " count"]:
-    """Evenly spaced delays over those that hold most of the power, in units of 1 / distance of the subcarriers.
-
-    Args:
-        responses: responses at evenly spaced subcarriers.
-        count: number of delays.
-    """
+    """Evenly spaced delays over those that hold most of the power, in units of 1 / distance of the subcarriers."""
     profile = np.square(np.abs(np.fft.ifft(responses, axis=-1))).sum(axis=(0, 1))
     bins = len(profile)
     order = np.argsort(profile)[::-1]

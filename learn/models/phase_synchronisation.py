@@ -52,18 +52,7 @@ def synchronised(
     nugget: float,
     flips: bool = True,
 ) -> Complex[np.ndarray, "n elements"]:
-    """Responses with the factors and flips that most likely make them one field.
-
-    Args:
-        responses: those of each known picture, up to a factor and the flip.
-        positions: transmitter positions, metres.
-        covariance: covariance of the field, of variance 1.
-        nugget: variance of the noise, relative to that of the field.
-        flips: whether responses may be flipped, as those behind pictures of a uniform planar array.
-
-    Returns:
-        Responses of a mean square magnitude of 1, up to a flip of all of them and a common factor.
-    """
+    """Responses with the factors and flips that most likely make them one field."""
     norm = np.linalg.norm(responses, axis=1, keepdims=True) / np.sqrt(responses.shape[1])
     either = np.stack([responses, flipped(responses) if flips else responses]) / np.where(norm > 0, norm, 1)
     _, near = cKDTree(positions).query(positions, [*range(1, min(NEIGHBOURS + 1, len(positions)) + 1)])

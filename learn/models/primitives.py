@@ -30,19 +30,9 @@ class Primitives(nn.Module):
 
     The parameters are unconstrained; the properties compute the physical values from them. The parameters have scales
     at which a step of Adam moves all of them; azimuths in degrees would hardly move.
-
-    Args:
-        count: number of primitives N_p.
-
-    Attributes:
-        coarse: whether each primitive belongs to the coarse group, which is fixed at initialisation.
-        azimuth_radians: φ, which may leave 0…2π, since the angle is periodic.
-        rotation: ρ, radians.
-        scale_raw: logarithm of the standard deviations in degrees.
-        opacity_raw: logit of the opacity.
     """
 
-    coarse: Tensor
+    coarse: Tensor  # whether each primitive belongs to the coarse group, which is fixed at initialisation
 
     def __init__(self, count: int):
         super().__init__()

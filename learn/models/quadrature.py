@@ -45,17 +45,11 @@ PER_WAVELENGTH, SAME_BAND = 4, 1e-4
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Pixels of a spectrum: all pairs of some rows and some columns.
+    """Pixels of a spectrum: all pairs of some rows and some columns."""
 
-    Attributes:
-        rows: [H] rows of the picture.
-        columns: [W] columns of the picture, equally spaced.
-        weights: [H] weight of each row's mean; the weights add up to 1.
-    """
-
-    rows: Int[np.ndarray, " H"]
-    columns: Int[np.ndarray, " W"]
-    weights: Float[np.ndarray, " H"]
+    rows: Int[np.ndarray, " H"]  # [H] rows of the picture
+    columns: Int[np.ndarray, " W"]  # [W] columns of the picture, equally spaced
+    weights: Float[np.ndarray, " H"]  # [H] weight of each row's mean; the weights add up to 1
 
     def __len__(self) -> int:
         return len(self.rows) * len(self.columns)
@@ -63,9 +57,6 @@ class Quadrature:
 
 def quadrature(beamformer: Beamformer) -> Quadrature:
     """The fewest rows and columns that hold the band of an array.
-
-    Args:
-        beamformer: the array and the grid of its spectra.
 
     >>> from simulate.spectra.beamformer import Beamformer
     >>> chosen = quadrature(Beamformer())
@@ -123,9 +114,6 @@ def picture_pixels(beamformer: Beamformer) -> Quadrature:
 
     The spectra of smaller arrays need fewer pixels for their means, but not for drawing them: magnitudes have sharp
     valleys.
-
-    Args:
-        beamformer: the array and the grid of its spectra.
     """
     own, larger = quadrature(beamformer), quadrature(replace(beamformer, array=PlanarArray()))
     by_rows = max(own, larger, key=lambda pixels: len(pixels.rows))
@@ -137,9 +125,6 @@ def interpolation(pixels: Quadrature) -> tuple[Float[np.ndarray, "90 H"], Float[
     """Matrices R and C that turn pixels x into a picture R x Cᵀ by cubic splines, periodic along azimuth.
 
     Spectra of a 4 × 4 array that are interpolated from 18 × 45 pixels have an SSIM of 0.996 with the true ones.
-
-    Args:
-        pixels: the pixels that are known.
     """
     rows = np.ones((ROWS, 1))
     if len(pixels.rows) > 1:

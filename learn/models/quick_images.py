@@ -25,14 +25,7 @@ SINE = tuple((-1) ** n / math.factorial(2 * n + 1) for n in range(8))
 
 @compiled(nogil=True, fastmath=SUMS, error_model="numpy")
 def _add_up(positions, elements, amplitudes, responses):
-    """Write the sums of waves into ``responses`` [K, elements].
-
-    Args:
-        positions: wavelengths, [K, 3].
-        elements: places of the elements of the images, wavelengths, [elements, 3, J].
-        amplitudes: x_j (real, imaginary), [2, J].
-        responses: the result.
-    """
+    """Write the sums of waves into ``responses`` [K, elements]."""
     for k in range(len(positions)):
         x, y, z = positions[k, 0], positions[k, 1], positions[k, 2]
         for m in range(len(elements)):
@@ -60,12 +53,6 @@ def sum_of_waves(
     wavelength: float,
 ) -> Complex[np.ndarray, "K elements"]:
     """The sums Σ_j x_j e^{−jkR}/R over images, R in wavelengths.
-
-    Args:
-        positions: metres.
-        elements: places of the elements of each image, metres, in the frame of the positions.
-        amplitudes: x_j (real, imaginary).
-        wavelength: metres.
 
     >>> one = np.zeros((1, 1, 3))
     >>> sum_of_waves(np.array([[0.0, 0, 2.25]]), one, np.array([[9.0, 0]]), wavelength=1.0).round(6).tolist()

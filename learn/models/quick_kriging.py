@@ -30,22 +30,7 @@ RARE = 1e-10
 
 @compiled(nogil=True, fastmath=SUMS, error_model="numpy")
 def _krige(positions, places, times, cosines, sines, legs, values, wavenumbers, shares, scales, neighbours, responses):
-    """Write interpolated responses into ``responses`` [K, elements].
-
-    Args:
-        positions: new positions, [K, 3].
-        places: known positions, [n, 3].
-        times: of the known positions, [n].
-        cosines: of the plane waves' phases at the known positions, [n, J].
-        sines: likewise.
-        legs: of each leg of the path: the vector (3), 1 / length², duration, 1 / (2 deviation²), log of the density,
-            [n − 1, 7].
-        values: known responses (real, imaginary), [n, elements, 2].
-        wavenumbers: k u_j, [J, 3].
-        shares: s_j.
-        scales: length ℓ, drift T, nugget ν.
-        neighbours: number of nearest known positions, at most n.
-    """
+    """Write interpolated responses into ``responses`` [K, elements]."""
     length, drift, nugget = scales[0], scales[1], scales[2]
     waves, elements = len(shares), values.shape[1]
     distances, near = np.empty(neighbours), np.zeros(neighbours, np.int64)
@@ -140,20 +125,7 @@ def _krige(positions, places, times, cosines, sines, legs, values, wavenumbers, 
 
 
 class QuickKriging:
-    """Interpolates responses between known ones.
-
-    Args:
-        places: n known positions, metres.
-        times: index of each of them in the order of measurement.
-        values: known responses (real, imaginary), flattened.
-        mean: what is subtracted from these, and added to interpolated ones.
-        directions: unit vectors u_j of the plane waves.
-        wavelength: metres.
-        shares: s_j.
-        length: ℓ, metres.
-        drift: T, number of spectra.
-        nugget: ν.
-    """
+    """Interpolates responses between known ones."""
 
     def __init__(
         self,
@@ -180,12 +152,7 @@ class QuickKriging:
         self._mean = mean.double().unflatten(0, (-1, 2)).numpy() @ [1, 1j]
 
     def responses(self, positions: Float[np.ndarray, "K 3"], neighbours: int) -> Complex[np.ndarray, "K elements"]:
-        """Interpolated responses, in the units of the known ones.
-
-        Args:
-            positions: metres.
-            neighbours: largest number of nearest known positions from which each is interpolated.
-        """
+        """Interpolated responses, in the units of the known ones."""
         places = np.ascontiguousarray(positions, np.float64)
         found = np.empty((len(places), len(self._mean)), np.complex128)
         nearest = min(neighbours, len(self._known[0]))

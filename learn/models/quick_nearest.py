@@ -61,15 +61,6 @@ def add_mean_of_nearest(
 ) -> None:
     """Add weighted means of the nearest known spectra, with weights 1 / distance.
 
-    Args:
-        spectra: to these the means are added, float32.
-        positions: metres.
-        places: known positions, metres.
-        known: spectra there, float32.
-        weight: of the means.
-        neighbours: number of nearest known positions, at most n.
-        least: least distance that counts, metres.
-
     >>> spectra = np.ones((1, 90, 360), np.float32)
     >>> known = np.stack([np.zeros((90, 360), np.float32), spectra[0]])
     >>> add_mean_of_nearest(spectra, np.array([[0.2, 0, 0]]), np.array([[0.0, 0, 0], [1, 0, 0]]), known, 0.5, 2, 1e-9)

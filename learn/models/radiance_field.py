@@ -9,16 +9,7 @@ from learn.models.networks import LinearOfParts
 
 
 class RadianceField(nn.Module):
-    """Attenuation network and radiance network, which the models of spectra, powers and channels share.
-
-    Args:
-        place: number of values of a voxel's encoded position.
-        others: number of values that the radiance network takes besides the voxel's feature: the encoded direction,
-            and what is known of the transmitter.
-        width: width of both networks.
-        layers: number of layers of the attenuation network, at least 4.
-        frequencies: number of subcarriers, each of which has an attenuation and a signal of its own.
-    """
+    """Attenuation network and radiance network, which the models of spectra, powers and channels share."""
 
     def __init__(self, place: int, others: int, width: int, layers: int, frequencies: int = 1):
         super().__init__()
@@ -36,14 +27,7 @@ class RadianceField(nn.Module):
     def voxels(
         self, places: Float[Tensor, "*voxels place"]
     ) -> tuple[Float[Tensor, "*voxels outputs"], Float[Tensor, "*voxels width"]]:
-        """Unconstrained attenuations and phase shifts of voxels, and their features. The transmitter plays no part.
-
-        Args:
-            places: encoded positions of the voxels.
-
-        Returns:
-            First all attenuations, then all phase shifts; and features.
-        """
+        """Unconstrained attenuations and phase shifts of voxels, and their features. The transmitter plays no part."""
         x = self.inward(places).relu()
         for layer in self.first:
             x = layer(x).relu()
@@ -56,9 +40,5 @@ class RadianceField(nn.Module):
         self, feature: Float[Tensor, "*voxels width"], *others: Float[Tensor, "*#batch _inputs"]
     ) -> Float[Tensor, "*batch outputs"]:
         """Unconstrained amplitudes and phases of the signals that voxels send back: first all amplitudes, then phases.
-
-        Args:
-            feature: features from ``voxels``.
-            others: encoded directions, and what is known of the transmitters. All broadcast against each other.
         """
         return self.signal(self.radiance(feature, *others))

@@ -19,20 +19,13 @@ ORDER = 10
 
 @dataclass(frozen=True)
 class RaySize:
-    """Size of the networks, and number of rays and voxels.
+    """Size of the networks, and number of rays and voxels."""
 
-    Attributes:
-        azimuths, elevations: number of azimuths, and of elevations up to the zenith, of the rays.
-        samples: number of voxels of each ray.
-        width: width of both networks.
-        layers: number of layers of the attenuation network.
-    """
-
-    azimuths: int = 36
+    azimuths: int = 36  # azimuths and elevations: number of azimuths, and of elevations up to the zenith, of the rays
     elevations: int = 9
-    samples: int = 32
-    width: int = 256
-    layers: int = 8
+    samples: int = 32  # number of voxels of each ray
+    width: int = 256  # width of both networks
+    layers: int = 8  # number of layers of the attenuation network
 
 
 PUBLISHED = RaySize()
@@ -64,15 +57,6 @@ class RaySignals(nn.Module):
 
     The attenuation network predicts (δ, ψ) and a feature of each voxel, the radiance network the signal (s, φ) that it
     sends back along the ray, from the feature, the direction and what is known of the transmitter.
-
-    Args:
-        receivers: positions of the R receivers, metres.
-        inputs: number of values that are known of the transmitter.
-        far: length of a ray, metres.
-        unit: length that is 1 in the encoding of voxels, metres.
-        wavelength: metres.
-        size: rays, voxels and networks.
-        frequencies: number of subcarriers S.
     """
 
     places: Tensor
@@ -100,11 +84,7 @@ class RaySignals(nn.Module):
         self.field = RadianceField(encoded, encoded + inputs, size.width, size.layers, frequencies)
 
     def forward(self, known: Float[Tensor, "B #R inputs"]) -> Float[Tensor, "B R S 2"]:
-        """Received signals (real, imaginary) of each receiver and subcarrier.
-
-        Args:
-            known: what is known of each transmitter, the same for all receivers or for each its own.
-        """
+        """Received signals (real, imaginary) of each receiver and subcarrier."""
         attenuation, feature = self.field.voxels(self.places)
         signal = self.field.signals(feature, self.directions, known[:, :, None, None])
         delta, psi = attenuation.chunk(2, dim=-1)
@@ -117,10 +97,6 @@ class RaySignals(nn.Module):
 
 def ray_directions(azimuths: int, elevations: int) -> Float[np.ndarray, "rays 3"]:
     """Unit vectors at equally spaced azimuths, for each of equally spaced elevations above the horizon, up to 90°.
-
-    Args:
-        azimuths: their number.
-        elevations: their number.
 
     >>> ray_directions(2, 1).round(3).tolist()
     [[0.0, 0.0, 1.0], [-0.0, 0.0, 1.0]]

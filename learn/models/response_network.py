@@ -17,20 +17,11 @@ from simulate.spectra.beamformer import Beamformer
 
 
 class ResponseNetwork(PredictsResponses):
-    """Predicts responses at the carrier, or as gains of learned delays over a band.
+    """Predicts responses at the carrier, or as gains of learned delays over a band."""
 
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-
-    Attributes:
-        turn: rotation matrix from the gateway frame to the world frame if the receiver moves; otherwise None.
-        band: the delays, if the network learns responses over a band; otherwise None.
-    """
-
+    # rotation matrix from the gateway frame to the world frame if the receiver moves; otherwise None
     turn: Tensor | None
-    band: PathDelays | None
+    band: PathDelays | None  # the delays, if the network learns responses over a band; otherwise None
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength)

@@ -26,10 +26,6 @@ early errors spread."""
 
 def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:
     """Responses behind known pictures, each up to a factor and the flip. Those in the dataset are used if it has them.
-
-    Args:
-        dataset: the dataset.
-        known: indices of the pictures.
     """
     if dataset.retrieved is not None and np.isfinite(dataset.retrieved[known]).all():
         return dataset.retrieved[known]
@@ -43,13 +39,7 @@ class RetrievedOnce:
         self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
 
     def of(self, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> Complex[np.ndarray, "n elements"]:
-        """As ``retrieved_responses``.
-
-        Args:
-            dataset: the dataset; what is kept of another one is forgotten.
-            known: indices of the pictures.
-            report: told if there is something to find, which takes long.
-        """
+        """As ``retrieved_responses``."""
         if self._found is None or self._found[0] is not dataset:
             self._found = dataset, np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
         found = self._found[1]
@@ -66,12 +56,7 @@ def with_contrast(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndar
 
 
 def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
-    """Whether responses can be found behind known pictures: neither too few nor too many, of a uniform planar array.
-
-    Args:
-        dataset: the dataset.
-        known: indices of the pictures.
-    """
+    """Whether responses can be found behind known pictures: neither too few nor too many, of a uniform planar array."""
     if dataset.array.elements < 2 or len(known) > MOST_RETRIEVED or not_retrieved(dataset) is not None:
         return False
     return len(with_contrast(dataset, known)) >= LEAST_RETRIEVED
@@ -100,16 +85,6 @@ def fit_to_pictures(
     found that make the retrieved responses one field. Then κ is fitted to these responses, and both steps are repeated.
     The result is the field of the true responses up to a common factor and a flip of all, which no picture can
     determine and on which its spectra do not depend.
-
-    Args:
-        field: interpolates responses; it is fitted.
-        of_spectra: interpolates spectra, and is fitted to the same pictures.
-        responses: result of ``retrieved_responses``.
-        dataset: the dataset.
-        known: indices of the pictures, ascending, each with several grey levels.
-
-    Returns:
-        The responses of all K spectra of the dataset to which the field is fitted; those of the others are zero.
     """
     law, flips = of_spectra, uniform(dataset.array) is not None
     all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)

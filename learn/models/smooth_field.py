@@ -17,11 +17,6 @@ class SmoothField(KrigedField):
 
     Where known positions are many wavelengths apart, nothing can follow the waves between them. The spectra's slow
     change over metres can still be interpolated.
-
-    Args:
-        region: as for ``KrigedField``.
-        beamformer: as for ``KrigedField``.
-        wavelength: as for ``KrigedField``.
     """
 
     neighbours = 64

@@ -51,9 +51,6 @@ def directions(
 ) -> tuple[Float[Tensor, "*batch"], Float[Tensor, "*batch"], Float[Tensor, "*batch 2 3"]]:
     """Azimuth φ in [0, 360) and latitude λ in [−90, 90] of places seen from the origin, degrees, and d(φ, λ)/dp.
 
-    Args:
-        place: x, y, z with z upwards, metres.
-
     >>> azimuth, latitude, change = directions(torch.tensor([0.0, 1.0, 1.0]))
     >>> round(azimuth.item()), round(latitude.item()), round(change[1, 2].deg2rad().item(), 3)  # of λ, upwards
     (90, 45, 0.5)
@@ -72,10 +69,6 @@ def conic_of_axes(axes: Float[Tensor, "*batch 2 3"], blur: float) -> Conic:
 
     The determinant is a sum of squares, ``|A_1 × A_2|² + blur (|A_1|² + |A_2|²) + blur²``, which single precision holds
     even for long, thin Gaussians.
-
-    Args:
-        axes: J R diag(s): the three axes on the plane, degrees.
-        blur: square degrees.
 
     >>> [round(each.item(), 3) for each in conic_of_axes(torch.tensor([[1.0, 0.0, 0.0], [0.0, 3.0, 0.0]]), 1.0)]
     [0.5, -0.0, 0.1]

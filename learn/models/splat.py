@@ -26,25 +26,15 @@ Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N
 
 
 class Splats(NamedTuple):
-    """Primitives as they are blended for B transmitters: the first arguments of ``splat``.
+    """Primitives as they are blended for B transmitters: the first arguments of ``splat``."""
 
-    Attributes:
-        azimuth: φ_i, degrees.
-        elevation: θ_i, degrees.
-        depth: d_i.
-        scale: standard deviations, degrees.
-        rotation: ρ_i, radians.
-        opacity: o_i.
-        coefficient: c_i (real, imaginary).
-    """
-
-    azimuth: Float[Tensor, " N_p"]
-    elevation: Float[Tensor, " N_p"]
-    depth: Float[Tensor, " N_p"]
-    scale: Float[Tensor, "B N_p 2"]
-    rotation: Float[Tensor, "B N_p"]
-    opacity: Float[Tensor, "B N_p"]
-    coefficient: Float[Tensor, "B N_p 2"]
+    azimuth: Float[Tensor, " N_p"]  # φ_i, degrees
+    elevation: Float[Tensor, " N_p"]  # θ_i, degrees
+    depth: Float[Tensor, " N_p"]  # d_i
+    scale: Float[Tensor, "B N_p 2"]  # standard deviations, degrees
+    rotation: Float[Tensor, "B N_p"]  # ρ_i, radians
+    opacity: Float[Tensor, "B N_p"]  # o_i
+    coefficient: Float[Tensor, "B N_p 2"]  # c_i (real, imaginary)
 
 
 def splat(
@@ -58,20 +48,7 @@ def splat(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """The complex field ``F = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` with ``α_i = o_i G_i(φ, θ)``, nearer primitives first.
-
-    Args:
-        azimuth: φ_i, degrees, in [0, 360), the same for all transmitters or for each its own.
-        elevation: θ_i, degrees, likewise.
-        depth: d_i; primitives of equal depth keep their order.
-        scale: standard deviations (s_x, s_y) along the rotated axes, degrees.
-        rotation: ρ_i, radians.
-        opacity: o_i in (0, 1).
-        coefficient: c_i (real, imaginary).
-        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, …; the step may be negative, and the columns
-            need not make a full turn.
-        elevations: elevations of the grid's rows, degrees.
-    """
+    """The complex field ``F = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` with ``α_i = o_i G_i(φ, θ)``, nearer primitives first."""
     order = torch.argsort(depth, stable=True)
     azimuth, elevation = azimuth[..., order], elevation[..., order]
     conic = conic_of(scale[:, order], rotation[:, order])
@@ -87,17 +64,7 @@ def splat_by_conic(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """The field of primitives that are already in depth order, by the fastest renderer that the device has.
-
-    Args:
-        azimuth: as for ``splat``.
-        elevation: as for ``splat``.
-        conic: a, b, c of ``conic_of``.
-        opacity: as for ``splat``.
-        coefficient: as for ``splat``.
-        azimuths: as for ``splat``.
-        elevations: as for ``splat``.
-    """
+    """The field of primitives that are already in depth order, by the fastest renderer that the device has."""
     if torch.compiler.is_exporting():
         renderer = splat_reference  # its operators exist in every runtime
     elif opacity.device.type == "cpu":
@@ -130,12 +97,7 @@ def _turn(azimuths: Float[Tensor, " W"]) -> Float[Tensor, " W_360"] | None:
 
 
 def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> Conic:
-    """The entries a, b, c of Σ⁻¹ = [[a, b], [b, c]], with Σ = R(ρ) diag(s_x², s_y²) R(ρ)ᵀ, per square degree.
-
-    Args:
-        scale: standard deviations (s_x, s_y), degrees.
-        rotation: ρ, radians.
-    """
+    """The entries a, b, c of Σ⁻¹ = [[a, b], [b, c]], with Σ = R(ρ) diag(s_x², s_y²) R(ρ)ᵀ, per square degree."""
     cos, sin = rotation.cos(), rotation.sin()
     inverse_x, inverse_y = scale.pow(-2).unbind(-1)
     return (
@@ -154,17 +116,7 @@ def splat_reference(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """The field of primitives that are already in depth order. Every primitive is evaluated at every pixel.
-
-    Args:
-        azimuth: as for ``splat``.
-        elevation: as for ``splat``.
-        conic: a, b, c of ``conic_of``.
-        opacity: as for ``splat``.
-        coefficient: as for ``splat``.
-        azimuths: as for ``splat``.
-        elevations: as for ``splat``.
-    """
+    """The field of primitives that are already in depth order. Every primitive is evaluated at every pixel."""
     alpha = opacity[..., None] * gaussian(azimuth, elevation, conic, pixel_grid(azimuths, elevations))
     return blend(alpha, coefficient).unflatten(1, (len(elevations), len(azimuths)))
 
@@ -178,12 +130,6 @@ def gaussian(
     """G_i(p) = exp(−½ (p − μ_i)ᵀ Σ_i⁻¹ (p − μ_i)) on the (φ, θ) plane.
 
     φ − φ_i is wrapped into [−180°, 180°), so that a primitive near azimuth 0° also covers 359°.
-
-    Args:
-        azimuth: φ_i, degrees.
-        elevation: θ_i, degrees.
-        conic: a, b, c of ``conic_of``.
-        pixels: (φ, θ) of the pixels, degrees.
     """
     d_azimuth = (pixels[:, 0] - azimuth[..., None] + 180).remainder(360) - 180
     d_elevation = pixels[:, 1] - elevation[..., None]
@@ -192,21 +138,12 @@ def gaussian(
 
 
 def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Float[Tensor, "B N_p 2"]) -> Float[Tensor, "B P 2"]:
-    """F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back.
-
-    Args:
-        alpha: α_i(p).
-        coefficient: c_i (real, imaginary).
-    """
+    """F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back."""
     return blending_weights(alpha).mT @ coefficient
 
 
 def blending_weights(alpha: Float[Tensor, "*B N_p P"]) -> Float[Tensor, "*B N_p P"]:
-    """α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back.
-
-    Args:
-        alpha: α_i(p).
-    """
+    """α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back."""
     transmittance = torch.cumprod(1 - alpha, dim=-2)
     return alpha * torch.cat([torch.ones_like(alpha[..., :1, :]), transmittance[..., :-1, :]], dim=-2)
 

@@ -168,17 +168,7 @@ def splat_cpu(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """As ``learn.models.splat.splat_reference``, in double precision, with the cut-off ``CUTOFF``.
-
-    Args:
-        azimuth: φ_i, degrees, in [0, 360), in depth order; the same for all transmitters or for each its own.
-        elevation: θ_i, degrees, likewise.
-        conic: a, b, c of Σ⁻¹ = [[a, b], [b, c]], per square degree.
-        opacity: o_i in (0, 1).
-        coefficient: c_i (real, imaginary).
-        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, … 360 − step.
-        elevations: elevations of the grid's rows, degrees.
-    """
+    """As ``learn.models.splat.splat_reference``, in double precision, with the cut-off ``CUTOFF``."""
     rows, columns = elevations.double().numpy(), len(azimuths)
     centres = (axis.expand(opacity.shape) for axis in (azimuth, elevation))
     return _Splat.apply(*centres, *conic, opacity, *coefficient.unbind(-1), rows, columns, 360.0 / columns)

@@ -160,16 +160,6 @@ def splat_triton(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """As ``learn.models.splat.splat_reference``, in single precision, with the cut-off ``CUTOFF``.
-
-    Args:
-        azimuth: φ_i, degrees, in [0, 360), in depth order; the same for all transmitters or for each its own.
-        elevation: θ_i, degrees, likewise.
-        conic: a, b, c of Σ⁻¹ = [[a, b], [b, c]], per square degree.
-        opacity: o_i in (0, 1).
-        coefficient: c_i (real, imaginary).
-        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, … 360 − step.
-        elevations: elevations of the grid's rows, degrees.
-    """
+    """As ``learn.models.splat.splat_reference``, in single precision, with the cut-off ``CUTOFF``."""
     centres = (axis.expand(opacity.shape) for axis in (azimuth, elevation))
     return _Splat.apply(*centres, *conic, opacity, *coefficient.unbind(-1), elevations, len(azimuths))

@@ -37,10 +37,6 @@ def best_weights(
     below ``LEAST_GAIN`` do not count: neither that of a mean over a single prediction, nor that of a prediction over an
     earlier one.
 
-    Args:
-        predicted: spectra by the name of what predicted them. Of equally good ones the first is preferred.
-        truth: the true spectra.
-
     >>> truth = np.tile(np.linspace(0, 1, 360), (1, 90, 1))
     >>> best_weights({"right": truth, "flat": np.zeros_like(truth)}, truth)
     ({'right': 1.0}, 1.0)
@@ -62,12 +58,7 @@ def best_weights(
 
 
 def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
-    """Mean of the nearest known spectra, weighted by 1 / distance.
-
-    Args:
-        field: keeps the known spectra.
-        distance: from each position to each known one, metres.
-    """
+    """Mean of the nearest known spectra, weighted by 1 / distance."""
     distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
     weights = 1 / distance.clamp_min(LEAST_DISTANCE)
     weights = weights / weights.sum(dim=1, keepdim=True)

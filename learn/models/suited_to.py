@@ -17,11 +17,6 @@ def suit_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"]
 
     If the receiver moves, it learns the one field that all elements sample. If there is a band, it learns the responses
     at all subcarriers.
-
-    Args:
-        model: the model.
-        dataset: the dataset.
-        known: indices of the spectra that it will learn from.
     """
     if dataset.moving == "receiver" and isinstance(model, SamplesOneField):
         turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()

@@ -48,13 +48,6 @@ class SwiftWRF(SplatModel):
     Each Gaussian has a centre, the Cholesky factor of its covariance, an opacity o_i and a coefficient c_i of a real
     and an imaginary part. A network moves the centre and changes o_i and c_i, given the centre and the transmitter's
     position. The real and the imaginary part of the sum are clipped to 0…1.
-
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array, which this model does not use, and grid.
-        wavelength: metres.
-        primitives: number of Gaussians. With fewer than 10,000, each is as much larger as fills the spectrum.
-        width: width of the deformation network.
     """
 
     def __init__(
@@ -116,9 +109,6 @@ class SwiftWRF(SplatModel):
 class DeformationNetwork(SkipNetwork):
     """How each Gaussian changes with the transmitter's position: a network of ReLU layers, one of which sees the inputs
     again, and a head of two layers for each of the three changes.
-
-    Args:
-        width: width of all layers.
     """
 
     def __init__(self, width: int):
@@ -131,12 +121,7 @@ class DeformationNetwork(SkipNetwork):
     def forward(
         self, place: Float[Tensor, "N_p 2"], position: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B N_p 2"], Float[Tensor, "B N_p 1"], Float[Tensor, "B N_p 2"]]:
-        """Changes of the place (before the hyperbolic tangent), of the opacity and of the coefficient.
-
-        Args:
-            place: centres, −1…1.
-            position: transmitter positions from the middle of the region, metres.
-        """
+        """Changes of the place (before the hyperbolic tangent), of the opacity and of the coefficient."""
         x = self.features(octaves(place, PLACE_OCTAVES)[None], octaves(position, POSITION_OCTAVES)[:, None])
         move, fade, change = (head(x) for head in self.heads)
         return move, fade, change

@@ -65,13 +65,7 @@ class Kriged(Protocol):
 def fit_covariance(
     field: Kriged, neighbours_most: int, report: Callable[[int, int], None] = lambda done, most: None
 ) -> None:
-    """Set the s, ℓ, T and ν of a field to those that maximise Vecchia's likelihood of its known spectra.
-
-    Args:
-        field: keeps at least two known spectra; its ``shares``, ``length``, ``drift`` and ``nugget`` are set.
-        neighbours_most: largest number of nearest predecessors from which each known spectrum is predicted.
-        report: called with the number of the optimiser's iterations done, and the largest number of them.
-    """
+    """Set the s, ℓ, T and ν of a field to those that maximise Vecchia's likelihood of its known spectra."""
     report(0, ITERATIONS)
     iteration = count(1)
     # Vecchia's likelihood: the known positions are put into a random order, and each is predicted from the nearest

@@ -22,9 +22,6 @@ most descriptions of rooms have them along the axes, and an angle that is a few 
 def angle_of_walls(likelihood: Callable[[int], float]) -> int:
     """The angle of perpendicular walls from the x axis, degrees, 0…89.
 
-    Args:
-        likelihood: function from an angle in degrees to the log-likelihood of each response with walls at this angle.
-
     >>> angle_of_walls(lambda degrees: -abs(degrees - 31) / 30), angle_of_walls(lambda degrees: -abs(degrees - 3) / 30)
     (31, 0)
     """
@@ -40,9 +37,6 @@ def angle_of_walls(likelihood: Callable[[int], float]) -> int:
 def frame_of_walls(degrees: int) -> Float[np.ndarray, "3 3"]:
     """The rotation matrix from the world frame to a frame whose axes run along the walls and up.
 
-    Args:
-        degrees: angle of the walls from the x axis.
-
     >>> (frame_of_walls(90) @ [0, 1, 0]).round(3).tolist()
     [1.0, 0.0, 0.0]
     """
@@ -50,12 +44,7 @@ def frame_of_walls(degrees: int) -> Float[np.ndarray, "3 3"]:
 
 
 def in_frame(dataset: Dataset, frame: Float[np.ndarray, "3 3"]) -> Dataset:
-    """A dataset whose world frame is another one.
-
-    Args:
-        dataset: a dataset.
-        frame: rotation matrix from its world frame to the other one.
-    """
+    """A dataset whose world frame is another one."""
     turn = Rotation.from_matrix(frame)
     return replace(
         dataset,

@@ -19,14 +19,6 @@ from learn.models.geometry import distances
 class Separations:
     """The separations Δ = a − b of places, as covariances need them. What does not depend on a fit is computed once.
 
-    Args:
-        a: places, metres.
-        b: other places, metres.
-        wavenumbers: the vectors k u_j of plane waves, 1/metres.
-
-    Attributes:
-        distances: ``|Δ|``, metres.
-
     >>> wave, shares = Separations(torch.zeros(1, 3), torch.ones(1, 3), torch.eye(3)), torch.tensor([1.0, 0, 0])
     >>> [round(float(each), 2) for each in wave.wave_sum(shares)]  # e^{−j}
     [0.54, -0.84]
@@ -45,11 +37,7 @@ class Separations:
         return of_a, torch.cat([torch.cat([cosine, -sine], dim=-1), torch.cat([sine, cosine], dim=-1)], dim=-2)
 
     def wave_sum(self, shares: Float[Tensor, " J"]) -> tuple[Float[Tensor, "*b n m"], Float[Tensor, "*b n m"]]:
-        """Real and imaginary part of ``Σ_j s_j e^{jk u_j·Δ}``.
-
-        Args:
-            shares: s_j, the shares of the waves in the power.
-        """
+        """Real and imaginary part of ``Σ_j s_j e^{jk u_j·Δ}``."""
         of_a, of_b = self._parts
         real, imaginary = ((of_a * torch.cat([shares, shares])) @ of_b).chunk(2, dim=-1)
         return real, imaginary

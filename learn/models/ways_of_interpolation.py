@@ -31,26 +31,15 @@ OF_RESPONSES = "field", "responses", "phases"
 
 
 class Built(NamedTuple):
-    """What every model is built with.
+    """What every model is built with."""
 
-    Attributes:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-    """
-
-    region: Float[np.ndarray, "2 3"]
-    beamformer: Beamformer
-    wavelength: float
+    region: Float[np.ndarray, "2 3"]  # as for ``SpectrumModel``
+    beamformer: Beamformer  # the dataset's array and grid
+    wavelength: float  # metres
 
 
 def kriging_ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
-    """The ways of kriging that are worth a try, in this order.
-
-    Args:
-        dataset: the dataset.
-        known: indices of the spectra to interpolate.
-    """
+    """The ways of kriging that are worth a try, in this order."""
     if dataset.responses is not None:
         one_field = ["field"] if dataset.moving == "receiver" and dataset.array.elements > 1 else []
         return [*one_field, "responses", "spectra", "smooth-spectra"]
@@ -69,29 +58,16 @@ def empty_field(way: str, built: Built) -> KrigedField:
 
 @dataclass(frozen=True)
 class FieldFits:
-    """Fits fields to known spectra of one dataset.
+    """Fits fields to known spectra of one dataset."""
 
-    Attributes:
-        built: what the fields are built with.
-        dataset: a dataset; its responses are interpolated only if it has any.
-        retrieved: responses behind its pictures that were found before.
-    """
-
-    built: Built
-    dataset: Dataset
-    retrieved: RetrievedOnce
+    built: Built  # what the fields are built with
+    dataset: Dataset  # a dataset; its responses are interpolated only if it has any
+    retrieved: RetrievedOnce  # responses behind its pictures that were found before
 
     def fitted(
         self, way: str, known: Int[np.ndarray, " n"], report: Report, of_spectra: KrigedField | None = None
     ) -> KrigedField:
-        """A field of one way, fitted to known spectra.
-
-        Args:
-            way: one of ``WAYS``, but not "inverse-distance".
-            known: indices of the spectra to interpolate, ascending.
-            report: told the progress.
-            of_spectra: the field of spectra if there is one already.
-        """
+        """A field of one way, fitted to known spectra."""
         field = empty_field(way, self.built)
         field.report = report  # type: ignore[method-assign]
         if way != "phases":

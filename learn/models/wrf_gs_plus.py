@@ -65,13 +65,6 @@ class WRFGSPlus(SplatModel):
       the horizon.
 
     The two parts of F are clipped to 0…1. All transmitters share places, and so the order from front to back.
-
-    Args:
-        region: as for ``SpectrumModel``.
-        beamformer: the dataset's array, which this model does not use, and grid.
-        wavelength: metres.
-        primitives: number of Gaussians. Fewer ones are larger, since they start as large as their neighbours are far.
-        width: width of the deformation network.
     """
 
     def __init__(
@@ -122,21 +115,12 @@ class WRFGSPlus(SplatModel):
         )
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-        """0.8 L1 + 0.2 (1 − SSIM) at all pixels.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            spectra: true spectra, 0…1.
-        """
+        """0.8 L1 + 0.2 (1 − SSIM) at all pixels."""
         return composite_loss(self(positions), spectra, SSIM_WEIGHT)
 
 
 class DeformationOfSpace(SkipNetwork):
-    """How each Gaussian changes with the transmitter's position. All layers but the last ones have ReLUs.
-
-    Args:
-        width: width of the layers.
-    """
+    """How each Gaussian changes with the transmitter's position. All layers but the last ones have ReLUs."""
 
     def __init__(self, width: int):
         super().__init__(3 * (2 * PLACE_OCTAVES + 1) + POSITION_FEATURES, width, LAYERS, AGAIN)
@@ -148,12 +132,7 @@ class DeformationOfSpace(SkipNetwork):
     def forward(
         self, place: Float[Tensor, "N_p 3"], position: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B N_p 4"], Float[Tensor, "B N_p 3"], Float[Tensor, "B N_p 2"]]:
-        """What is added to the quaternions and to the axes (metres), and the dynamic signal.
-
-        Args:
-            place: centres of the Gaussians, gateway frame, metres.
-            position: transmitter positions from the middle of the region, metres.
-        """
+        """What is added to the quaternions and to the axes (metres), and the dynamic signal."""
         transmitter = self.position(octaves(position, POSITION_OCTAVES))
         features = self.features(octaves(place, PLACE_OCTAVES)[None], transmitter[:, None])
         turn, stretch, dynamic = (head(features) for head in self.heads)

@@ -27,18 +27,7 @@ hull."""
 
 
 def free_candidates(scene: Scene, seed: int) -> Float[np.ndarray, "N 3"]:
-    """Free places of a scene's transmitter region, drawn uniformly, as ``bisplat simulate`` draws positions.
-
-    Args:
-        scene: the scene.
-        seed: seed of the draw.
-
-    Returns:
-        ``CANDIDATES`` places, metres, world frame.
-
-    Raises:
-        InputError: the region has no free place.
-    """
+    """Free places of a scene's transmitter region, drawn uniformly, as ``bisplat simulate`` draws positions."""
     return free_positions(scene, scene.transmitter.region, CANDIDATES, np.random.default_rng([seed, STREAM]))
 
 
@@ -47,17 +36,6 @@ def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str)
 
     Without a scene, nothing else shows where a person can stand. If all positions lie in a plane or on a line, so do
     the places.
-
-    Args:
-        measured: positions measured before, metres, world frame.
-        seed: seed of the draw.
-        source: where the positions come from, for messages.
-
-    Returns:
-        At most ``CANDIDATES`` places, metres, world frame.
-
-    Raises:
-        InputError: there are fewer than two different positions.
     """
     centre, axes = extended_axes(measured)
     if not len(axes):
@@ -76,11 +54,7 @@ def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str)
 
 
 def extended_axes(positions: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "d 3"]]:
-    """The mean of positions, and the unit vectors along which they extend: none, one, two or three.
-
-    Args:
-        positions: metres.
-    """
+    """The mean of positions, and the unit vectors along which they extend: none, one, two or three."""
     centre = positions.mean(axis=0)
     _, extents, axes = np.linalg.svd(positions - centre, full_matrices=False)
     return centre, axes[extents > FLAT * max(extents[0], FLAT)]

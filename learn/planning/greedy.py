@@ -11,17 +11,12 @@ from jaxtyping import Float, Inexact, Int
 
 @dataclass(frozen=True)
 class OpenField:
-    """What is still unknown of a random field at N candidates.
+    """What is still unknown of a random field at N candidates."""
 
-    Attributes:
-        covariance: covariance of the field at the candidates, given what is known; real, or complex and Hermitian.
-        nugget: variance of a measurement's noise, in the units of ``covariance``; above 0.
-        weight: weight of this field's variance among several fields.
-    """
-
+    # covariance of the field at the candidates, given what is known; real, or complex and Hermitian
     covariance: Inexact[np.ndarray, "N N"]
-    nugget: float
-    weight: float = 1.0
+    nugget: float  # variance of a measurement's noise, in the units of ``covariance``; above 0
+    weight: float = 1.0  # weight of this field's variance among several fields
 
 
 def choose(
@@ -33,15 +28,6 @@ def choose(
     C is the covariance given everything measured before. The weighted sum over the fields decides. C then loses ``c cᴴ
     / (C_jj + ν)``, where c is its column j. The columns c are kept instead of changing C, so that a step costs one
     product of C with a vector.
-
-    Args:
-        fields: the fields, at the same candidates.
-        count: number of candidates to choose, at most N.
-        report: called with the number of candidates chosen, and ``count``.
-
-    Returns:
-        Indices of the candidates in the order of their choice; and the weighted sum over the fields of the mean
-        variance at the candidates, before the first choice and after each.
 
     >>> near_each_other = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 1.0]])
     >>> choose([OpenField(near_each_other, nugget=1e-9)], 2)[0].tolist()

@@ -45,25 +45,15 @@ ROWS = 500
 
 @dataclass(frozen=True)
 class Field:
-    """A random field of variance 1 over the transmitter's position.
+    """A random field of variance 1 over the transmitter's position."""
 
-    Attributes:
-        covariance: function from positions a and b, metres, to the covariance between them, real or complex.
-        nugget: variance of a measurement's noise, above 0.
-        weight: weight of this field's kriging variance among several fields.
-    """
-
+    # function from positions a and b, metres, to the covariance between them, real or complex
     covariance: Callable[[Float[np.ndarray, "n 3"], Float[np.ndarray, "m 3"]], Inexact[np.ndarray, "n m"]]
-    nugget: float
-    weight: float = 1.0
+    nugget: float  # variance of a measurement's noise, above 0
+    weight: float = 1.0  # weight of this field's kriging variance among several fields
 
     def open_at(self, candidates: Float[np.ndarray, "N 3"], known: Float[np.ndarray, "n 3"]) -> OpenField:
-        """What is still unknown of the field at candidates when known positions are measured.
-
-        Args:
-            candidates: metres, world frame.
-            known: metres, world frame; there may be none. At most ``KNOWN_MOST`` of them are used.
-        """
+        """What is still unknown of the field at candidates when known positions are measured."""
         covariance = self.covariance(candidates, candidates)
         if len(known):
             known = evenly(known, KNOWN_MOST)
@@ -77,15 +67,6 @@ def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: R
     """The field of a scene's responses, with a covariance fitted to responses traced at ``TRACED`` positions.
 
     The fit finds the directions of the scene's waves and their shares of the power.
-
-    Args:
-        scene: a scene of one gateway.
-        propagation: the mechanisms that rays follow.
-        seed: seed of these positions and of the rays.
-        report: told the progress of the fit.
-
-    Raises:
-        InputError: the ray tracer is missing, or the transmitter region has no free place.
     """
     from simulate.generation.simulation import (
         simulate,  # needs the ray tracer, which users of measured data need not install
@@ -100,13 +81,7 @@ def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: R
 
 
 def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
-    """The fields that a run of ``helmholtz`` interpolates; for another model, those that ``helmholtz`` would.
-
-    Args:
-        run: a trained run.
-        dataset: its dataset.
-        report: told the progress of the fit that another model needs.
-    """
+    """The fields that a run of ``helmholtz`` interpolates; for another model, those that ``helmholtz`` would."""
     if isinstance(run.model, HelmholtzField):
         return fields_of_model(run.model)
     model = HelmholtzField(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength)
@@ -120,10 +95,6 @@ def fields_of_powers(dataset: RssiDataset, seed: int) -> list[Field]:
 
     Its covariance is the same for all gateways up to a factor, so that one field stands for all. The law is taken for
     known.
-
-    Args:
-        dataset: received powers.
-        seed: seed of the fit.
     """
     method = fit_powers(dataset, seed=seed).method
     assert isinstance(method, PowerField)
@@ -136,9 +107,6 @@ def fields_of_model(model: HelmholtzField) -> list[Field]:
     """The fields that a fitted model interpolates, with their weights.
 
     The change of a place over time is left out, since nobody knows when the next measurements will be made.
-
-    Args:
-        model: a fitted model.
     """
     weights = dict(zip(WAYS, model.weights.tolist(), strict=True))
     kriged = {way: field for way, field in model.fields.items() if weights[way]}

@@ -20,19 +20,14 @@ from simulate.spectra.array import Array, PlanarArray
 class Needed:
     """Spectra that a score needs.
 
-    Attributes:
-        more: number of spectra beside the known ones.
-        spacing: of the known and the further positions together.
-        expected: the score to expect from all of them.
-
     Example:
         >>> print(Needed(120, Spacing(160, "volume", 20.0), Expected(0.91, 0.95, 0.97)).sentence())
         120 more spectra, 160 in all, promise a median SSIM of about 0.95 (0.91 to 0.97) from helmholtz: mean spacing...
     """
 
-    more: int
-    spacing: Spacing
-    expected: Expected
+    more: int  # number of spectra beside the known ones
+    spacing: Spacing  # of the known and the further positions together
+    expected: Expected  # the score to expect from all of them
 
     def sentence(self) -> str:
         """The number and what it promises, in words."""
@@ -53,18 +48,6 @@ def spectra_needed(
     """How many more spectra the median SSIM of ``helmholtz`` needs to reach a target.
 
     The numbers are those of positions drawn uniformly.
-
-    Args:
-        target: the median SSIM.
-        region: positions that fill the region, metres.
-        known: known positions in the order of measurement, metres; there may be none.
-        wavelength: metres.
-        arrays: those that measure the spectra.
-
-    Raises:
-        ParameterError: the curve does not have the target; the known positions promise it already; an array does not
-            have 4 × 4 elements about half a wavelength apart; or the region is a line, smaller than half a wavelength,
-            or known along a path alone.
     """
     for array in arrays:
         planar = isinstance(array, PlanarArray) or (isinstance(array, Gateway) and array.elements is None)

@@ -17,17 +17,11 @@ LEAST_GAIN = 1e-9
 
 @dataclass(frozen=True)
 class Tour:
-    """An open walk that visits every position once.
+    """An open walk that visits every position once."""
 
-    Attributes:
-        order: [n] indices of the positions.
-        length: sum of the straight lines between consecutive positions, metres.
-        crossings: number of these lines that cross a surface of the scene.
-    """
-
-    order: Int[np.ndarray, " n"]
-    length: float
-    crossings: int
+    order: Int[np.ndarray, " n"]  # [n] indices of the positions
+    length: float  # sum of the straight lines between consecutive positions, metres
+    crossings: int  # number of these lines that cross a surface of the scene
 
 
 def short_tour(
@@ -41,14 +35,6 @@ def short_tour(
     allow for a detour. Two walks are improved by reversing parts of them (2-opt) until no reversal makes them shorter,
     and the better one is returned. One begins as the walk to the nearest remaining position each time, the other in the
     order given.
-
-    Args:
-        positions: metres, world frame.
-        scene: the scene that they are in. None: no line crosses anything.
-        report: called with the number of the scene's objects done, and the number of all.
-
-    Returns:
-        The walk. With its detours, it is never longer than that in the order given.
 
     >>> short_tour(np.array([[0.0, 0, 0], [2, 0, 0], [1, 0, 0]])).length
     2.0
@@ -64,13 +50,7 @@ def short_tour(
 def crossing_lines(
     positions: Float[np.ndarray, "n 3"], scene: Scene, report: Callable[[int, int], None]
 ) -> Bool[np.ndarray, "n n"]:
-    """Whether the straight line between each pair of positions crosses a surface of the scene.
-
-    Args:
-        positions: metres, world frame.
-        scene: the scene.
-        report: as for ``short_tour``.
-    """
+    """Whether the straight line between each pair of positions crosses a surface of the scene."""
     first, second = np.triu_indices(len(positions), 1)
     starts, ends = positions[first], positions[second]
     low, high = np.minimum(starts, ends), np.maximum(starts, ends)

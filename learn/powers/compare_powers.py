@@ -171,16 +171,7 @@ def compare_powers(
 
 
 def checked_powers(label: str, given: Any, shape: tuple[int, ...]) -> PredictedPowers:
-    """What a method predicts, if it is powers: an array, or an object with ``median``, ``low`` and ``high``.
-
-    Args:
-        label: name of the method.
-        given: what its ``predict`` returned.
-        shape: numbers of positions and of gateways.
-
-    Raises:
-        InputError: it is something else.
-    """
+    """What a method predicts, if it is powers: an array, or an object with ``median``, ``low`` and ``high``."""
     parts = [given] if not hasattr(given, "median") else [given.median, given.low, given.high]
     if any(each is None for each in parts[1:]):  # no interval
         parts = parts[:1]

@@ -38,10 +38,6 @@ They matter only where the powers tell nothing, as about the length of fading wi
 def expected(positions: Float[np.ndarray, "n 3"], wavelength: float) -> Float[np.ndarray, " 8"]:
     """Middles of the priors: ten parts of noise hold 27 of slow change and of fading each. The lengths are a quarter of
     the region and of the wavelength, over which |κ|² of waves from all sides in a plane falls to about 1 / e.
-
-    Args:
-        positions: known positions, metres.
-        wavelength: metres.
     """
     slow = np.maximum(np.ptp(positions, axis=0) / 4, LEAST_LENGTH)
     return np.concatenate([[1.0, 1.0], np.log(slow), np.full(3, np.log(wavelength / 4))])
@@ -53,12 +49,6 @@ def fit_covariance(
     """Maximise the likelihood of the powers of all gateways, times weak priors.
 
     The gateways have one covariance, up to a variance of each, which is the most likely one at every step.
-
-    Args:
-        positions: known positions, metres.
-        left: what a law of distance leaves of the powers, dB. Gateways with the same power everywhere do not count.
-        wavelength: metres.
-        seed: chooses ``FITTED_ON`` positions of more.
     """
     middle = expected(positions, wavelength)
     left = left[:, np.ptp(left, axis=0) > JITTER] if len(left) > 1 else left[:, :0]
@@ -84,11 +74,6 @@ def negative_log_likelihood(
     given: Float[np.ndarray, " 8"], separations: Float[np.ndarray, "3 n n"], left: Float[np.ndarray, "n G"]
 ) -> tuple[float, Float[np.ndarray, " 8"]]:
     """−ln of the likelihood of G independent fields of one covariance, each of its most likely variance, and gradient.
-
-    Args:
-        given: arguments of ``PowerCovariance.of``.
-        separations: squared separations of the known positions along each axis, square metres.
-        left: values of the fields, dB.
     """
     covariance, by_argument = PowerCovariance.of(given).with_gradient(separations)
     count, fields = left.shape

@@ -105,15 +105,7 @@ def fit_powers(
 
 
 def checked_indices(known: Int[np.ndarray, " n"], count: int) -> Int[np.ndarray, " n"]:
-    """Indices of known positions, as an array.
-
-    Args:
-        known: what the caller gave.
-        count: number of all positions.
-
-    Raises:
-        ParameterError: they are not indices.
-    """
+    """Indices of known positions, as an array."""
     given = np.asarray(known)
     if given.ndim == 1 and given.size and given.dtype.kind == "i" and 0 <= given.min() and given.max() < count:
         return given

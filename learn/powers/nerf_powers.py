@@ -35,10 +35,6 @@ class NerfPowers:
 
     It learns from the powers that were received, by the mean squared error of |h|. If a position was received nowhere,
     it teaches nothing, and the prediction is never below −100 dBm.
-
-    Args:
-        steps: number of training steps. None: as many as fit into ``KnownPowers.minutes``, at most ``MOST_STEPS``.
-        size: rays, voxels and networks. None: the published ones if there is a GPU, otherwise reduced ones.
     """
 
     by_steps: ClassVar[bool] = True

@@ -23,17 +23,11 @@ ROUNDS, LEAST_CHANGE, LEAST_DEVIATION = 200, 1e-6, 1e-3
 
 @dataclass(frozen=True)
 class PathLoss:
-    """A law for each of G gateways.
+    """A law for each of G gateways."""
 
-    Attributes:
-        level: P₀, power at 1 m, dBm.
-        exponent: n. Free space has 2.
-        deviation: standard deviation of the known powers about the law, dB.
-    """
-
-    level: Float[np.ndarray, " G"]
-    exponent: Float[np.ndarray, " G"]
-    deviation: Float[np.ndarray, " G"]
+    level: Float[np.ndarray, " G"]  # P₀, power at 1 m, dBm
+    exponent: Float[np.ndarray, " G"]  # n. Free space has 2.
+    deviation: Float[np.ndarray, " G"]  # standard deviation of the known powers about the law, dB
 
     @classmethod
     def fit(cls, distances: Float[np.ndarray, "n G"], powers: Float[np.ndarray, "n G"], floor: float) -> PathLoss:
@@ -41,11 +35,6 @@ class PathLoss:
 
         If everything was received, this is least squares. A power that was not received counts as one below the floor,
         by the expectation-maximisation algorithm [dempster1977].
-
-        Args:
-            distances: from each position to each gateway, metres.
-            powers: known powers, dBm; NaN where nothing was received.
-            floor: power below which nothing is received, dBm.
         """
         laws = [_one(*each, floor) for each in zip(decades(distances).T, powers.T, strict=True)]
         return cls(*(np.array(each) for each in zip(*laws, strict=True)))

@@ -86,14 +86,7 @@ def by_inverse_distance(
     positions: Float[np.ndarray, "K 3"],
     leave_out: bool = False,
 ) -> Float[np.ndarray, "K G"]:
-    """Mean of the powers at the four nearest known positions, weighted by 1 / distance.
-
-    Args:
-        known: known positions, metres.
-        powers: known powers, dB.
-        positions: positions to predict at, metres.
-        leave_out: they are the known positions, and each is predicted from the others.
-    """
+    """Mean of the powers at the four nearest known positions, weighted by 1 / distance."""
     count = min(NEIGHBOURS + leave_out, len(known))
     distance, index = cKDTree(known).query(positions, k=range(1, count + 1))
     distance = np.maximum(distance, 1e-9)

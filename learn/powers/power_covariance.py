@@ -26,9 +26,6 @@ LARGEST_CORRELATION = 1 - 1e-12
 def fading_covariance(squared: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
     """Covariance of two powers in dB, (10 / ln 10)² Li₂(|κ|²), as a share of the variance of each.
 
-    Args:
-        squared: |κ|², squared magnitude of the correlation of the responses, 0…1.
-
     >>> fading_covariance(np.array([0.0, 0.5, 1.0])).round(3).tolist()
     [0.0, 0.354, 1.0]
     """
@@ -46,15 +43,12 @@ class PowerCovariance:
 
     |κ|² is a Gaussian of the separation. The sinc² of waves from all directions [cook1955] with a length for each axis,
     in its place, predicted powers of a simulated office no better.
-
-    Attributes:
-        shares: of slow change, fading and noise; their sum is 1. With a line of sight, the share of fading is smaller.
-        slow: lengths of a Matérn covariance of order 3/2 along x, y, z, metres.
-        fading: lengths along x, y, z over which |κ|² falls to 1 / e, as a Gaussian of the separation, metres.
     """
 
+    # of slow change, fading and noise; their sum is 1. With a line of sight, the share of fading is smaller.
     shares: Float[np.ndarray, " 3"]
-    slow: Float[np.ndarray, " 3"]
+    slow: Float[np.ndarray, " 3"]  # lengths of a Matérn covariance of order 3/2 along x, y, z, metres
+    # lengths along x, y, z over which |κ|² falls to 1 / e, as a Gaussian of the separation, metres
     fading: Float[np.ndarray, " 3"]
 
     @classmethod

@@ -41,10 +41,6 @@ class PowerField:
     Fading in dB is skewed, with deep fades, and a Gaussian process is not. So the errors at known positions that are
     left out one by one, in stated standard deviations, give the median and the interval. By the same errors,
     inverse-distance weighting gets a share of the prediction where it predicts better [wolpert1992].
-
-    Attributes:
-        covariance: the fitted covariance.
-        share: share of inverse-distance weighting, 0…1.
     """
 
     NAME: ClassVar[str] = "helmholtz"
@@ -80,11 +76,7 @@ class PowerField:
         return self._powers - self._known.law(self._known.distances(self._positions))
 
     def _stack(self, heard: Bool[np.ndarray, "n G"]) -> None:
-        """Choose the share of inverse-distance weighting, and the quantiles of the left-out errors.
-
-        Args:
-            heard: which known powers were received. Of the others only a bound is known, so they do not count.
-        """
+        """Choose the share of inverse-distance weighting, and the quantiles of the left-out errors."""
         errors = np.stack([each.left_out_error for each in self._gateways], axis=1)
         deviations = np.stack([each.left_out_deviation for each in self._gateways], axis=1)
         others = self._powers - by_inverse_distance(self._positions, self._powers, self._positions, leave_out=True)
@@ -116,13 +108,7 @@ class PowerField:
 
 
 class _Gateway:
-    """Universal kriging of the powers of one gateway about a linear trend.
-
-    Args:
-        inverse: inverse covariance of the known powers, up to their variance.
-        trend: what the mean is linear in, at the known positions.
-        power: known powers, dBm.
-    """
+    """Universal kriging of the powers of one gateway about a linear trend."""
 
     def __init__(
         self, inverse: Float[np.ndarray, "n n"], trend: Float[np.ndarray, "n T"], power: Float[np.ndarray, " n"]

@@ -48,19 +48,10 @@ class PowerImages:
 
     All gateways are in one room. So the variance of an image's amplitude, which tells how large it may become, is the
     same for all gateways in front of a plane. It becomes zero for most planes, as for ``most_likely``.
-
-    Args:
-        gateways: positions, metres, world frame.
-        region: box around the transmitters, metres, world frame.
-        wavelength: metres.
-
-    Attributes:
-        images: the gateways and the images that were found.
-        amplitudes: x_j of each gateway, for R in wavelengths, relative to its level.
     """
 
-    images: SharedImages
-    amplitudes: Complex[np.ndarray, "G J"]
+    images: SharedImages  # the gateways and the images that were found
+    amplitudes: Complex[np.ndarray, "G J"]  # x_j of each gateway, for R in wavelengths, relative to its level
     _variances: Float[np.ndarray, "G J"]
     _noise: Float[np.ndarray, " G"]
 
@@ -68,12 +59,7 @@ class PowerImages:
         self._gateways, self._region, self._wavelength = gateways, region, wavelength
 
     def fit(self, positions: Float[np.ndarray, "n 3"], powers: Float[np.ndarray, "n G"]) -> None:
-        """Find the images and their amplitudes.
-
-        Args:
-            positions: known positions, metres, world frame.
-            powers: received powers, dBm.
-        """
+        """Find the images and their amplitudes."""
         apart = cdist(positions, positions) / self._wavelength
         self._alike = np.sinc(2 * apart) * np.exp(-apart / OF_REST)
         self.images = images_in_one_plane(self._gateways, self._region, self._wavelength)
@@ -146,11 +132,7 @@ class PowerImages:
         self._variances = np.tile(np.maximum(shared, TINY), (len(squares), 1))
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
-        """Received powers, dBm.
-
-        Args:
-            positions: metres, world frame.
-        """
+        """Received powers, dBm."""
         fields = np.einsum("gnj,gj->gn", self.images.waves(positions, self._wavelength), self.amplitudes)
         powers = np.abs(fields) ** 2 + IN_FADES * self._noise[:, None]
         return 10 * np.log10(np.maximum(powers, TINY) * self._levels[:, None] ** 2).T

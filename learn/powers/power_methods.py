@@ -42,17 +42,7 @@ BASELINES = ("mean", "nearest", "inverse-distance", "log-distance")
 def with_twin(
     dataset: RssiDataset, scene: Scene | Path | str | None, asked: Any
 ) -> Mapping[str, Callable[[], PowerMethod]]:
-    """``POWER_METHODS``, and the twin if there is a scene that it can trace.
-
-    Args:
-        dataset: the received powers.
-        scene: the scene as described, the name of a built-in one, or a scene YAML. None: there is no twin.
-        asked: what the caller gave as methods: names, or methods by label. None: all.
-
-    Raises:
-        ParameterError: the twin is asked for without a scene, or a scene is given without the twin.
-        InputError: the scene cannot be read, or does not fit the dataset.
-    """
+    """``POWER_METHODS``, and the twin if there is a scene that it can trace."""
     each = asked.values() if isinstance(asked, Mapping) else asked
     if isinstance(each, str) or not isinstance(each, Collection | None):
         return POWER_METHODS  # what is asked for is refused where the methods are chosen

@@ -11,32 +11,12 @@ from learn.powers.known_powers import PredictedPowers
 
 
 def absolute_errors(predicted: PredictedPowers, truth: Float[np.ndarray, "K G"]) -> Float[np.ndarray, "K G"]:
-    """Absolute error of each power, dB; NaN where nothing was received, since no error in dB is known there.
-
-    Args:
-        predicted: predicted powers.
-        truth: received powers, dBm; NaN where nothing was received.
-    """
+    """Absolute error of each power, dB; NaN where nothing was received, since no error in dB is known there."""
     return np.abs(predicted.median - truth)
 
 
 def score_powers(predicted: PredictedPowers, truth: Float[np.ndarray, "K G"], floor: float) -> dict[str, Any]:
     """Score predicted powers, all gateways together.
-
-    Args:
-        predicted: predicted powers.
-        truth: received powers, dBm; NaN where nothing was received.
-        floor: power below which nothing is received, dBm.
-
-    Returns:
-        - "powers": number of received powers, to which the errors and the coverage refer;
-        - "not_received": number of those that were not;
-        - "error_median_db", "error_p90_db" (90th percentile) and "rmse_db": of the absolute error; None if nothing was
-          received;
-        - "received_rightly": share of all powers of which it is predicted rightly whether they are received, that is,
-          not below the floor;
-        - "coverage_90": share of the received powers within the stated 90 % intervals, and "interval_median_db", the
-          median width of these; both None if the method states none.
 
     Example:
         >>> truth = np.array([[-60.0], [-70.0], [np.nan]])
@@ -64,11 +44,6 @@ def score_powers(predicted: PredictedPowers, truth: Float[np.ndarray, "K G"], fl
 
 
 def of_gateway(predicted: PredictedPowers, gateway: int) -> PredictedPowers:
-    """The predictions of one gateway.
-
-    Args:
-        predicted: predictions of all gateways.
-        gateway: number of the gateway, from 0.
-    """
+    """The predictions of one gateway."""
     parts = (predicted.median, predicted.low, predicted.high)
     return PredictedPowers(*(None if each is None else each[:, [gateway]] for each in parts))  # type: ignore[arg-type]

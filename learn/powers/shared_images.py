@@ -14,31 +14,20 @@ from learn.models.mirror_images import APART, image_waves, plane_distances, stro
 
 @dataclass(frozen=True)
 class SharedImages:
-    """Image j of each of G gateways is in the same planes.
+    """Image j of each of G gateways is in the same planes."""
 
-    Attributes:
-        middles: positions of the images, metres, world frame.
-        sent: whether the gateway has this image. One behind the plane has none.
-        axes: axis of the plane of each image, 0 to 2; −1 for the gateways themselves and images in two planes.
-        planes: coordinate of the plane on this axis, metres.
-    """
-
-    middles: Float[np.ndarray, "G J 3"]
-    sent: Bool[np.ndarray, "G J"]
+    middles: Float[np.ndarray, "G J 3"]  # positions of the images, metres, world frame
+    sent: Bool[np.ndarray, "G J"]  # whether the gateway has this image. One behind the plane has none.
+    # axis of the plane of each image, 0 to 2; −1 for the gateways themselves and images in two planes
     axes: Int[np.ndarray, " J"]
-    planes: Float[np.ndarray, " J"]
+    planes: Float[np.ndarray, " J"]  # coordinate of the plane on this axis, metres
 
     def of(self, which: Bool[np.ndarray, " J"]) -> SharedImages:
         """Some of the images."""
         return SharedImages(self.middles[:, which], self.sent[:, which], self.axes[which], self.planes[which])
 
     def waves(self, positions: Float[np.ndarray, "n 3"], wavelength: float) -> Complex[np.ndarray, "G n J"]:
-        """The spherical waves e^{−jkR}/R of the images, R in wavelengths.
-
-        Args:
-            positions: metres, world frame.
-            wavelength: metres.
-        """
+        """The spherical waves e^{−jkR}/R of the images, R in wavelengths."""
         at, length = torch.from_numpy(np.asarray(positions, float)), torch.tensor(wavelength, dtype=torch.float64)
         point = torch.zeros(1, 3, dtype=torch.float64)
         found = []
@@ -64,11 +53,6 @@ def images_in_one_plane(
 ) -> SharedImages:
     """The gateways themselves, and their images in planes beyond the transmitters, on all six sides.
 
-    Args:
-        gateways: positions, metres, world frame.
-        region: box around the transmitters, metres, world frame.
-        wavelength: metres.
-
     >>> images = images_in_one_plane(np.array([[0.0, 0, 0], [3, 0, 0]]), np.array([[1.0, 0, 0], [2, 1, 1]]), 0.3)
     >>> images.middles[:, 1].tolist(), images.sent[:, 1].tolist()  # the plane x = 2 m: one gateway is behind it
     ([[4.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [True, False])
@@ -92,19 +76,7 @@ def images_in_two_planes(
     region: Float[np.ndarray, "2 3"],
     wavelength: float,
 ) -> tuple[SharedImages, SharedImages]:
-    """Images in two planes, of the strongest ones along each axis if they are perpendicular.
-
-    Args:
-        gateways: positions, metres, world frame.
-        first: the gateways, and their images in one plane.
-        strengths: of these.
-        region: box around the transmitters, metres, world frame.
-        wavelength: metres.
-
-    Returns:
-        The images in two perpendicular planes, and those in two parallel ones on both sides of the region, which are
-        shifted along an axis.
-    """
+    """Images in two planes, of the strongest ones along each axis if they are perpendicular."""
     count = len(gateways)
     perpendicular, parallel = [], []
     strongest = []

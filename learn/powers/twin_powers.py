@@ -48,22 +48,6 @@ class TwinPowers(ExplainedPowers):
     Errors at known positions are smaller than elsewhere, since these corrected the scene. With γ corrections that the
     powers determine [mackay1992] and N independent powers, the intervals are wider by √((N + γ)/(N − γ)), as the
     prediction error of a linear fit is larger than what it leaves [akaike1970].
-
-    Args:
-        scene: the scene as described. Its own gateways are left out.
-        dataset: received powers, of which only the gateways, the frequency and the floor are used.
-        tolerances: how wrong the description may be.
-        propagation: the mechanisms that rays follow; diffraction only after the scene is corrected.
-
-    Attributes:
-        scene: name of the scene.
-        source: a hash of scene, tolerances and propagation, which tells a comparison when the twin has to be measured
-            again.
-        calibration: the corrections that ``fit`` found.
-
-    Raises:
-        MissingExtraError: the ray tracer is not installed.
-        InputError: scene and dataset have other frequencies, or a gateway is inside an object.
     """
 
     NAME: ClassVar[str] = "twin"

@@ -21,17 +21,7 @@ LEAST_DB = -40.0
 
 
 def draw_channel_figures(comparison: ChannelComparison, model: str, folder: Path, made: Provenance) -> dict[str, str]:
-    """Draw examples.png, delay_spread.png if the bandwidth is known, and snr_map.png if positions are (and PDFs).
-
-    Args:
-        comparison: the scores.
-        model: name of the method.
-        folder: folder to write to; it must exist.
-        made: where the figures come from.
-
-    Returns:
-        The captions of all figures of the report by their names; "snr_cdf" is drawn elsewhere.
-    """
+    """Draw examples.png, delay_spread.png if the bandwidth is known, and snr_map.png if positions are (and PDFs)."""
     dataset, test, snr = comparison.dataset, comparison.parts.test, comparison.snr_db[model]
     captions = {"snr_cdf": "Distribution of the SNR of the predicted downlink over the test rows."}
     heard = ~np.isnan(snr)
@@ -77,16 +67,7 @@ def draw_examples_of_channels(
     path: Path,
     made: Provenance,
 ) -> None:
-    """Draw five examples, from the worst to the best SNR: measured and predicted magnitude over the subcarriers.
-
-    Args:
-        dataset: the channels.
-        rows: rows of the dataset.
-        predicted: predicted downlinks of these rows.
-        snr: their SNR, dB.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        made: where the figure comes from.
-    """
+    """Draw five examples, from the worst to the best SNR: measured and predicted magnitude over the subcarriers."""
     chosen = ranked(snr)
     figure = Figure(figsize=(PAGE, 0.6 + 1.1 * len(chosen)), layout="constrained")
     axes = figure.subplots(len(chosen), 1, sharex=True)

@@ -31,10 +31,6 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     """Write the averages over the seeds, and the distribution of the SSIM of the first seed.
 
     The files are table.html, table.tex, table.csv, and ssim_cdf.png (and .pdf).
-
-    Args:
-        comparison: the result of ``compare``.
-        folder: folder to write to; it must exist.
     """
     rows = {average_name(row): row for row in comparison.table()}
     first_seed_rows = {average_name(row): row for row in reversed(comparison.rows)}
@@ -64,10 +60,6 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
 
     The former shows the median SSIM of every row; of several seeds, their mean and standard deviation. Rows with doubts
     are marked, and a line below says which.
-
-    Args:
-        comparison: the result of ``ablate``.
-        folder: folder to write to; it must exist.
     """
     rows, doubts = comparison.averages()[::-1], comparison.doubts()
     figure = Figure(figsize=(PAGE, 0.6 + 0.2 * len(rows)), layout="constrained")
@@ -94,10 +86,6 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
     """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv.
 
     Of several seeds, the points are means and the bars standard deviations. Methods with doubts are marked.
-
-    Args:
-        comparison: the result of ``sweep``.
-        folder: folder to write to; it must exist.
     """
     averages, doubts = comparison.averages(), comparison.doubts()
     made, note = Provenance.of_comparison(comparison), footnote_of(comparison.averages())

@@ -48,13 +48,7 @@ MARGIN = 0.04
 
 @at_paper_size()
 def draw_coverage(coverage: CoverageMap, path: Path, scene: Scene | None = None) -> None:
-    """Draw the predicted power of each gateway with one colour scale, and the strongest gateway.
-
-    Args:
-        coverage: the map.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        scene: scene whose section at the map's height is drawn. None: none.
-    """
+    """Draw the predicted power of each gateway with one colour scale, and the strongest gateway."""
     shown = min(len(coverage.median), MOST_PANELS)
     figure, axes = _panels(coverage, shown + 1)
     heard = coverage.median[coverage.received]
@@ -79,13 +73,7 @@ def draw_coverage(coverage: CoverageMap, path: Path, scene: Scene | None = None)
 
 @at_paper_size()
 def draw_intervals(coverage: CoverageMap, path: Path, scene: Scene | None = None) -> None:
-    """Draw the width of the 90 % interval of each gateway's power.
-
-    Args:
-        coverage: the map, of a method that states intervals.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        scene: scene whose section at the map's height is drawn. None: none.
-    """
+    """Draw the width of the 90 % interval of each gateway's power."""
     width = coverage.width
     assert width is not None
     shown = min(len(width), MOST_PANELS)
@@ -184,9 +172,6 @@ def _draw_strongest(coverage: CoverageMap, axis: Axes, lines: Float[np.ndarray, 
 
 def distinct(count: int) -> list[Any]:
     """Colours (RGB or RGBA, 0…1) of so many gateways, as different as they can be.
-
-    Args:
-        count: their number.
 
     >>> len(distinct(21)), distinct(3) == distinct(9)[:3]
     (21, True)

@@ -21,12 +21,7 @@ FIGURES = ("crossvalidation_map", "crossvalidation_distance", "crossvalidation_e
 
 
 def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
-    """Write crossvalidation.html, crossvalidation.json, and the figures as PNG and PDF.
-
-    Args:
-        fresh: the result of ``crossvalidate``.
-        folder: folder of the report, which is made if it does not exist; the command writes to the run folder.
-    """
+    """Write crossvalidation.html, crossvalidation.json, and the figures as PNG and PDF."""
     folder.mkdir(parents=True, exist_ok=True)
     made = Provenance.of_crossvalidation(fresh)
     metrics = {**fresh.metrics(), "provenance": made.facts()}
@@ -55,12 +50,7 @@ def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
 
 
 def page_values(fresh: CrossValidation, folder: Path) -> dict[str, Any]:
-    """Values that the template crossvalidation_part.html.j2 shows.
-
-    Args:
-        fresh: the result of ``crossvalidate``.
-        folder: folder in which ``write_crossvalidation`` has written the figures.
-    """
+    """Values that the template crossvalidation_part.html.j2 shows."""
     return {
         "fresh_rows": {f"{fresh.origin.model}{THIS_RUN}": fresh.scores.summary()},
         "columns": SCORE_COLUMNS,

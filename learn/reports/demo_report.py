@@ -24,17 +24,11 @@ FIGURES = ("scene", "first_look", "spectra")
 
 @dataclass(frozen=True)
 class DemoReport:
-    """The page report.html of a demo.
+    """The page report.html of a demo."""
 
-    Attributes:
-        folder: the demo's folder. It has scene.png, and soon first_look.png and spectra.png.
-        scene: the demo's scene.
-        spectra: number of spectra that the demo traces.
-    """
-
-    folder: Path
-    scene: Scene
-    spectra: int
+    folder: Path  # the demo's folder. It has scene.png, and soon first_look.png and spectra.png.
+    scene: Scene  # the demo's scene
+    spectra: int  # number of spectra that the demo traces
 
     @property
     def path(self) -> Path:
@@ -48,15 +42,7 @@ class DemoReport:
         fresh: CrossValidation | None = None,
         metrics: Mapping[str, Any] | None = None,
     ) -> None:
-        """Write the page with the results so far, and with the models' figure ssim_cdf.png.
-
-        Args:
-            to_come: what the page will show later; while there is any, the page reloads itself.
-            evaluations: evaluations on the same test spectra, by the models' names. The page shows examples of the
-                first model, whose reports are in run/evaluation.
-            fresh: cross-validation of the first model, whose report is in run.
-            metrics: the content of the demo's metrics.json.
-        """
+        """Write the page with the results so far, and with the models' figure ssim_cdf.png."""
         values: dict[str, Any] = {"models": [], "fresh": None, "made": None}
         figures = embedded(self.folder, tuple(name for name in FIGURES if (self.folder / f"{name}.png").exists()))
         if evaluations:

@@ -27,12 +27,7 @@ LOWEST, HIGHEST = -20.0, 5.0
 
 @at_paper_size()
 def write_engines(compared: EngineComparison, folder: Path) -> None:
-    """Write engines.json, and engines_map as PNG and PDF.
-
-    Args:
-        compared: the result of ``compare_engines``.
-        folder: folder to write to, which is made if it does not exist.
-    """
+    """Write engines.json, and engines_map as PNG and PDF."""
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "engines.json", (json.dumps(compared.metrics(), indent=2) + "\n").encode())
     quantities = (
@@ -68,10 +63,6 @@ def draw_plane(plane: EnginePlane, folder: Path) -> None:
     """Draw the full wave's level and the rays' errors as engines_plane, PNG and PDF.
 
     White lines show where direct or once reflected paths to the array's middle element end.
-
-    Args:
-        plane: the result of ``compare_on_plane``.
-        folder: folder to write to; it must exist.
     """
     errors = {f"error of rays, depth {depth}": values for depth, values in plane.errors_db.items()}
     panels = {"full wave": plane.level_db, **errors}

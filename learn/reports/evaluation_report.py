@@ -24,12 +24,7 @@ FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 
 
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF.
-
-    Args:
-        evaluation: the result of ``evaluate``.
-        folder: folder of the report, which is made if it does not exist.
-    """
+    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF."""
     folder.mkdir(parents=True, exist_ok=True)
     made = Provenance.of_evaluation(evaluation)
     _write_metrics(evaluation, folder, None)
@@ -47,24 +42,13 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
 
 
 def add_locations(evaluation: Evaluation, locations: Locations, folder: Path) -> None:
-    """Add the errors of located transmitters to metrics.json and report.html.
-
-    Args:
-        evaluation: the result of ``evaluate``.
-        locations: the result of ``evaluate_locations`` for the same run.
-        folder: folder in which ``write_evaluation`` and ``write_locations`` have written their files.
-    """
+    """Add the errors of located transmitters to metrics.json and report.html."""
     _write_metrics(evaluation, folder, locations)
     _write_page(evaluation, folder, locations)
 
 
 def metrics_file(evaluation: Evaluation, locations: Locations | None = None) -> dict[str, Any]:
-    """The content of metrics.json: the metrics, "provenance", and "locations" if transmitters were located.
-
-    Args:
-        evaluation: the result of ``evaluate``.
-        locations: the result of ``evaluate_locations``. None: nothing was located.
-    """
+    """The content of metrics.json: the metrics, "provenance", and "locations" if transmitters were located."""
     metrics = {**evaluation.metrics(), "provenance": Provenance.of_evaluation(evaluation).facts()}
     return metrics if locations is None else {**metrics, "locations": locations.metrics()}
 
@@ -90,12 +74,7 @@ def named_scores(evaluation: Evaluation) -> dict[str, Scores]:
 
 
 def page_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
-    """Values that the template evaluation_part.html.j2 shows.
-
-    Args:
-        evaluation: the result of ``evaluate``.
-        folder: folder in which ``write_evaluation`` has written the figures.
-    """
+    """Values that the template evaluation_part.html.j2 shows."""
     return {
         "rows": {name: scores.summary() for name, scores in named_scores(evaluation).items()},
         "columns": SCORE_COLUMNS,

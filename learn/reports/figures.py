@@ -24,9 +24,6 @@ RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 
 def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
     """Names and indices of the spectra that are drawn as examples.
 
-    Args:
-        ssim: SSIM of each spectrum.
-
     >>> ranked(np.array([0.9, 0.1, 0.5]))
     [('worst', 1), ('lower quartile', 1), ('median', 2), ('upper quartile', 0), ('best', 0)]
     """
@@ -41,14 +38,7 @@ def draw_spectra(
     grid: AngularGrid,
     path: Path,
 ) -> None:
-    """Draw six spectra, each below the position of its transmitter.
-
-    Args:
-        spectra: magnitudes, 0…1.
-        positions: of the transmitters, metres, world frame.
-        grid: directions of the spectra's rows and columns.
-        path: path of the PNG. There is no PDF, which would take longer than the PNG.
-    """
+    """Draw six spectra, each below the position of its transmitter."""
     figure = Figure(figsize=(PAGE, 3.0), layout="constrained")
     axes = figure.subplots(2, 3, sharex=True, sharey=True)
     for axis, spectrum, position in zip(axes.flat, spectra, positions, strict=True):
@@ -69,17 +59,7 @@ def draw_examples(
     names: tuple[str, str] = ("predicted", "truth"),
     provenance: Provenance | None = None,
 ) -> None:
-    """Draw five examples, from the worst to the best SSIM, each as predicted spectrum, true spectrum and difference.
-
-    Args:
-        prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1.
-        ssim: SSIM of each pair.
-        grid: directions of the spectra's rows and columns.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        names: titles of the two columns of spectra.
-        provenance: where the figure comes from, for its foot and its metadata.
-    """
+    """Draw five examples, from the worst to the best SSIM, each as predicted spectrum, true spectrum and difference."""
     figure = Figure(figsize=(PAGE, 5.6), layout="constrained")
     axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
     for row, (name, index) in zip(axes, ranked(ssim), strict=True):
@@ -104,16 +84,7 @@ def draw_examples_polar(
     path: Path,
     provenance: Provenance | None = None,
 ) -> None:
-    """Draw the examples of ``draw_examples`` as polar charts, with boresight in the middle and azimuth as the angle.
-
-    Args:
-        prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1.
-        ssim: SSIM of each pair.
-        grid: directions of the spectra's rows and columns.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        provenance: where the figure comes from, for its foot and its metadata.
-    """
+    """Draw the examples of ``draw_examples`` as polar charts, with boresight in the middle and azimuth as the angle."""
     figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
     for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
@@ -137,14 +108,7 @@ def draw_examples_polar(
 def draw_ssim_distribution(
     ssim: dict[str, Float[np.ndarray, " K"]], path: Path, note: str = "", provenance: Provenance | None = None
 ) -> None:
-    """Draw the cumulative distribution of the SSIM of every method, and of the array's ceiling.
-
-    Args:
-        ssim: SSIM of each test spectrum, by name of the method.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        note: a line below the axis.
-        provenance: where the figure comes from, for its foot and its metadata.
-    """
+    """Draw the cumulative distribution of the SSIM of every method, and of the array's ceiling."""
     figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(ssim)), layout="constrained")
     axis = figure.subplots()
     plot_cdf(ssim, axis)
@@ -155,14 +119,7 @@ def draw_ssim_distribution(
 
 @at_paper_size()
 def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path, provenance: Provenance | None = None) -> None:
-    """Draw the share of errors within stated intervals against the share that each interval should contain.
-
-    Args:
-        errors: absolute errors of P values of K spectra, divided by the standard deviations stated for them. Spectra
-            with nan are left out.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        provenance: where the figure comes from, for its foot and its metadata.
-    """
+    """Draw the share of errors within stated intervals against the share that each interval should contain."""
     errors = errors[np.isfinite(errors).all(axis=1)]
     stated = np.linspace(0.01, 0.99, 99)
     within = np.sort(errors, axis=None).searchsorted(ndtri((1 + stated) / 2), side="right") / errors.size
@@ -181,19 +138,12 @@ LARGEST_AOA_ERROR = 30.0
 
 
 class MapScore(NamedTuple):
-    """A score that ``draw_error_map`` shows.
+    """A score that ``draw_error_map`` shows."""
 
-    Attributes:
-        values: [K] the score at each test position.
-        limits: ends of the colour scale.
-        label: what it is, with its unit.
-        colours: name of the colour map.
-    """
-
-    values: Float[np.ndarray, " K"]
-    limits: tuple[float, float]
-    label: str
-    colours: str = MAGNITUDE
+    values: Float[np.ndarray, " K"]  # [K] the score at each test position
+    limits: tuple[float, float]  # ends of the colour scale
+    label: str  # what it is, with its unit
+    colours: str = MAGNITUDE  # name of the colour map
 
     @classmethod
     def of_spectra(cls, ssim: Float[np.ndarray, " K"], aoa_error: Float[np.ndarray, " K"]) -> list[MapScore]:
@@ -218,15 +168,7 @@ def draw_error_map(
     path: Path,
     provenance: Provenance | None = None,
 ) -> None:
-    """Draw scores over the transmitter region, from above and from the side.
-
-    Args:
-        positions: test positions, metres, world frame.
-        scores: the scores at the test positions, a row of the figure each.
-        known: known positions, metres, world frame; they are drawn as small dots.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        provenance: where the figure comes from, for its foot and its metadata.
-    """
+    """Draw scores over the transmitter region, from above and from the side."""
     figure = Figure(figsize=(PAGE, 2.9 * len(scores)), layout="constrained")
     axes = figure.subplots(len(scores), 2, squeeze=False)
     for row, score in zip(axes, scores, strict=True):
@@ -258,15 +200,7 @@ def draw_error_over_distance(
     path: Path,
     provenance: Provenance | None = None,
 ) -> None:
-    """Draw SSIM and AoA error against the distance to the nearest training position, with medians of five groups.
-
-    Args:
-        distance: distance from each test position to the nearest training position, metres.
-        ssim: SSIM at each test position.
-        aoa_error: angle between predicted and true direction of arrival at each test position, degrees.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        provenance: where the figure comes from, for its foot and its metadata.
-    """
+    """Draw SSIM and AoA error against the distance to the nearest training position, with medians of five groups."""
     figure = Figure(figsize=(PAGE, 2.8), layout="constrained")
     axes = figure.subplots(1, 2)
     fifths = np.array_split(np.argsort(distance), 5)

@@ -40,13 +40,6 @@ def write_geotiff(
     """Write bands of float32 with their place in the world, compressed without loss.
 
     In the file, the first row is the north, the largest y, as in all such files: the bands are turned upside down.
-
-    Args:
-        path: the file.
-        bands: values; row 0 is the smallest y. NaN says nothing.
-        descriptions: a line on each band.
-        corner: smallest x and largest y of the map's edges, metres.
-        step: side of a square pixel, metres.
     """
     from tifffile import TiffWriter
 

@@ -39,27 +39,15 @@ ENVIRONMENT.globals["WITHOUT_TRAINING"] = {
 
 
 def write_page(path: Path, template: str, provenance: Provenance | None = None, **values: Any) -> None:
-    """Write an HTML page.
-
-    Args:
-        path: path of the page.
-        template: name of a file in ``learn/reports/templates``.
-        provenance: where the page's scores come from, for its foot.
-        values: values of the template's variables.
-    """
+    """Write an HTML page."""
     write_atomically(path, ENVIRONMENT.get_template(template).render(provenance=provenance, **values).encode())
 
 
 class Picture(NamedTuple):
-    """A figure in a page.
+    """A figure in a page."""
 
-    Attributes:
-        data: the PNG as base64 text.
-        width: width on the screen at most, CSS pixels.
-    """
-
-    data: str
-    width: int
+    data: str  # the PNG as base64 text
+    width: int  # width on the screen at most, CSS pixels
 
 
 ON_SCREEN = 1.35
@@ -67,12 +55,7 @@ ON_SCREEN = 1.35
 
 
 def embedded(folder: Path, names: tuple[str, ...]) -> dict[str, Picture]:
-    """Figures of a folder, which a page embeds.
-
-    Args:
-        folder: the folder.
-        names: names of the figures; the files are NAME.png.
-    """
+    """Figures of a folder, which a page embeds."""
     found = {}
     for name in names:
         content = (folder / f"{name}.png").read_bytes()

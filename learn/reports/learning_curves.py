@@ -17,11 +17,7 @@ from scenes.files.plain_text import in_figure
 
 
 def validation_curve(run: Path) -> tuple[list[int], list[float]]:
-    """Steps and validation SSIMs that a training logged, over all its interruptions; empty if it was not by steps.
-
-    Args:
-        run: a run folder.
-    """
+    """Steps and validation SSIMs that a training logged, over all its interruptions; empty if it was not by steps."""
     found: dict[int, float] = {}
     for log in sorted(run.glob("logs/version_*/metrics.csv"), key=lambda path: int(path.parent.name.split("_")[1])):
         with log.open(newline="") as file:
@@ -36,12 +32,7 @@ def validation_curve(run: Path) -> tuple[list[int], list[float]]:
 
 @at_paper_size()
 def draw_learning_curves(comparison: Comparison, path: Path) -> None:
-    """Draw the learning curve of every row that was trained by steps, each method in a colour.
-
-    Args:
-        comparison: the rows and the folder of their runs.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-    """
+    """Draw the learning curve of every row that was trained by steps, each method in a colour."""
     styles = line_styles(row["label"] for row in comparison.rows)
     figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(styles)), layout="constrained")
     axis = figure.subplots()

@@ -20,13 +20,7 @@ from scenes.files.atomic import write_atomically
 
 @at_paper_size()
 def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
-    """Write locations.json, locations.csv and location_errors.png (and .pdf).
-
-    Args:
-        locations: the result of ``evaluate_locations``.
-        folder: folder of the report, which is made if it does not exist.
-        made: where the model comes from. Its name is then in the figure, and the rest at its foot.
-    """
+    """Write locations.json, locations.csv and location_errors.png (and .pdf)."""
     folder.mkdir(parents=True, exist_ok=True)
     facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})
     write_atomically(folder / "locations.json", (json.dumps(facts, indent=2) + "\n").encode())

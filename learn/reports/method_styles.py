@@ -65,13 +65,6 @@ def method_name(label: str) -> str:
 def line_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Properties of the lines of methods: colour, dash, width, and marker for lines with points.
 
-    Args:
-        labels: names of the methods. Names that this package does not know get a style by their letters; of two with
-            the same style, one gets another, whatever their order.
-
-    Returns:
-        Properties of a Matplotlib line by label. The ceiling has no marker.
-
     >>> styles = line_styles(["mine", "helmholtz"])
     >>> styles == line_styles(["helmholtz", "mine"]), styles["helmholtz"]["color"]
     (True, '#1f4e9e')

@@ -53,12 +53,6 @@ def save(figure: Figure, path: Path, provenance: Provenance | None = None, note:
     """Write a figure as PNG, and as PDF for papers.
 
     The figure grows at its foot by the lines of the note and of the provenance; its axes keep their size.
-
-    Args:
-        figure: the figure, with constrained layout.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        provenance: where the figure comes from: a small grey line at its foot, and metadata of both files.
-        note: what a reader must know, above this line.
     """
     lines = [(note, _NOTE_POINTS, "0.2")] if note else []
     if provenance is not None:
@@ -75,13 +69,7 @@ def save(figure: Figure, path: Path, provenance: Provenance | None = None, note:
 
 
 def write_png(figure: Figure, path: Path, metadata: dict[str, str] | None = None) -> None:
-    """Write a figure as PNG alone.
-
-    Args:
-        figure: the figure.
-        path: path of the file.
-        metadata: text chunks of the file.
-    """
+    """Write a figure as PNG alone."""
     content = BytesIO()
     figure.set_dpi(PNG_DPI)
     FigureCanvasAgg(figure).print_png(  # savefig would draw it twice

@@ -210,9 +210,6 @@ def label_log_axis(axis: Axis) -> None:
 
     By itself, Matplotlib labels only one or two powers of ten on an axis of two decades, and 2×10², 3×10², … on a
     shorter one.
-
-    Args:
-        axis: the axis, with a logarithmic scale.
     """
     low, high = sorted(axis.get_view_interval())
 

@@ -17,17 +17,7 @@ WORST = 95
 
 
 def draw_power_figures(comparison: PowerComparison, model: str, folder: Path, made: Provenance) -> dict[str, str]:
-    """Draw error_map.png (and .pdf): the median error of all gateways at each test position.
-
-    Args:
-        comparison: the scores.
-        model: name of the method.
-        folder: folder to write to; it must exist.
-        made: where the figures come from.
-
-    Returns:
-        The captions of all figures of the report by their names; "error_cdf" is drawn elsewhere.
-    """
+    """Draw error_map.png (and .pdf): the median error of all gateways at each test position."""
     dataset, parts, errors = comparison.dataset, comparison.parts, comparison.errors[model]
     captions = {"error_cdf": "Distribution of the absolute errors, all gateways together."}
     heard = ~np.isnan(errors).all(axis=1)

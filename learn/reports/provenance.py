@@ -23,12 +23,6 @@ PACKAGE = "bisplat-wrf"
 def command(given: Sequence[str]) -> str:
     """The command of this process as one can type it again, with ~ for the home folder.
 
-    Args:
-        given: ``sys.argv``.
-
-    Returns:
-        The command, or "Python" if the process is another program.
-
     >>> command(["/opt/venv/bin/bisplat", "evaluate", "my run"]), command(["ipython"])
     ("bisplat evaluate 'my run'", 'Python')
     """
@@ -47,19 +41,6 @@ def command(given: Sequence[str]) -> str:
 class Provenance:
     """Where the scores of a report come from.
 
-    Attributes:
-        title: what the report is about.
-        model: names of the models, or of what else predicts.
-        dataset: name of the dataset's folder.
-        split: the split, or what else was tested on, in words; empty if nothing was trained, like the next four.
-        spectra: numbers of known and tested spectra, in words.
-        distances: distances from tested to known positions, in words.
-        seed: seeds of the trainings, in words.
-        command: the command, or "Python".
-        date: day of the report, ISO 8601.
-        version: version of bisplat-wrf.
-        array: what the array cannot tell, a clause; empty if it tells all directions of its grid apart.
-
     Example:
         >>> numbers = "18 training"
         >>> made = Provenance("lab", "mlp", "lab", "random", numbers, "", "0", "Python", "2026-01-31", "1.0")
@@ -67,17 +48,17 @@ class Provenance:
         'Model mlp, seed 0. Dataset lab, split random: 18 training. bisplat-wrf 1.0, 2026-01-31, Python.'
     """
 
-    title: str
-    model: str
-    dataset: str
-    split: str = ""
-    spectra: str = ""
-    distances: str = ""
-    seed: str = ""
-    command: str = field(default_factory=lambda: command(sys.argv))
-    date: str = field(default_factory=lambda: datetime.date.today().isoformat())
-    version: str = field(default_factory=lambda: version(PACKAGE))
-    array: str = ""
+    title: str  # what the report is about
+    model: str  # names of the models, or of what else predicts
+    dataset: str  # name of the dataset's folder
+    split: str = ""  # the split, or what else was tested on, in words; empty if nothing was trained, like the next four
+    spectra: str = ""  # numbers of known and tested spectra, in words
+    distances: str = ""  # distances from tested to known positions, in words
+    seed: str = ""  # seeds of the trainings, in words
+    command: str = field(default_factory=lambda: command(sys.argv))  # the command, or "Python"
+    date: str = field(default_factory=lambda: datetime.date.today().isoformat())  # day of the report, ISO 8601
+    version: str = field(default_factory=lambda: version(PACKAGE))  # version of bisplat-wrf
+    array: str = ""  # what the array cannot tell, a clause; empty if it tells all directions of its grid apart
 
     @classmethod
     def of_evaluation(cls, evaluation: Evaluation) -> Provenance:

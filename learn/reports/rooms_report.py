@@ -14,10 +14,6 @@ from learn.rooms.room_comparison import RoomComparison
 
 def write_room_comparison(comparison: RoomComparison, folder: Path) -> None:
     """Write results.json, table.tex, table.csv, and rooms.png (and .pdf): mean SSIM over the number of known spectra.
-
-    Args:
-        comparison: the result of ``compare_rooms``.
-        folder: folder to write to; it must exist.
     """
     averages = comparison.averages()
     made = _provenance(comparison)

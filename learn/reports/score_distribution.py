@@ -23,17 +23,7 @@ def draw_score_distribution(
     made: Provenance,
     percentile: float | None = None,
 ) -> None:
-    """Draw the cumulative distribution of the scores of each method.
-
-    Args:
-        scores: scores by name of the method; NaN where there is none.
-        label: what a score is, with its unit.
-        share: what the shares are of.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        made: where the figure comes from.
-        percentile: percentile of the worst method's scores at which the axis ends; it then begins at 0. None: the axis
-            holds all scores.
-    """
+    """Draw the cumulative distribution of the scores of each method."""
     stated = {name: each[~np.isnan(each)] for name, each in scores.items()}
     figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(stated)), layout="constrained")
     axis = figure.subplots()

@@ -21,13 +21,7 @@ from scenes.files.atomic import write_atomically
 
 
 def write_score_evaluation(comparison: ScoreTable, model: str, folder: Path) -> None:
-    """Write report.html, results.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF.
-
-    Args:
-        comparison: the result of ``compare_powers`` or ``compare_channels``, with one size.
-        model: name of the method that the report is about; the others are its baselines.
-        folder: folder to write to; it must exist.
-    """
+    """Write report.html, results.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF."""
     made = Provenance.of_scores(comparison, f"{model} on held-out {comparison.THINGS}")
     write_scores(comparison, folder, made)
     draw_scores(comparison, folder, made)

@@ -16,25 +16,14 @@ SHOWN = 95
 
 
 def write_score_comparison(comparison: ScoreTable, folder: Path) -> None:
-    """Write results.json, table.tex, table.csv, and error_cdf.png or snr_cdf.png (and .pdf), of the first seed.
-
-    Args:
-        comparison: the result of ``compare_powers`` or ``compare_channels``.
-        folder: folder to write to; it must exist.
-    """
+    """Write results.json, table.tex, table.csv, and error_cdf.png or snr_cdf.png (and .pdf), of the first seed."""
     made = Provenance.of_scores(comparison)
     write_scores(comparison, folder, made)
     draw_scores(comparison, folder, made)
 
 
 def draw_scores(comparison: ScoreTable, folder: Path, made: Provenance) -> None:
-    """Draw error_cdf.png or snr_cdf.png (and .pdf): how the scores of each method spread.
-
-    Args:
-        comparison: the scores.
-        folder: folder to write to; it must exist.
-        made: where the figure comes from.
-    """
+    """Draw error_cdf.png or snr_cdf.png (and .pdf): how the scores of each method spread."""
     measure, of_each = comparison.MEASURE, comparison.of_each()
     scores = {average_name(row): of_each[average_name(row)] for row in comparison.table()}
     ends = SHOWN if measure.small_is_good else None
@@ -42,12 +31,7 @@ def draw_scores(comparison: ScoreTable, folder: Path, made: Provenance) -> None:
 
 
 def write_score_sweep(comparison: ScoreTable, folder: Path) -> None:
-    """Write results.json, table.tex, table.csv, and sweep.png (and .pdf): the score against the number of samples.
-
-    Args:
-        comparison: the result of ``compare_powers`` or ``compare_channels`` for several sizes.
-        folder: folder to write to; it must exist.
-    """
+    """Write results.json, table.tex, table.csv, and sweep.png (and .pdf): the score against the number of samples."""
     made, averages = Provenance.of_scores(comparison), comparison.averages()
     write_scores(comparison, folder, made)
     measure = comparison.MEASURE

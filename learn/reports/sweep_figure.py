@@ -30,17 +30,7 @@ def draw_sweep(
     doubts: Collection[str] = (),
     note: str = "",
 ) -> None:
-    """Draw a score against the number of training samples. Of several seeds, the bars are standard deviations.
-
-    Args:
-        averages: rows of ``Comparison.averages`` or ``ScoreTable.averages``.
-        key: key of the score. Rows without it are left out, and those of the whole training part.
-        axes: labels of both axes.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-        made: where the figure comes from.
-        doubts: names of the rows whose scores are doubtful. Their methods are marked.
-        note: what a reader must know.
-    """
+    """Draw a score against the number of training samples. Of several seeds, the bars are standard deviations."""
     figure = Figure(figsize=(COLUMN, 2.9), layout="constrained")
     axis = figure.subplots()
     averages = [row for row in averages if row["train_size"] is not None]
@@ -68,10 +58,6 @@ def draw_sweep(
 
 def with_room(sizes: Sequence[int], width: float) -> list[int]:
     """The sizes whose labels have room beside each other on a logarithmic axis.
-
-    Args:
-        sizes: rising numbers of training samples.
-        width: length of the axis, as a difference of natural logarithms.
 
     >>> with_room([200, 800, 3000, 3100], 3.0)
     [200, 800, 3000]

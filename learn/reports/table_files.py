@@ -47,10 +47,6 @@ def in_latex(text: str) -> str:
 def shown_number(value: float, key: str) -> str:
     """A number of a table, with as many digits as say something.
 
-    Args:
-        value: the number.
-        key: key of the column.
-
     >>> shown_number(0.91234, "ssim_median"), shown_number(4000.0, "steps"), shown_number(0.04, "seconds")
     ('0.912', '4,000', '0.04')
     """
@@ -71,14 +67,6 @@ def write_tables(
     """Write table.tex and table.csv.
 
     table.tex is a ``tabular``, which needs the package booktabs. A comment above it says where it comes from.
-
-    Args:
-        rows: numbers by key, by the name of the row. Of several seeds, "ssim_spread" follows "ssim_median" after ±, and
-            so for other scores.
-        columns: headings with units, by the keys of the columns. Columns without any number are left out.
-        folder: folder to write to; it must exist.
-        provenance: where the scores come from.
-        note: what a reader must know, for the comment.
     """
     present = {key: title for key, title in columns.items() if any(row.get(key) is not None for row in rows.values())}
     write_atomically(folder / LATEX, _latex(rows, present, provenance, note).encode())
@@ -86,13 +74,7 @@ def write_tables(
 
 
 def write_scores(comparison: AveragedTable, folder: Path, provenance: Provenance) -> None:
-    """Write results.json, with all scores and where they come from, and their table.tex and table.csv.
-
-    Args:
-        comparison: the scores.
-        folder: folder to write to; it must exist.
-        provenance: where they come from.
-    """
+    """Write results.json, with all scores and where they come from, and their table.tex and table.csv."""
     facts = {**comparison.facts(), "provenance": provenance.facts()}
     write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
     averages = comparison.averages()

@@ -192,12 +192,7 @@ def _parts(dataset: Dataset, test_spectra: int | None, seed: Sequence[int]) -> P
 
 
 def _sizes(given: Sequence[int] | None, rooms: Sequence[tuple[Dataset, int]]) -> list[int]:
-    """The numbers of known spectra, rising.
-
-    Args:
-        given: as for ``compare_rooms``.
-        rooms: the test rooms' datasets, and how many of their spectra can be known.
-    """
+    """The numbers of known spectra, rising."""
     smallest, most = min(rooms, key=lambda each: each[1])
     if given is None:
         sizes = [size for size in GIVEN if size <= most]

@@ -12,17 +12,11 @@ from simulate.dataset.dataset import Dataset
 
 @dataclass(frozen=True)
 class KnownInRoom:
-    """What is known of a room: some of its spectra.
+    """What is known of a room: some of its spectra."""
 
-    Attributes:
-        dataset: the room's dataset; a method must use the known spectra alone.
-        known: their indices, in the order in which they became known.
-        seed: seed of everything that is random in the method itself.
-    """
-
-    dataset: Dataset
-    known: Int[np.ndarray, " L"]
-    seed: int
+    dataset: Dataset  # the room's dataset; a method must use the known spectra alone
+    known: Int[np.ndarray, " L"]  # their indices, in the order in which they became known
+    seed: int  # seed of everything that is random in the method itself
 
     @property
     def positions(self) -> Float[np.ndarray, "L 3"]:

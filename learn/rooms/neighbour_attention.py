@@ -44,17 +44,11 @@ AT_ONCE = 16
 
 @dataclass(frozen=True)
 class RoomTensors:
-    """A room's spectra as the network takes them.
+    """A room's spectra as the network takes them."""
 
-    Attributes:
-        places: transmitter positions relative to the gateway, wavelengths, gateway frame.
-        pictures: coarse spectra, 0…1.
-        directions: unit vectors of the coarse pixels, and of their two tangents, gateway frame.
-    """
-
-    places: Float[Tensor, "K 3"]
-    pictures: Float[Tensor, "K H W"]
-    directions: Float[Tensor, "H W 3 3"]
+    places: Float[Tensor, "K 3"]  # transmitter positions relative to the gateway, wavelengths, gateway frame
+    pictures: Float[Tensor, "K H W"]  # coarse spectra, 0…1
+    directions: Float[Tensor, "H W 3 3"]  # unit vectors of the coarse pixels, and of their two tangents, gateway frame
 
     @classmethod
     def of(cls, dataset: Dataset, used: Int[np.ndarray, " K"]) -> RoomTensors:
@@ -68,12 +62,7 @@ class RoomTensors:
 
 
 def local_places(dataset: Dataset, positions: Float[np.ndarray, "K 3"]) -> Float[Tensor, "K 3"]:
-    """Positions relative to the gateway, wavelengths, gateway frame.
-
-    Args:
-        dataset: whose gateway and wavelength are meant.
-        positions: metres, world frame.
-    """
+    """Positions relative to the gateway, wavelengths, gateway frame."""
     turned = Rotation.from_quat(dataset.gateway_orientation).inv().apply(positions - dataset.gateway_position)
     return torch.from_numpy(turned / dataset.wavelength).float()
 
@@ -89,10 +78,6 @@ class NeighbourAttention(nn.Module):
     Every coarse direction attends to the neighbours twice. The keys and values of a neighbour are features of its
     spectrum around this direction, and its relative place in the frame of the direction. Before training, the weights
     are those of inverse distance.
-
-    Args:
-        width: number of features.
-        heads: number of heads of the attention.
     """
 
     def __init__(self, width: int = 32, heads: int = 4):
@@ -118,14 +103,7 @@ class NeighbourAttention(nn.Module):
         pictures: Float[Tensor, "B L H W"],
         directions: Float[Tensor, "H W 3 3"],
     ) -> tuple[Float[Tensor, "B L H W"], Float[Tensor, "B H W"]]:
-        """The weights of the neighbours, which add up to 1, and the correction of their mean.
-
-        Args:
-            target: positions to predict at, as in ``RoomTensors``.
-            places: those of the neighbours of each.
-            pictures: their coarse spectra.
-            directions: of the coarse pixels.
-        """
+        """The weights of the neighbours, which add up to 1, and the correction of their mean."""
         looked = self.look(pictures.flatten(0, 1)[:, None]).unflatten(0, pictures.shape[:2])
         seen = torch.cat([looked, pictures[:, :, None]], dim=2)
         seen = seen.permute(0, 3, 4, 1, 2)  # B H W L features
@@ -167,9 +145,6 @@ class _Around(nn.Conv2d):
 
 class AttentionOverNeighbours:
     """``NeighbourAttention`` as a method of ``compare_rooms``: trained in other rooms, and given a room's neighbours.
-
-    Attributes:
-        steps: number of training steps.
     """
 
     by_steps = True
@@ -179,13 +154,7 @@ class AttentionOverNeighbours:
         self._network = NeighbourAttention()
 
     def learn(self, rooms: Sequence[Dataset], minutes: float, seed: int) -> None:
-        """Train in rooms.
-
-        Args:
-            rooms: their datasets.
-            minutes: training time.
-            seed: seed of the weights and of the steps.
-        """
+        """Train in rooms."""
         torch.manual_seed(seed)
         generator = np.random.default_rng(seed)
         self._network = NeighbourAttention()
@@ -211,11 +180,7 @@ class AttentionOverNeighbours:
         self._tensors = RoomTensors.of(room.dataset, room.known)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        """Predict in this room; the weights are interpolated to all pixels.
-
-        Args:
-            positions: metres, world frame.
-        """
+        """Predict in this room; the weights are interpolated to all pixels."""
         spectra, room = torch.from_numpy(self._room.spectra).float(), self._tensors
         predicted = []
         with torch.inference_mode():

@@ -11,27 +11,16 @@ from simulate.dataset.room_settings import Setting
 
 
 class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The content of protocol.json: the settings that all rows have in common.
+    """The content of protocol.json: the settings that all rows have in common."""
 
-    Attributes:
-        rooms: absolute path of the folder of rooms.
-        setting: what differs from room to room.
-        test_rooms: number of test rooms.
-        test_spectra: largest number of test spectra in a room. None: all of them.
-        seed: seed of the choice of test spectra.
-        minutes: training time of each method that learns in other rooms.
-        device: name of the GPU, or number of CPU threads, on which methods are trained.
-        data_sha256: fingerprint of the names, positions and pictures of all rooms.
-    """
-
-    rooms: str
-    setting: Setting
-    test_rooms: Annotated[int, Meta(ge=1)]
-    test_spectra: Annotated[int, Meta(ge=1)] | None
-    seed: Annotated[int, Meta(ge=0)]
-    minutes: Annotated[float, Meta(gt=0)]
-    device: str
-    data_sha256: str
+    rooms: str  # absolute path of the folder of rooms
+    setting: Setting  # what differs from room to room
+    test_rooms: Annotated[int, Meta(ge=1)]  # number of test rooms
+    test_spectra: Annotated[int, Meta(ge=1)] | None  # largest number of test spectra in a room. None: all of them.
+    seed: Annotated[int, Meta(ge=0)]  # seed of the choice of test spectra
+    minutes: Annotated[float, Meta(gt=0)]  # training time of each method that learns in other rooms
+    device: str  # name of the GPU, or number of CPU threads, on which methods are trained
+    data_sha256: str  # fingerprint of the names, positions and pictures of all rooms
 
 
 class RoomRow(KeptRow, frozen=True, kw_only=True):

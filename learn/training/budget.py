@@ -31,15 +31,10 @@ for more than the least number."""
 
 
 class Speed(NamedTuple):
-    """How long parts of a training take.
+    """How long parts of a training take."""
 
-    Attributes:
-        step: seconds of a step, on average over coarse and full steps.
-        validation: seconds of a validation and its checkpoint.
-    """
-
-    step: float
-    validation: float
+    step: float  # seconds of a step, on average over coarse and full steps
+    validation: float  # seconds of a validation and its checkpoint
 
     def steps_in(self, minutes: float) -> int:
         """The largest number of steps that fit into the minutes with their validations, or 1 if not even one does.
@@ -60,17 +55,11 @@ class Speed(NamedTuple):
 
 
 class Timed(NamedTuple):
-    """A training that was timed before it begins.
+    """A training that was timed before it begins."""
 
-    Attributes:
-        by_steps: its settings.
-        learned: the responses that the model learns from.
-        minutes: how long it will take on this machine, with the search for these responses.
-    """
-
-    by_steps: Steps
-    learned: Learned
-    minutes: float
+    by_steps: Steps  # its settings
+    learned: Learned  # the responses that the model learns from
+    minutes: float  # how long it will take on this machine, with the search for these responses
 
 
 def timed(
@@ -85,15 +74,6 @@ def timed(
     """Estimate how long a training takes, or choose the number of its steps by the time that it may take.
 
     A warning is printed if nothing of a budget is left after the search for responses behind pictures.
-
-    Args:
-        budget: training time, minutes, which includes that search. None: the steps of ``by_steps`` are kept.
-        model: the model, which is trained for a few steps to measure its speed.
-        by_steps: its settings.
-        dataset: the dataset.
-        parts: its split.
-        seed: seed of the order of the spectra.
-        processes: number of processes that share a batch; one of them is timed with its share.
     """
     learned = learned_responses(model, dataset, parts, by_steps)
     spent = learned.seconds / 60
@@ -112,16 +92,7 @@ def timed(
 def measured_speed(
     model: SpectrumModel, by_steps: Steps, dataset: Dataset, parts: Split, seed: int, learned: Learned
 ) -> Speed:
-    """Measure the speed of a training by a few of its steps.
-
-    Args:
-        model: the model, which is trained for a few steps.
-        by_steps: its batch size and learning rate.
-        dataset: the dataset.
-        parts: its split; spectra of the training part measure the speed.
-        seed: seed of the order of the spectra.
-        learned: the responses that the model learns from, if any.
-    """
+    """Measure the speed of a training by a few of its steps."""
     pixels = quadrature(dataset.beamformer)
     spectra = Spectra(dataset, parts, by_steps.batch_size, seed, learned.responses)
     spectra.epochs = [MOST_TIMED]

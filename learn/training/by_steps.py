@@ -33,11 +33,7 @@ GRADIENT_NORM = 1.0
 
 
 class ProgressOnStderr(Callback):
-    """Shows steps, remaining time, loss and the last validation SSIM on stderr.
-
-    Args:
-        steps: number of optimiser steps of the whole training.
-    """
+    """Shows steps, remaining time, loss and the last validation SSIM on stderr."""
 
     def __init__(self, steps: int) -> None:
         self._steps = steps
@@ -58,11 +54,7 @@ class ProgressOnStderr(Callback):
 
 
 def quiet_trainer(**settings: Any) -> L.Trainer:
-    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own.
-
-    Args:
-        **settings: further arguments of ``lightning.Trainer``.
-    """
+    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own."""
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
     warnings.filterwarnings("ignore", module="lightning")
@@ -112,20 +104,6 @@ def train_by_steps(
     seconds_before: float = 0.0,
 ) -> None:
     """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights.
-
-    Args:
-        model: the model; at the end it has the weights of the best validation.
-        spectra: batches for training and validation.
-        by_steps: number of steps, learning rate and further settings.
-        pixels: the pixels that most steps use.
-        folder: the run folder.
-        processes: where it runs.
-        seconds_before: seconds spent on finding responses before the first step; they count as training time.
-
-    Raises:
-        KeyboardInterrupt: the process received SIGINT or SIGTERM; the same call resumes the training.
-        InputError: the folder has checkpoints, but none that can be read and belongs to this training.
-        OSError: a file cannot be written; the error names it, or the folder.
     """
     spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST

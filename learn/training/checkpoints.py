@@ -52,17 +52,7 @@ def has_checkpoint(folder: Path) -> bool:
 
 
 def read_checkpoint(path: Path) -> dict[str, Any]:
-    """Read a checkpoint without running any code that it may hold.
-
-    Args:
-        path: the file.
-
-    Returns:
-        Lightning's state of the training, and the best weights under ``BEST``; tensors are on the CPU.
-
-    Raises:
-        InputError: the file is damaged, holds more than plain data, or is not a checkpoint of this version.
-    """
+    """Read a checkpoint without running any code that it may hold."""
     require_regular(path, "a checkpoint", LARGEST)
     try:
         with ZipFile(path) as archive:  # torch does not compare the checksums that it writes
@@ -86,16 +76,7 @@ class WholeFiles(CheckpointIO):
         self._last_is_damaged = False
 
     def save_checkpoint(self, checkpoint: dict[str, Any], path: Any, storage_options: Any = None) -> None:
-        """Write a checkpoint.
-
-        Args:
-            checkpoint: plain data and tensors.
-            path: path of ``LAST``.
-            storage_options: not used.
-
-        Raises:
-            OSError: the file cannot be written; the checkpoint before it is then ``PREVIOUS``.
-        """
+        """Write a checkpoint."""
         last = Path(path)
         last.parent.mkdir(parents=True, exist_ok=True)
         content = BytesIO()
@@ -109,16 +90,7 @@ class WholeFiles(CheckpointIO):
     def load_checkpoint(
         self, path: Any, map_location: Callable | None = None, weights_only: bool | None = None
     ) -> dict[str, Any]:
-        """Read the newest checkpoint that can be read, and say so on stderr if it is not the last one.
-
-        Args:
-            path: path of ``LAST``.
-            map_location: not used, since tensors are on the CPU.
-            weights_only: not used, since code is never run.
-
-        Raises:
-            InputError: no checkpoint can be read.
-        """
+        """Read the newest checkpoint that can be read, and say so on stderr if it is not the last one."""
         last = Path(path)
         faults: list[str] = []
         for file in (last, last.with_name(PREVIOUS)):
@@ -143,16 +115,7 @@ class WholeFiles(CheckpointIO):
 
 
 class Checkpoints(Callback):
-    """Keeps the weights of the best validation, and writes a checkpoint at the end of each epoch that was validated.
-
-    Args:
-        path: path of ``LAST``.
-
-    Attributes:
-        score: the best validation SSIM.
-        weights: tensors by the names of Lightning's module; empty before the first validation.
-        restored: whether the training has begun, so that the state of a checkpoint, if there is one, is restored.
-    """
+    """Keeps the weights of the best validation, and writes a checkpoint at the end of each epoch that was validated."""
 
     def __init__(self, path: Path):
         self._path, self._validated = path, False

@@ -131,14 +131,7 @@ class RunRecord(NamedTuple):
 
 
 def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -> None:
-    """Write config.json and split.json.
-
-    Args:
-        folder: the run folder.
-        config: its settings.
-        dataset: the dataset of the run.
-        split: indices into the dataset.
-    """
+    """Write config.json and split.json."""
     content = {
         **asdict(config),
         "dataset_sha256": dataset.fingerprint,
@@ -154,18 +147,7 @@ def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -
 
 
 def read_config(folder: Path) -> RunRecord:
-    """Read config.json.
-
-    Args:
-        folder: the run folder.
-
-    Returns:
-        The settings, and what the run recorded of its dataset.
-
-    Raises:
-        InputError: the folder has no config.json, or one that ``write_config`` cannot have written. If another version
-            wrote it, the message says so.
-    """
+    """Read config.json."""
     path = folder / "config.json"
     if not os.path.lexists(path):
         found = content_of(folder) or "no config.json in it"
@@ -192,11 +174,7 @@ def _version(content: Any) -> str:
 
 
 def of_another_version(trained_by: str) -> str:
-    """The end of a message about a run that cannot be read; empty if this version trained it.
-
-    Args:
-        trained_by: version of bisplat-wrf that trained the run; empty if it is not known.
-    """
+    """The end of a message about a run that cannot be read; empty if this version trained it."""
     if trained_by in ("", version(PACKAGE)):
         return ""
     return f"; bisplat-wrf {cut(trained_by)} trained this run, and this is {version(PACKAGE)}: train it again"

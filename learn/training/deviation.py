@@ -44,31 +44,20 @@ class Deviation(Struct, frozen=True):
 
     e is the curve of errors over a gap, which known spectra tell. Its argument a is the model's own relative variance
     at the position r, or the distance to the nearest known position.
-
-    Attributes:
-        constant: c, in the units of a spectrum 0…1.
-        growth: g. Without a curve (runs of older versions) e² is the model's relative variance.
-        spectra: number of validation spectra that told c and g; 0 in runs of older versions: unknown.
-        over: what a is: "variance" (relative, 0…1) or "distance" (wavelengths).
-        gaps: values a of the curve's points, ascending.
-        errors: values e there, ascending, in the units of a spectrum.
-        nothing: s, the deviation of knowing nothing about a position.
     """
 
-    constant: Coefficient
-    growth: Coefficient
+    constant: Coefficient  # c, in the units of a spectrum 0…1
+    growth: Coefficient  # g. Without a curve (runs of older versions) e² is the model's relative variance.
+    # number of validation spectra that told c and g; 0 in runs of older versions: unknown
     spectra: Annotated[int, Meta(ge=0)] = 0
+    # what a is: "variance" (relative, 0…1) or "distance" (wavelengths)
     over: Literal["variance", "distance"] = "variance"
-    gaps: list[Annotated[float, Meta(ge=0)]] = []
-    errors: list[Coefficient] = []
-    nothing: Coefficient = MOST
+    gaps: list[Annotated[float, Meta(ge=0)]] = []  # values a of the curve's points, ascending
+    errors: list[Coefficient] = []  # values e there, ascending, in the units of a spectrum
+    nothing: Coefficient = MOST  # s, the deviation of knowing nothing about a position
 
     def at(self, gap: Float[np.ndarray, " K"] | None, count: int) -> Float[np.ndarray, " K"]:
         """Standard deviation σ at K positions.
-
-        Args:
-            gap: a at the positions. None: the model states no variance, and a is 0.
-            count: K.
 
         >>> stated = Deviation(0.03, 1.0, 20, "distance", [0.0, 0.2, 1.2], [0.0, 0.04, 0.24], 0.2)
         >>> stated.at(np.array([0.0, 0.2, 9.0]), 3).tolist()
@@ -88,16 +77,11 @@ class Deviation(Struct, frozen=True):
 
 
 class Gaps(Struct, frozen=True):
-    """Errors of known spectra that are predicted from those farther away than a radius, and what they depend on.
+    """Errors of known spectra that are predicted from those farther away than a radius, and what they depend on."""
 
-    Attributes:
-        over: what ``gap`` is, as for ``Deviation``.
-        gap: [n] relative variance, or distance to the nearest used position (wavelengths).
-        error: [n] deviation of each predicted spectrum: the size that holds ``SHARE`` of its errors, over ``NORMAL``.
-    """
-
-    over: Literal["variance", "distance"]
-    gap: Float[np.ndarray, " n"]
+    over: Literal["variance", "distance"]  # what ``gap`` is, as for ``Deviation``
+    gap: Float[np.ndarray, " n"]  # [n] relative variance, or distance to the nearest used position (wavelengths)
+    # [n] deviation of each predicted spectrum: the size that holds ``SHARE`` of its errors, over ``NORMAL``
     error: Float[np.ndarray, " n"]
 
     def curve(self) -> tuple[list[float], list[float]]:
@@ -120,10 +104,6 @@ def pixel_errors(
     """True minus predicted values of every ``EVERY``th row and column.
 
     (The value in the dominant direction alone would say little, since it is nearly always 1 in normalised spectra.)
-
-    Args:
-        prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1.
 
     >>> pixel_errors(np.zeros((2, 90, 360)), np.ones((2, 90, 360))).shape
     (2, 1296)
@@ -164,16 +144,6 @@ def fit_deviation(
     stands for this one, are taken as they are, and c is what this model adds to them. If it is better than the other
     one, c is 0, and the curve is lower as far as the validation spectra reach. From twice that distance on it is
     unchanged, since nothing tells that the model is better there, too.
-
-    Args:
-        error: result of ``pixel_errors`` for spectra to which the model was not fitted.
-        gap: a at their positions, as for ``Deviation``. None: unknown, and σ is the same everywhere.
-        over: what a is. The curve over the variance is the model's own; that over the distance is one of kriging.
-        curve: gaps and errors of the curve's points. None: unknown, and σ is the same everywhere.
-        nothing: s, as for ``Deviation``.
-
-    Returns:
-        The deviation. None: there are fewer spectra than ``LEAST_VALIDATED``.
 
     >>> draws = np.random.default_rng(0).normal(size=(20, 500))
     >>> fit_deviation(0.2 * draws, None).at(None, 1).round(2).tolist()

@@ -21,16 +21,9 @@ from simulate.spectra.spectrum import spectrum_of
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Runs of one dataset and split, such as those that ``bisplat compare --seeds`` trains.
+    """Runs of one dataset and split, such as those that ``bisplat compare --seeds`` trains."""
 
-    Attributes:
-        runs: at least two.
-
-    Raises:
-        InputError: the runs are not all of the same dataset and split.
-    """
-
-    runs: Sequence[Run]
+    runs: Sequence[Run]  # at least two
 
     def __post_init__(self) -> None:
         first = self.runs[0]
@@ -44,15 +37,7 @@ class Ensemble:
                 )
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        """The mean of the spectra that the runs predict, 0…1.
-
-        Args:
-            positions: transmitter positions, metres, in the world frame of the dataset of the runs.
-
-        Raises:
-            ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
-            InputError: a model predicts values that are not finite.
-        """
+        """The mean of the spectra that the runs predict, 0…1."""
         total = self.runs[0].predict(positions).spectra
         for run in self.runs[1:]:
             total += run.predict(positions).spectra
@@ -64,13 +49,6 @@ class Ensemble:
 
         The errors over gaps are those that the first run knows; validation spectra, on which no run was trained, tell
         how far the mean is off near known positions.
-
-        Args:
-            positions: as for ``predict``.
-
-        Returns:
-            The standard deviations. None: the runs have too few validation spectra, or a model that is fitted in closed
-            form, as ``helmholtz`` is, has learned them.
         """
         return None if self._fitted is None else stated_deviation(self.runs[0], self._fitted, positions)
 

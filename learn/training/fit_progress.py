@@ -9,11 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 
 class FitProgress:
-    """Shows what a fit is doing; a ``learn.models.base.Report`` while it is entered.
-
-    Args:
-        title: what is being fitted; the heading of the bars, and the beginning of every line.
-    """
+    """Shows what a fit is doing; a ``learn.models.base.Report`` while it is entered."""
 
     def __init__(self, title: str) -> None:
         self._title = title

@@ -30,16 +30,12 @@ from simulate.spectra.spectrum import spectrum_of
 
 
 class Learned(NamedTuple):
-    """What a network learns from.
+    """What a network learns from."""
 
-    Attributes:
-        responses: responses of every spectrum of the dataset, over its band if the network learns that. Those outside
-            the training part may be zero, and those behind black pictures are. None: the network learns from pictures.
-        seconds: time that it took to find them, seconds.
-    """
-
+    # responses of every spectrum of the dataset, over its band if the network learns that. Those outside the training
+    # part may be zero, and those behind black pictures are. None: the network learns from pictures.
     responses: Complex[np.ndarray, "K elements *subcarriers"] | None
-    seconds: float = 0.0
+    seconds: float = 0.0  # time that it took to find them, seconds
 
 
 def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_steps: Steps) -> Learned:
@@ -49,12 +45,6 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     there are neither too few training pictures nor too many. They are used if kriging of them predicts the validation
     spectra better than inverse-distance weighting does. On the measured sample this holds for the split ``files``, but
     not for ``blocked``.
-
-    Args:
-        model: the model to be trained.
-        dataset: the dataset.
-        parts: its split; nothing is learned from the test part.
-        by_steps: settings of the training.
     """
     if not isinstance(model, PredictsResponses):
         return Learned(None)

@@ -42,14 +42,6 @@ def errors_over_gaps(model: SpectrumModel, dataset: Dataset, train: Int[np.ndarr
 
     A model that interpolates (``helmholtz``, ``twin``, ``mirror-images``) does so itself. Any other model would have to
     be trained again for each radius, so kriging stands for it.
-
-    Args:
-        model: the model, fitted to ``train``.
-        dataset: the dataset.
-        train: indices of the spectra that the model was fitted to.
-
-    Returns:
-        The errors. None: there are too few spectra.
     """
     if len(train) <= LEAST_LEFT:
         return None
@@ -88,14 +80,7 @@ def knowing_nothing(
     dataset: Dataset,
     train: Int[np.ndarray, " n"],
 ) -> float:
-    """The deviation of predictions from spectra that they have nothing to do with.
-
-    Args:
-        prediction: predicted spectra.
-        places: their positions, metres.
-        dataset: the dataset.
-        train: indices of spectra to compare with; those at least a wavelength away count, or the farthest one.
-    """
+    """The deviation of predictions from spectra that they have nothing to do with."""
     train = evenly(train, 4 * MEMBERS)
     truth = spectrum_of(dataset.pictures[train])
     sizes = []

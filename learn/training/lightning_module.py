@@ -32,11 +32,6 @@ class Training(L.LightningModule):
     """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine.
 
     All weights decay except the places and shapes of primitives, which decay would move to one place.
-
-    Args:
-        model: the model.
-        by_steps: number of steps, learning rate and further settings.
-        pixels: the pixels that all steps but the last ones use, if the model allows it.
     """
 
     def __init__(self, model: SpectrumModel, by_steps: Steps, pixels: Quadrature):
@@ -60,14 +55,7 @@ class Training(L.LightningModule):
         responses: Float[Tensor, "B elements *subcarriers 2"],
         coarse: bool,
     ) -> Tensor:
-        """Loss of a batch: of responses if these are given and the model predicts them, otherwise of pictures.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            pictures: true spectra, 0…255.
-            responses: element responses to learn from. With 0 elements there are none, and pictures are used.
-            coarse: use only a few pixels of the pictures.
-        """
+        """Loss of a batch: of responses if these are given and the model predicts them, otherwise of pictures."""
         if isinstance(self.model, PredictsResponses) and responses.shape[1]:
             return self.model.responses_loss(positions, responses)
         if coarse:
@@ -103,12 +91,6 @@ class Batches(Sampler[list[int]]):
 
     Each pass has an order of its own. An incomplete last batch of a pass is left out. The order depends only on the
     sampler's seed and the number of the pass, whatever the length of the epochs.
-
-    Args:
-        sampler: draws the order of a pass.
-        size: number of spectra in a batch.
-        first: number of batches before these.
-        count: number of these batches.
     """
 
     def __init__(self, sampler: DistributedSampler, size: int, first: int, count: int):
@@ -137,19 +119,9 @@ class Spectra(L.LightningDataModule):
 
     The order of the spectra depends only on the seed. A resumed run therefore gets the same batches as an uninterrupted
     one, and the processes of a distributed run together get those of a single process.
-
-    Args:
-        dataset: the spectra.
-        parts: indices into the dataset; the training and the validation part are used.
-        batch_size: number of spectra per step, of all processes together.
-        seed: seed of the order.
-        responses: responses of all K spectra to learn from, at the carrier or at all subcarriers. None: the model
-            learns from pictures.
-
-    Attributes:
-        epochs: number of steps of each epoch; the model is validated after each. None: a single pass.
     """
 
+    # number of steps of each epoch; the model is validated after each. None: a single pass.
     epochs: Sequence[int] | None = None
 
     VALIDATED_AT_ONCE = 16

@@ -92,13 +92,6 @@ def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B
     """Solve linear equations by Gauss-Jordan elimination.
 
     It does not pivot, so the matrices must be positive definite.
-
-    Args:
-        matrix: the matrices.
-        right: the right-hand sides.
-
-    Returns:
-        The solutions.
     """
 
     size = matrix.shape[-1]

@@ -17,15 +17,7 @@ OURS = ("scenes", "simulate", "learn", "bisplat")
 
 
 def own_class(name: str, parameter: str) -> Any:
-    """Import a class. Its module is searched for on Python's path and then in the current folder.
-
-    Args:
-        name: ``module:Class``.
-        parameter: name of the parameter, for the error message.
-
-    Raises:
-        ParameterError: the module cannot be imported, or has no such class. The message says why.
-    """
+    """Import a class. Its module is searched for on Python's path and then in the current folder."""
     module, _, attribute = name.partition(":")
     here = os.getcwd()
     sys.path.append(here)

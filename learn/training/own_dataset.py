@@ -16,16 +16,7 @@ from simulate.spectra.beamformer import Beamformer
 
 
 def require_same_spectra(dataset: Dataset, folder: Path, dataset_sha256: str | None) -> None:
-    """Refuse a dataset that is not the one with which a run or an experiment was begun.
-
-    Args:
-        dataset: what is in the dataset's folder now.
-        folder: folder of the run or the experiment, for the message.
-        dataset_sha256: fingerprint that it recorded. None: it recorded none.
-
-    Raises:
-        InputError: the dataset has another fingerprint.
-    """
+    """Refuse a dataset that is not the one with which a run or an experiment was begun."""
     if dataset_sha256 not in (None, dataset.fingerprint):
         raise InputError(
             f"{dataset.folder}: expected the dataset that {folder} was trained on, found other spectra, as if they had "
@@ -34,17 +25,7 @@ def require_same_spectra(dataset: Dataset, folder: Path, dataset_sha256: str | N
 
 
 def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: Split) -> None:
-    """Refuse to go on with a run whose dataset, or what it states, has changed since the run was begun.
-
-    Args:
-        dataset: what is in the dataset's folder now.
-        folder: folder of the run.
-        record: what its config.json records.
-        parts: the split as it would be made now.
-
-    Raises:
-        InputError: the spectra, the frequency, the array, the grid or the split are others.
-    """
+    """Refuse to go on with a run whose dataset, or what it states, has changed since the run was begun."""
     require_same_spectra(dataset, folder, record.dataset_sha256)
     again = "train on it into another folder"
     wavelength = None if record.frequency is None else SPEED_OF_LIGHT / record.frequency
@@ -71,17 +52,7 @@ def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: 
 
 
 def require_untested(before_known: np.ndarray, before: Path, dataset: Dataset, parts: Split) -> None:
-    """Refuse to start with the weights of a run that has learned test spectra of this training.
-
-    Args:
-        before_known: indices of the spectra of this dataset that the run knows.
-        before: its folder.
-        dataset: the dataset to train on.
-        parts: the split of this training.
-
-    Raises:
-        InputError: it knows some of them.
-    """
+    """Refuse to start with the weights of a run that has learned test spectra of this training."""
     both = np.intersect1d(before_known, parts.test)
     if len(both):
         raise InputError(
@@ -91,17 +62,7 @@ def require_untested(before_known: np.ndarray, before: Path, dataset: Dataset, p
 
 
 def require_same_receiver(dataset: Dataset, folder: Path, beamformer: Beamformer, wavelength: float) -> None:
-    """Refuse a run with whose weights a model of a dataset cannot start.
-
-    Args:
-        dataset: the dataset to train on.
-        folder: folder of the run, for the message.
-        beamformer: the run's array and grid.
-        wavelength: that of the run, metres.
-
-    Raises:
-        InputError: the run is of another frequency, array or grid than the dataset.
-    """
+    """Refuse a run with whose weights a model of a dataset cannot start."""
     if other_frequency(dataset.wavelength, wavelength):
         expected, found = in_megahertz(dataset.wavelength), in_megahertz(wavelength)
         raise InputError(f"{folder}: expected a run at {expected}, found one at {found}")

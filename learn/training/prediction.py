@@ -56,9 +56,6 @@ def batches_for(
 def checked_dtype(dtype: Any) -> np.dtype:
     """The type of numbers that a user asks for.
 
-    Raises:
-        ParameterError: it is neither float32 nor uint8.
-
     >>> checked_dtype(np.uint8)
     dtype('uint8')
     """
@@ -72,12 +69,7 @@ def checked_dtype(dtype: Any) -> np.dtype:
 
 
 def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Prediction:
-    """Predict with a model on its own device, in batches of positions.
-
-    Args:
-        model: any model.
-        positions: transmitter positions, metres, in the world frame of the dataset that the model was trained on.
-    """
+    """Predict with a model on its own device, in batches of positions."""
     return predicted(model, positions, np.dtype(np.float32))[0]
 
 
@@ -127,9 +119,6 @@ def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) 
     """Write numbers into an array, at least 0 and at most 1, as grey levels if it holds these.
 
     Interpolated spectra can be a little below 0 or above 1.
-
-    Returns:
-        Which spectra are finite.
     """
     finite = np.ones(len(numbers), bool)
     for first in range(0, len(numbers), PREDICT_AT_ONCE["cpu"]):  # so few that they stay in a cache
@@ -152,12 +141,7 @@ def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) 
 
 
 def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
-    """Variances of predictions relative to the field's variance, 0…1. None: the model computes none.
-
-    Args:
-        model: any model.
-        positions: as for ``predict``.
-    """
+    """Variances of predictions relative to the field's variance, 0…1. None: the model computes none."""
     if not isinstance(model, StatesVariance):
         return None
     found = []

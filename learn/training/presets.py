@@ -9,15 +9,10 @@ from scenes.files.errors import shown
 
 
 class Preset(NamedTuple):
-    """A model of the table of models, and how long it is trained.
+    """A model of the table of models, and how long it is trained."""
 
-    Attributes:
-        model: its name in the table.
-        steps: number of steps after which its validation SSIM hardly rises (documentation, Reproduce the paper).
-    """
-
-    model: str
-    steps: int
+    model: str  # its name in the table
+    steps: int  # number of steps after which its validation SSIM hardly rises (documentation, Reproduce the paper)
 
 
 PresetName = Literal["paper", "paper-plus"]
@@ -28,12 +23,6 @@ PRESETS: dict[str, Preset] = {"paper": Preset("bisplat", 8000), "paper-plus": Pr
 
 def in_words(preset: PresetName, steps: int, given: Mapping[str, Any], minutes: float) -> str:
     """What a preset trains, what the user changed, how long it takes, and where the documentation says how good it is.
-
-    Args:
-        preset: its name.
-        steps: number of steps.
-        given: options of the model and settings of training that the user gave beside the preset.
-        minutes: estimated training time on this machine.
 
     >>> in_words("paper", 8000, {"primitives": 250}, 12.34).partition(";")[0]
     'preset paper: bisplat with primitives=250, 8000 steps, about 12 minutes here'

@@ -133,12 +133,6 @@ DEFAULT_MODEL = "helmholtz"
 def model_entry(name: str) -> ModelEntry:
     """The entry of a model.
 
-    Args:
-        name: name of a model of the table, or the user's own class as ``module:Class``, for which an entry is made.
-
-    Raises:
-        ParameterError: no model has this name, or there is no such class.
-
     >>> model_entry("bisplat").by_steps.learning_rate
     0.002
     """
@@ -163,15 +157,7 @@ def model_entry(name: str) -> ModelEntry:
 
 
 def model_class(name: str) -> type[SpectrumModel]:
-    """The class of a model.
-
-    Args:
-        name: as for ``model_entry``.
-
-    Raises:
-        ParameterError: no model has this name, or there is no such class.
-        MissingExtraError: the model needs an extra that is not installed.
-    """
+    """The class of a model."""
     entry = model_entry(name)
     if entry.extra is not None:
         require_extra(entry.extra, f"the model {name}")
@@ -180,14 +166,5 @@ def model_class(name: str) -> type[SpectrumModel]:
 
 
 def check_options(name: str, options: Mapping[str, Any]) -> None:
-    """Check that a model's class takes these options.
-
-    Args:
-        name: name of the model.
-        options: arguments of its class, by name.
-
-    Raises:
-        ParameterError: no model has this name, the model has no such option, or a number is not between 1 and
-            ``learn.models.model_options.OPTION_MOST``.
-    """
+    """Check that a model's class takes these options."""
     check_options_of(model_class(name), name, options)

@@ -212,13 +212,7 @@ class Run:
 
 
 def stated_deviation(run: Run, deviation: Deviation, points: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
-    """The standard deviations at positions, nan where nothing is known.
-
-    Args:
-        run: a run.
-        deviation: that of this run, or of an ensemble of which it is the first run.
-        points: positions, metres.
-    """
+    """The standard deviations at positions, nan where nothing is known."""
     known = read_known_positions(run.folder)
     if known is None:  # an older version trained this run
         return deviation.at(uncertainty(run.model, points), len(points))
@@ -236,26 +230,13 @@ def stated_deviation(run: Run, deviation: Deviation, points: Float[np.ndarray, "
 
 
 def save_weights(folder: Path, model: SpectrumModel) -> None:
-    """Write weights.safetensors.
-
-    Args:
-        folder: the run folder.
-        model: the trained model.
-    """
+    """Write weights.safetensors."""
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
     write_atomically(folder / "weights.safetensors", save(tensors))
 
 
 def load_weights(model: SpectrumModel, folder: Path) -> None:
-    """Load the weights of a finished run into a model, which keeps its own region, wavelength and turn.
-
-    Args:
-        model: a model of the same class and size.
-        folder: folder of the finished run.
-
-    Raises:
-        InputError: the folder is not a finished run, or is one of another model or size.
-    """
+    """Load the weights of a finished run into a model, which keeps its own region, wavelength and turn."""
     source, own = load_run(folder).model.state_dict(), model.state_dict()
     try:
         if source.keys() != own.keys():  # such as one field of a moving array, and responses of a fixed one

@@ -15,18 +15,7 @@ from learn.training.fit_progress import FitProgress
 def train_steps(
     loss: Callable[[], Tensor], optimiser: torch.optim.Optimizer, *, title: str, most: int, minutes: float | None
 ) -> int:
-    """Train, with a learning rate that falls as half a cosine, until the steps or the minutes are over.
-
-    Args:
-        loss: the loss of the next step; it draws the step's batch.
-        optimiser: the optimiser, with the learning rate of the first step.
-        title: what is trained, for the progress on stderr.
-        most: largest number of steps.
-        minutes: training time. None: no limit, so that the result depends on the seed alone.
-
-    Returns:
-        The number of steps.
-    """
+    """Train, with a learning rate that falls as half a cosine, until the steps or the minutes are over."""
     rates = [group["lr"] for group in optimiser.param_groups]
     begun = time.perf_counter()
     with FitProgress(title) as report:

@@ -204,19 +204,6 @@ def train_run(
     """Train with the settings of a run. A finished run is left as it is.
 
     An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run.
-
-    Args:
-        config: settings of the run.
-        folder: the run folder.
-        processes: where it runs. Lightning starts a process for each device of this machine.
-        dataset: the dataset of ``config`` if it has been read already. None: it is read.
-        learned: what ``learned_responses`` found for this training. None: it is called.
-        say_split: say how many spectra the parts of the split have, and how far they are from one another.
-
-    Raises:
-        ParameterError: the model lacks one of the options, or a number is out of its range.
-        InputError: the dataset is not valid or has too few spectra for the split; or the folder holds other files or a
-            run with other settings, or another process writes to it.
     """
     _check(config, processes)
     own: Any = (folder, "run", "config.json", config.settings(), _recorded_settings)
@@ -290,11 +277,7 @@ def _train(
 
 
 def _check(config: Config, processes: Processes) -> None:
-    """Check numbers and the model's options before any folder is made.
-
-    Raises:
-        ParameterError: a number is out of its range, or the model lacks one of the options.
-    """
+    """Check numbers and the model's options before any folder is made."""
     check_options(config.model, config.options)
     for name in model_entry(config.model).needs:
         if not config.options.get(name):

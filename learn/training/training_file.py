@@ -37,16 +37,7 @@ def write_training(
     deviation: Deviation | None,
     learned_from: Float[np.ndarray, "n 3"],
 ) -> None:
-    """Write training.json and known_positions.csv.
-
-    Args:
-        folder: the run folder.
-        steps: number of optimiser steps.
-        seconds: training time, seconds.
-        validation_ssim: median SSIM on the validation part of the weights that are kept.
-        deviation: how far predictions are off. None: there are too few validation spectra.
-        learned_from: positions of the spectra that the model learned from, metres, world frame.
-    """
+    """Write training.json and known_positions.csv."""
     write_positions(folder / KNOWN, learned_from)
     content: dict[str, Any] = {
         "steps": steps,
@@ -69,15 +60,7 @@ class TrainingFile(Struct, frozen=True):
 
 
 def read_training(folder: Path) -> TrainingFile:
-    """Read training.json.
-
-    Args:
-        folder: the run folder.
-
-    Raises:
-        InputError: the path is not a regular file with the steps and the seconds of a training, or its deviation has
-            no curve.
-    """
+    """Read training.json."""
     path = folder / FILE
     found = conform(read_json(path, "the steps and seconds of a training", nan=True), TrainingFile, str(path))
     stated = found.deviation
@@ -90,13 +73,6 @@ def read_training(folder: Path) -> TrainingFile:
 
 
 def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"] | None:
-    """Positions of the spectra that the model of a run learned from, metres. None: an older version trained the run.
-
-    Args:
-        folder: the run folder.
-
-    Raises:
-        InputError: the file known_positions.csv is damaged.
-    """
+    """Positions of the spectra that the model of a run learned from, metres. None: an older version trained the run."""
     path = folder / KNOWN
     return read_points(path) if path.exists() else None

@@ -19,13 +19,7 @@ from simulate.spectra.beamformer import Beamformer
 
 
 def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumModel:
-    """The untrained model of a run, for a dataset and its split.
-
-    Args:
-        config: settings of the run.
-        dataset: the dataset, to which the model is suited (``learn.models.suited_to``).
-        parts: its split.
-    """
+    """The untrained model of a run, for a dataset and its split."""
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
     suit_to(model, dataset, parts.train)
     return model
@@ -34,18 +28,7 @@ def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumM
 def build_model(
     config: Config, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float
 ) -> SpectrumModel:
-    """Build the untrained model of a run.
-
-    Args:
-        config: settings of the run, of which ``model`` and ``options`` are used.
-        region: corners (min, max) of the box of training positions, metres, world frame.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-
-    Raises:
-        ParameterError: the model is unknown, lacks one of the options, or an option is out of its range.
-        InputError: the model cannot be built with these values of its options.
-    """
+    """Build the untrained model of a run."""
     check_options(config.model, config.options)
     build: Any = model_class(config.model)
     try:
@@ -60,10 +43,6 @@ def build_model(
 
 
 def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
-    """Corners (min, max) of the bounding box of positions, metres. An extent below 1 mm becomes 1 mm.
-
-    Args:
-        positions: positions, metres.
-    """
+    """Corners (min, max) of the bounding box of positions, metres. An extent below 1 mm becomes 1 mm."""
     low, high = bounding_box(positions)
     return np.stack([low, np.maximum(high, low + 1e-3)])

@@ -20,25 +20,14 @@ from simulate.spectra.spectrum import spectrum_of
 
 
 class Validation(NamedTuple):
-    """Result of a model on validation spectra.
+    """Result of a model on validation spectra."""
 
-    Attributes:
-        ssim: median SSIM; 0 if there are no validation spectra.
-        deviation: how far predictions are off. None: there are too few spectra to tell.
-    """
-
-    ssim: float
-    deviation: Deviation | None
+    ssim: float  # median SSIM; 0 if there are no validation spectra
+    deviation: Deviation | None  # how far predictions are off. None: there are too few spectra to tell.
 
 
 def validate(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation:
-    """Predict at most ``VALIDATED`` validation spectra, to which the model was not fitted.
-
-    Args:
-        model: the model, fitted to ``parts.train``.
-        dataset: the dataset.
-        parts: its split.
-    """
+    """Predict at most ``VALIDATED`` validation spectra, to which the model was not fitted."""
     validated = validation_sample(parts.validation)
     if not len(validated):
         return Validation(0.0, None)
@@ -73,12 +62,7 @@ def _deviation(
 
 
 def told(deviation: Deviation | None, validated: int) -> None:
-    """Say what the validation spectra told about the deviation of predictions.
-
-    Args:
-        deviation: what they told, if anything.
-        validated: number of validation spectra.
-    """
+    """Say what the validation spectra told about the deviation of predictions."""
     if deviation is None:
         say(
             f"this run states no deviation of its predictions: {validated} validation spectra cannot tell it, "

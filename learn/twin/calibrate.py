@@ -122,10 +122,6 @@ def described_scene(
     propagation: Propagation,
 ) -> Scene:
     """The scene that is to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common.
-
-    Raises:
-        InputError: the scene cannot be read.
-        ParameterError: an argument is not as ``calibrate`` expects it.
     """
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
@@ -137,13 +133,7 @@ def described_scene(
 
 
 def warn_of_other_place(scene: Scene, positions: Float[np.ndarray, "n 3"], folder: Path) -> None:
-    """Print a warning if positions lie so far from a scene that they were hardly measured in it.
-
-    Args:
-        scene: the scene.
-        positions: of the measurements, metres, world frame.
-        folder: of the measurements, for the message.
-    """
+    """Print a warning if positions lie so far from a scene that they were hardly measured in it."""
     box = bounding_box(np.vstack([scene.bounds, scene.transmitter.region]))
     warning = reach_warning(positions, box, "the scene", "were they measured there, in its frame?")
     if warning is not None:
@@ -158,21 +148,7 @@ def calibrate_by(
     propagation: Propagation = Propagation(),
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Calibration:
-    """Correct a scene by some of a dataset's spectra.
-
-    Args:
-        scene: the scene as described.
-        dataset: measured spectra.
-        known: indices of those to use.
-        tolerances: how wrong the scene may be.
-        propagation: the mechanisms that rays follow.
-        report: called with sentences on the progress.
-
-    Raises:
-        InputError: the scene has several gateways, or another array, frequency or gateway than the dataset; all
-            tolerances are 0; all spectra have one grey level; or no path reaches any of their positions.
-        ParameterError: diffuse reflection is to be followed.
-    """
+    """Correct a scene by some of a dataset's spectra."""
     require_fixed_array(dataset, "the correction of a scene")
     if propagation.diffuse:
         raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
@@ -219,11 +195,7 @@ def _require_same_gateway(scene: Scene, dataset: Dataset, tolerances: Tolerances
 
 
 def doubt(calibration: Calibration) -> str | None:
-    """A sentence on a corrected scene that does not explain the spectra; None if it does.
-
-    Args:
-        calibration: what was found.
-    """
+    """A sentence on a corrected scene that does not explain the spectra; None if it does."""
     left, before = calibration.misfit
     if left <= UNEXPLAINED_MOST:
         return None
@@ -250,11 +222,6 @@ def over_subcarriers(
 
     A room's responses change little between neighbouring subcarriers, and each that is used costs as much as a carrier.
 
-    Args:
-        band: the subcarriers.
-        responses: the responses at all of them.
-        carrier: the carrier frequency, hertz.
-
     >>> responses, ratios = over_subcarriers(Band(20e6, 64), np.ones((5, 16, 64)), 1e9)
     >>> responses.shape, ratios
     ((5, 64), [0.99, 0.9965625, 1.003125, 1.0096875])
@@ -265,12 +232,7 @@ def over_subcarriers(
 
 
 def write_calibration(calibration: Calibration, folder: Path) -> None:
-    """Write the corrected scene and calibration.json to a folder.
-
-    Args:
-        calibration: what was found.
-        folder: an empty folder.
-    """
+    """Write the corrected scene and calibration.json to a folder."""
     write_scene(calibration.scene, folder)
     content: dict[str, Any] = {
         "changes": changes_of(calibration.which, calibration.values, calibration.deviations),

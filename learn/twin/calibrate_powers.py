@@ -202,13 +202,7 @@ def _calibration(scene: Scene, search: PowerSearch, found: PowerMinimum, before:
 
 
 def of_gateways(scene: Scene, names: list[str], tolerances: Tolerances) -> list[Unknown]:
-    """The unknowns of a scene whose powers several gateways receive: the places of the gateways, and of the scene.
-
-    Args:
-        scene: the scene.
-        names: of the gateways.
-        tolerances: standard deviations of the errors in the description.
-    """
+    """The unknowns of a scene whose powers several gateways receive: the places of the gateways, and of the scene."""
     found = [Unknown("position", name, axis, tolerances.position) for name in names for axis in range(3)]
     found += unknowns(scene, replace(tolerances, position=0.0, rotation=0.0, carrier=0.0))
     return [each for each in found if each.tolerance > 0]
@@ -217,14 +211,7 @@ def of_gateways(scene: Scene, names: list[str], tolerances: Tolerances) -> list[
 def traced_powers(
     scene: Scene, gateways: Mapping[str, Gateway], positions: Float[np.ndarray, "K 3"], propagation: Propagation
 ) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K G"]]:
-    """Path gains ``|y|²`` of gateways with one antenna, and the sums of the powers of their paths, both linear.
-
-    Args:
-        scene: the scene.
-        gateways: the G gateways by name.
-        positions: transmitter positions, metres, world frame.
-        propagation: the mechanisms that rays follow.
-    """
+    """Path gains ``|y|²`` of gateways with one antenna, and the sums of the powers of their paths, both linear."""
     region = bounding_box(positions)
     return powers_by([Tracer(each, propagation, region) for each in alone(scene, gateways).values()], positions)
 
@@ -243,12 +230,7 @@ def power_of_chains(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> Floa
 
 
 def write_power_calibration(calibration: PowerCalibration, folder: Path) -> None:
-    """Write the corrected scene, gateways.yml and calibration.json to a folder.
-
-    Args:
-        calibration: what was found.
-        folder: an empty folder.
-    """
+    """Write the corrected scene, gateways.yml and calibration.json to a folder."""
     write_scene(calibration.scene, folder)
     keys = ("position", "orientation", "pattern", "polarization")
     gateways = {

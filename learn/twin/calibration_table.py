@@ -28,13 +28,7 @@ def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str
 def rows_of(
     which: Sequence[Unknown], values: Float[np.ndarray, " n"], deviations: Float[np.ndarray, " n"]
 ) -> list[dict[str, str]]:
-    """A table of what was changed and by how much, with standard deviations before and after.
-
-    Args:
-        which: n numbers of a scene.
-        values: their changes, in metres, radians or logarithms of ratios.
-        deviations: the standard deviations of these.
-    """
+    """A table of what was changed and by how much, with standard deviations before and after."""
     rows = []
     for unknown, value, deviation in zip(which, values, deviations, strict=True):
         changed, sure = in_units(unknown, float(value), float(deviation))

@@ -15,15 +15,7 @@ from simulate.rssi.rssi_dataset import RssiDataset
 
 
 def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]:
-    """The scene as described with each gateway of received powers alone, by the gateway's name.
-
-    Args:
-        scene: the scene as described.
-        dataset: the received powers.
-
-    Raises:
-        InputError: the scene and the dataset have other frequencies, or a gateway is inside an object.
-    """
+    """The scene as described with each gateway of received powers alone, by the gateway's name."""
     if dataset.frequency is not None and other_frequency(dataset.wavelength, scene.wavelength):
         raise InputError(
             f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "

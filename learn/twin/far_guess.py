@@ -41,12 +41,7 @@ NARROWER = (1 / 3, 1 / 9, 1 / 27)
 
 
 def is_far(scene: Scene, which: Sequence[Unknown]) -> bool:
-    """Whether the gateway may be so far from its described position that ``far_guess`` is needed.
-
-    Args:
-        scene: the scene as described.
-        which: its unknowns.
-    """
+    """Whether the gateway may be so far from its described position that ``far_guess`` is needed."""
     return any(each.kind == "position" and each.tolerance > FAR * scene.wavelength for each in which)
 
 
@@ -64,15 +59,6 @@ def far_guess(
     Thousands of poses are drawn from the prior, and scored by paths to fixed images. Eight that lie apart are kept. At
     each the scene is traced with chains found anew, more poses are drawn around it, ever closer, and the most likely
     one takes its place. The likelihood is that of ``first_guess``, in which each position has a phase of its own.
-
-    Args:
-        tracer: a tracer of the scene as described.
-        ratios: the frequencies of the responses, in carrier frequencies.
-        which: its n unknowns; those that do not belong to the pose stay 0.
-        positions: transmitter positions, metres, world frame.
-        measured: element responses; those of several frequencies one after another.
-        flips: whether these may be flipped, as behind pictures (y_m → conj y_{M−1−m}).
-        counted: number of responses that count as independent.
     """
     described, propagation = tracer.ray_scene.description, tracer.ray_scene.propagation
     compared = evenly(np.arange(len(positions)), COMPARED)
@@ -119,12 +105,6 @@ def kept_apart(
 ) -> list[Float[np.ndarray, " n"]]:
     """The first few valid guesses whose positions lie apart.
 
-    Args:
-        guesses: values of the unknowns, the most likely ones first.
-        position: columns of the gateway's position.
-        apart: least distance of two positions, metres.
-        valid: whether a guess is a valid scene.
-
     >>> line = np.array([[0.0], [0.1], [0.3], [0.7]])
     >>> [float(each[0]) for each in kept_apart(line, [0], 0.2, lambda guess: guess[0] != 0.3)]
     [0.0, 0.7]
@@ -140,13 +120,7 @@ def kept_apart(
 
 
 def inside(scene: Scene, which: Sequence[Unknown], guesses: Float[np.ndarray, "G n"]) -> Bool[np.ndarray, " G"]:
-    """Which guesses leave a gateway within the scene's bounds that is described within them; all, if it is not.
-
-    Args:
-        scene: the scene as described.
-        which: its n unknowns.
-        guesses: values of the unknowns.
-    """
+    """Which guesses leave a gateway within the scene's bounds that is described within them; all, if it is not."""
     low, high = scene.bounds
     shifts, _ = poses(which, guesses)
     places = np.asarray(scene.gateway.position) + np.vstack([np.zeros(3), shifts])
@@ -157,12 +131,7 @@ def inside(scene: Scene, which: Sequence[Unknown], guesses: Float[np.ndarray, "G
 def poses(
     which: Sequence[Unknown], guesses: Float[np.ndarray, "G n"]
 ) -> tuple[Float[np.ndarray, "G 3"], Float[np.ndarray, "G 3"]]:
-    """Displacements of the gateway, metres, and rotation vectors, radians, both in the world frame.
-
-    Args:
-        which: n unknowns.
-        guesses: values of them.
-    """
+    """Displacements of the gateway, metres, and rotation vectors, radians, both in the world frame."""
     shifts, turns = np.zeros((len(guesses), 3)), np.zeros((len(guesses), 3))
     for column, each in enumerate(which):
         if each.kind == "position":
@@ -175,13 +144,7 @@ def poses(
 def elements_of(
     scene: Scene, which: Sequence[Unknown], guesses: Float[np.ndarray, "G n"]
 ) -> Float[np.ndarray, "G M 3"]:
-    """Positions of the array's elements for each guess, metres, world frame.
-
-    Args:
-        scene: the scene as described.
-        which: its n unknowns.
-        guesses: values of the unknowns.
-    """
+    """Positions of the array's elements for each guess, metres, world frame."""
     gateway = scene.gateway
     arms = element_positions(gateway, scene.wavelength) - gateway.position
     shifts, turns = poses(which, guesses)
@@ -192,13 +155,7 @@ def elements_of(
 def _responses(
     band: Sequence[Tracer], positions: Float[np.ndarray, "K 3"], elements: Float[np.ndarray, "G M 3"]
 ) -> Iterator[Complex[np.ndarray, "g K M*used"]]:
-    """Responses at positions for each guess of the elements' places, in batches of guesses.
-
-    Args:
-        band: tracers of one scene, one for each frequency.
-        positions: transmitter positions, metres, world frame.
-        elements: places of the M elements for G guesses, metres, world frame.
-    """
+    """Responses at positions for each guess of the elements' places, in batches of guesses."""
     number = elements.shape[1]
     shape = len(positions), number * len(band)
     paths = []

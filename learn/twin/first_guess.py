@@ -44,14 +44,6 @@ def first_guess(
     The most likely pose is returned. Let s be the mean over the positions of |⟨y, measured⟩|² / (|y|² |measured|²), on
     which a separate phase and scale of each position have no effect. Then −2 log of the posterior is, up to a constant,
     2 N log(1 − s) + Σ (value / tolerance)². N is the number of responses that count as independent.
-
-    Args:
-        band: tracers of the scene as described, one for each frequency of the responses.
-        which: its n unknowns; those that do not belong to the pose stay 0.
-        positions: transmitter positions, metres, world frame.
-        measured: element responses; those of several frequencies one after another.
-        flips: whether these may be flipped, as behind pictures (y_m → conj y_{M−1−m}).
-        counted: N.
     """
     of_pose = [number for number, each in enumerate(which) if each.kind in OF_POSE]
     if not of_pose:
@@ -72,14 +64,7 @@ def first_guess(
 def misfits(
     found: Complex[np.ndarray, "G K M"], measured: Complex[np.ndarray, "K M"], flips: bool, counted: int
 ) -> Float[np.ndarray, " G"]:
-    """−2 log of the likelihood of each guess, 2 N log(1 − s), as ``first_guess`` has it.
-
-    Args:
-        found: responses for each guess.
-        measured: element responses.
-        flips: whether these may be flipped.
-        counted: N.
-    """
+    """−2 log of the likelihood of each guess, 2 N log(1 − s), as ``first_guess`` has it."""
     alike = np.abs(np.einsum("gkm,km->gk", found, measured.conj()))
     if flips:
         alike = np.maximum(alike, np.abs(np.einsum("gkm,km->gk", found, measured[:, ::-1])))
@@ -89,11 +74,7 @@ def misfits(
 
 
 def guessed_poses(which: Sequence[Unknown]) -> Float[np.ndarray, "G n"]:
-    """Draws of the unknowns of a pose from their prior; the first one is the description.
-
-    Args:
-        which: the n unknowns.
-    """
+    """Draws of the unknowns of a pose from their prior; the first one is the description."""
     drawn = np.random.default_rng(0).normal(size=(GUESSES - 1, len(which))) * [each.tolerance for each in which]
     return np.vstack([np.zeros(len(which)), drawn])
 
@@ -104,14 +85,7 @@ def responses_of(
     positions: Float[np.ndarray, "K 3"],
     guesses: Float[np.ndarray, "G n"],
 ) -> Complex[np.ndarray, "G K M"]:
-    """Responses at positions, for each guess of the pose.
-
-    Args:
-        tracer: a tracer of the scene as described.
-        which: its n unknowns.
-        positions: transmitter positions, metres, world frame.
-        guesses: values of the unknowns.
-    """
+    """Responses at positions, for each guess of the pose."""
     elements, wavenumber = len(tracer.elements), 2 * np.pi / tracer.ray_scene.description.wavelength
     total = np.zeros((len(positions) * elements, len(guesses)), complex)
     for batch in tracer.terms(positions):

@@ -40,21 +40,7 @@ def aligned_gains(
     flips: bool,
     report: Report = SpectrumModel.report,
 ) -> tuple[Complex[np.ndarray, " chains"], Complex[np.ndarray, "K M"]]:
-    """Gains of chains, from measured responses that have a common gain or separate phases.
-
-    Args:
-        by_chain: parts a_c of the traced responses.
-        traced: their sum.
-        measured: element responses at the same positions.
-        phases_known: whether the phases of the responses were recorded.
-        flips: whether responses of unknown phases may be flipped, as those behind pictures of a uniform array.
-        report: told the progress.
-
-    Returns:
-        The gains g_c, and the held-out responses Σ_c (1 + g_c) a_c. For these, the gains at each position are found
-        from the parts of the positions to which it does not belong, since up to a thousand gains fit the responses that
-        they are found from better than others. For a single position they are ``traced``.
-    """
+    """Gains of chains, from measured responses that have a common gain or separate phases."""
     gains, aligned = np.zeros(by_chain.shape[-1], complex), measured
     for turn in range(ALIGNED):
         report("gains of chains", turn, ALIGNED)
@@ -78,13 +64,6 @@ def chain_gains(
     The a_c are the traced responses of each chain. The g_c are assumed to be independent draws from a normal
     distribution of variance τ², and ε to be white noise of variance ν. g is the posterior mean (ridge regression), with
     the τ² and ν of highest marginal likelihood [mackay1992].
-
-    Args:
-        by_chain: a_c.
-        left: measured minus traced responses.
-
-    Returns:
-        g_c, complex128; zero for all but the ``MOST`` chains of highest power.
 
     >>> generator = np.random.default_rng(0)
     >>> a = generator.normal(size=(20, 16, 30, 2)) @ [1, 1j]

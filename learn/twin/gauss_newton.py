@@ -77,20 +77,6 @@ def most_likely(
     wavelength, plus noise. A hundred positions within a wavelength therefore do not count as a hundred measurements.
     Also, no more than ``COUNTED`` responses count as independent, since errors of the rays themselves do not average
     out.
-
-    Args:
-        scene: the scene as described.
-        which: what may be wrong with it.
-        propagation: the mechanisms that rays follow.
-        positions: transmitter positions, metres, world frame.
-        measured: element responses; those of several frequencies one after another.
-        phases_known: whether responses of different positions share phase and scale. Otherwise, as behind pictures,
-            each has its own, and may be flipped (y_m → conj y_{M−1−m}).
-        report: called with sentences on the progress.
-        ratios: the frequencies of the responses, in carrier frequencies.
-
-    Raises:
-        InputError: all responses are zero, or no path reaches any of the positions.
     """
     if not measured.any():
         raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")
@@ -158,12 +144,6 @@ class _Search:
 
         A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum too. Responses
         that are each compared in a phase of their own have no common gain, and lead close to the right minimum.
-
-        Args:
-            tracer: a tracer of the scene with the values to start from.
-            start: these values.
-            phases_known: whether the phases of the responses were recorded.
-            counted: number of responses that count as independent.
         """
         if not phases_known:
             return self.minimum(tracer, start, False, SMALL, counted)
@@ -178,15 +158,7 @@ class _Search:
         small: float,
         counted: int,
     ) -> _Minimum:
-        """The minimum to which steps from some values lead.
-
-        Args:
-            tracer: a tracer of the scene with these values.
-            start: the values.
-            phases_known: whether the phases of the responses were recorded.
-            small: step, in standard deviations of the prior, at which the search ends.
-            counted: number of responses that count as independent.
-        """
+        """The minimum to which steps from some values lead."""
         scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
         alike = cho_factor(correlation(self.positions, scene.wavelength), lower=True)
         freely = "" if phases_known else " (each spectrum with a separate phase)"
@@ -232,13 +204,7 @@ class _Search:
 def halved_to_valid(
     values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"], valid: Callable[[Float[np.ndarray, " n"]], bool]
 ) -> Float[np.ndarray, " n"]:
-    """A step, halved until it leads to valid scenes; zero if no such step is found.
-
-    Args:
-        values: where it begins.
-        step: the step.
-        valid: whether a scene with these values is valid. If it raises an InputError, a value is out of its range.
-    """
+    """A step, halved until it leads to valid scenes; zero if no such step is found."""
 
     def reaches(there: Float[np.ndarray, " n"]) -> bool:
         try:

@@ -23,10 +23,6 @@ CARRIER = (1.0,)
 
 def over_band(tracer: Tracer, ratios: Sequence[float]) -> list[Tracer]:
     """Tracers of one scene at several frequencies. The array keeps its size in metres, the materials their properties.
-
-    Args:
-        tracer: the tracer of the scene at the carrier.
-        ratios: the frequencies, in carrier frequencies.
     """
     frequency = [Unknown("frequency", "", 0, 1.0)]
 
@@ -51,11 +47,6 @@ def linearised(
     tracer: Tracer, which: Sequence[Unknown], positions: Float[np.ndarray, "K 3"]
 ) -> tuple[Complex[np.ndarray, "K M"], Complex[np.ndarray, "K M n"]]:
     """Responses, and their derivatives with respect to poses, places and frequency. The columns of materials are zero.
-
-    Args:
-        tracer: the tracer of the scene.
-        which: its n unknowns.
-        positions: transmitter positions, metres, world frame.
     """
     names = [item.name for item in tracer.ray_scene.description.objects]
     moving = sorted({names.index(each.name) for each in which if each.kind == "object"})
@@ -77,14 +68,7 @@ def by_materials(
     positions: Float[np.ndarray, "K 3"],
     responses: Complex[np.ndarray, "K M"],
 ) -> Complex[np.ndarray, "K M n"]:
-    """Derivatives with respect to materials, by finite differences over the same paths. All other columns are zero.
-
-    Args:
-        tracer: the tracer of the scene.
-        which: its n unknowns.
-        positions: transmitter positions, metres, world frame.
-        responses: the responses at these positions.
-    """
+    """Derivatives with respect to materials, by finite differences over the same paths. All other columns are zero."""
     scene, jacobian = tracer.ray_scene.description, np.zeros((*responses.shape, len(which)), complex)
     columns = [column for column, unknown in enumerate(which) if unknown.kind in OF_MATERIALS]
     if not columns:

@@ -37,32 +37,18 @@ def unlikelihood(
     aligned: Complex[np.ndarray, "K M"],
     counted: int,
 ) -> float:
-    """−2 log of the likelihood of measured responses, up to a constant. The noise has its most likely variance.
-
-    Args:
-        alike: Cholesky factor of the correlation of the twin's errors.
-        rest: the twin's errors: measured minus traced responses.
-        aligned: measured responses in the scale of the traced ones. The errors count relative to their power, since
-            the scale of the traced responses is a free gain and must not matter.
-        counted: number of responses that count as independent.
-    """
+    """−2 log of the likelihood of measured responses, up to a constant. The noise has its most likely variance."""
     left = (rest.conj() * cho_solve(alike, rest)).real.sum() / (np.abs(aligned) ** 2).sum()
     return 2 * counted * float(np.log(left))
 
 
 @dataclass(frozen=True)
 class Quadratic:
-    """−2 log of the posterior near some values, to second order in a step δ: ``constant − 2 b·δ + δ·A δ``.
+    """−2 log of the posterior near some values, to second order in a step δ: ``constant − 2 b·δ + δ·A δ``."""
 
-    Attributes:
-        precision: A, with the unknowns in standard deviations of their priors.
-        towards: b.
-        prior: these standard deviations.
-    """
-
-    precision: Float[np.ndarray, "n n"]
-    towards: Float[np.ndarray, " n"]
-    prior: Float[np.ndarray, " n"]
+    precision: Float[np.ndarray, "n n"]  # A, with the unknowns in standard deviations of their priors
+    towards: Float[np.ndarray, " n"]  # b
+    prior: Float[np.ndarray, " n"]  # these standard deviations
 
     @classmethod
     def of(
@@ -79,15 +65,6 @@ class Quadratic:
 
         If each position has a separate phase and scale, it is an approximation, since the measured responses take the
         scale of the traced ones, which depends on the unknowns.
-
-        Args:
-            alike: Cholesky factor of the correlation of the twin's errors.
-            rest: the twin's errors: measured minus traced responses.
-            jacobian: derivatives of the responses with respect to the unknowns.
-            traced: traced responses; their common gain is one more unknown, without a prior.
-            values: by how much the unknowns have been changed.
-            prior: standard deviations of the unknowns' priors.
-            counted: number of responses that count as independent.
         """
         columns = np.concatenate([jacobian * prior, traced[..., None], 1j * traced[..., None]], axis=-1)
         together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
@@ -111,12 +88,6 @@ class Quadratic:
         """The step of at most a given length that leads to the smallest value (Levenberg–Marquardt).
 
         It is δ = (A + μ)⁻¹ b, with the smallest damping μ ≥ 0 for which its length is at most ``reach``.
-
-        Args:
-            reach: largest length of the step, in standard deviations of the priors.
-
-        Returns:
-            δ in the unknowns' units.
         """
         sizes, axes = np.linalg.eigh(self.precision)
         along = axes.T @ self.towards
@@ -128,13 +99,7 @@ class Quadratic:
         return self.prior * (axes @ (along / (sizes + damping)))
 
     def next_reach(self, step: Float[np.ndarray, " n"], reach: float, gained: float) -> float:
-        """How long the next step may be: longer if the responses were as linear as assumed.
-
-        Args:
-            step: the step taken from the values of this quadratic.
-            reach: how long it was allowed to be.
-            gained: by how much it has lowered −2 log of the posterior.
-        """
+        """How long the next step may be: longer if the responses were as linear as assumed."""
         scaled = step / self.prior
         length = float(np.linalg.norm(scaled))
         expected = float(2 * self.towards @ scaled - scaled @ self.precision @ scaled)

@@ -69,50 +69,29 @@ class PowerFit(NamedTuple):
 
 @dataclass(frozen=True)
 class PowerLikelihood:
-    """The likelihood of received powers.
+    """The likelihood of received powers."""
 
-    Attributes:
-        powers: received powers, dBm; NaN where nothing was received, which is a bound.
-        floor: the bound, dBm.
-        scales: sums of the powers of the traced paths, linear.
-        weights: how much each position counts; less than 1 where others are within a wavelength of it.
-    """
-
-    powers: Float[np.ndarray, "K G"]
-    floor: float
-    scales: Float[np.ndarray, "K G"]
+    powers: Float[np.ndarray, "K G"]  # received powers, dBm; NaN where nothing was received, which is a bound
+    floor: float  # the bound, dBm
+    scales: Float[np.ndarray, "K G"]  # sums of the powers of the traced paths, linear
+    # how much each position counts; less than 1 where others are within a wavelength of it
     weights: Float[np.ndarray, " K"]
 
     def best(self, gains: Float[np.ndarray, "K G"]) -> PowerFit:
-        """The fit with the most likely levels, σ² and noise.
-
-        Args:
-            gains: traced path gains ``|y|²``, linear.
-        """
+        """The fit with the most likely levels, σ² and noise."""
         return min(
             (self.given(gains, share, noise) for share in SHARES for noise in NOISES),
             key=lambda fit: float(fit.unlikely.sum()),
         )
 
     def of_guesses(self, gateway: int, gains: Float[np.ndarray, "G K"]) -> Float[np.ndarray, " G"]:
-        """−2 log of the likelihood of one gateway's powers for each of G guesses, each with its most likely σ².
-
-        Args:
-            gateway: number of the gateway.
-            gains: traced path gains ``|y|²`` of each guess, linear.
-        """
+        """−2 log of the likelihood of one gateway's powers for each of G guesses, each with its most likely σ²."""
         powers, scales = (each[:, [gateway]].repeat(len(gains), axis=1) for each in (self.powers, self.scales))
         alone = PowerLikelihood(powers, self.floor, scales, self.weights)
         return np.min([alone.given(gains.T, share, NOISES[0]).unlikely for share in SHARES], axis=0)
 
     def given(self, gains: Float[np.ndarray, "K G"], share: float, noise: float) -> PowerFit:
-        """The fit with given σ² and noise, and the most likely levels.
-
-        Args:
-            gains: traced path gains ``|y|²``, linear.
-            share: σ², relative to ``scales``.
-            noise: standard deviation of what is neither traced nor fading, dB.
-        """
+        """The fit with given σ² and noise, and the most likely levels."""
         random = share * self.scales + TINY
         softened = gains + MEAN_OF_FADING * random
         ratio = FADING_DB**2 / (2 * DB**2)  # makes the variance that of strong responses, 2 DB² σ²/|y|², in its limit

@@ -32,21 +32,13 @@ class PowerMinimum(NamedTuple):
 
 @dataclass(frozen=True)
 class PowerSearch:
-    """A search for the most likely values of the unknowns, given received powers.
+    """A search for the most likely values of the unknowns, given received powers."""
 
-    Attributes:
-        scenes: the scene as described with each gateway alone, by the gateway's name.
-        which: n unknowns. Those of a gateway's position have its name.
-        positions: transmitter positions, metres, world frame.
-        likelihood: that of the received powers.
-        report: called with sentences on the progress.
-    """
-
-    scenes: Mapping[str, Scene]
-    which: Sequence[Unknown]
-    positions: Float[np.ndarray, "K 3"]
-    likelihood: PowerLikelihood
-    report: Callable[[str], None]
+    scenes: Mapping[str, Scene]  # the scene as described with each gateway alone, by the gateway's name
+    which: Sequence[Unknown]  # n unknowns. Those of a gateway's position have its name.
+    positions: Float[np.ndarray, "K 3"]  # transmitter positions, metres, world frame
+    likelihood: PowerLikelihood  # that of the received powers
+    report: Callable[[str], None]  # called with sentences on the progress
 
     @property
     def prior(self) -> Float[np.ndarray, " n"]:
@@ -84,12 +76,7 @@ class PowerSearch:
         return result
 
     def minimum(self, tracers: Sequence[Tracer], start: Float[np.ndarray, " n"]) -> PowerMinimum:
-        """The minimum to which steps from some values lead.
-
-        Args:
-            tracers: tracers of the scenes, from which those of changed scenes take their chains.
-            start: the values.
-        """
+        """The minimum to which steps from some values lead."""
         region = np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
         best: PowerMinimum | None = None
         model, step, reach = None, np.zeros(len(self.which)), np.inf

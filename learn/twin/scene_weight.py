@@ -35,15 +35,7 @@ def mixed(
     trust: float,
     powers: tuple[Float[Tensor, ""], Float[Tensor, ""]],
 ) -> Float[Tensor, "B elements 2"]:
-    """w (f + e) + (1 − w) a.
-
-    Args:
-        traced: f.
-        rest: e, scaled to a mean square magnitude of 1.
-        whole: a, scaled likewise.
-        trust: w.
-        powers: mean of ``|e|²``, and of ``|a|²``.
-    """
+    """w (f + e) + (1 − w) a."""
     of_rest, of_whole = powers
     return trust * (traced + of_rest.sqrt() * rest) + (1 - trust) * of_whole.sqrt() * whole
 
@@ -59,13 +51,6 @@ def best_trust(
 
     The left-out spectrum was also used to find θ. This hardly matters, since θ is a few numbers and the spectra are
     many.
-
-    Args:
-        traced: f at the known positions, with gains found without them.
-        fields: those that interpolate e and a between the known positions.
-        powers: as for ``mixed``.
-        pictures: known spectra, 0…255.
-        beamforming: computes the spectra of responses.
     """
     if not enough_known(len(traced)):
         return 1.0

@@ -54,42 +54,18 @@ class Twin(PredictsResponses):
     ``KrigedField`` interpolates e from the difference between the known responses and f, and a from the known responses
     themselves. If these are found behind pictures, f determines their phases. A few spectra are enough for θ and g; e
     and a dominate where many are known.
-
-    Args:
-        region: as for ``SpectrumModel``; this model does not use it.
-        beamformer: the dataset's array and grid.
-        wavelength: metres.
-        scene: built-in name or YAML file of the scene as described.
-        position: tolerance of the gateway's position, metres. All four tolerances are those of ``Tolerances``.
-        rotation: tolerance of the gateway's orientation, degrees.
-        objects: tolerance of the places of objects, metres.
-        materials: tolerance of the properties of materials, relative.
-
-    Attributes:
-        propagation: the mechanisms that rays follow. A run does not keep it, and traces with the defaults.
-        values: θ, in the order of ``scenes.scene.unknowns.unknowns``.
-        gains: g (real, imaginary); none before ``fit``.
-        checked: f (real, imaginary) at the first known position. With it, a loaded run recognises a changed scene.
-        trust: w.
-        power: mean of ``|e|²`` over the known spectra and elements.
-        whole_power: the same mean of the known responses.
-        rest: the field that interpolates e.
-        whole: the field that interpolates a.
-        calibration: what ``fit`` corrected, with standard deviations. None before ``fit`` and in a loaded run.
-
-    Raises:
-        ParameterError: there is no scene.
-        InputError: the scene cannot be read.
     """
 
+    # the mechanisms that rays follow. A run does not keep it, and traces with the defaults.
     propagation: Propagation = Propagation()
 
-    values: Tensor
-    gains: Tensor
+    values: Tensor  # θ, in the order of ``scenes.scene.unknowns.unknowns``
+    gains: Tensor  # g (real, imaginary); none before ``fit``
+    # f (real, imaginary) at the first known position. With it, a loaded run recognises a changed scene.
     checked: Tensor
-    trust: Tensor
-    power: Tensor
-    whole_power: Tensor
+    trust: Tensor  # w
+    power: Tensor  # mean of ``|e|²`` over the known spectra and elements
+    whole_power: Tensor  # the same mean of the known responses
 
     def __init__(
         self,
@@ -145,19 +121,7 @@ class Twin(PredictsResponses):
         return total.clamp(0, 1)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Correct the scene by known spectra, and krige what it does not explain of them.
-
-        Args:
-            dataset: a dataset, whose responses or pictures correct the scene.
-            known: indices of the spectra.
-
-        Returns:
-            How much of the power was and is unexplained, as a sentence for the user.
-
-        Raises:
-            InputError: the scene has several gateways, or another array or frequency than the dataset; all tolerances
-                are 0; all spectra have one grey level; or no path reaches any of their positions.
-        """
+        """Correct the scene by known spectra, and krige what it does not explain of them."""
         from learn.twin.calibrate import calibrate_by
 
         def report(sentence: str) -> None:
@@ -178,15 +142,7 @@ class Twin(PredictsResponses):
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Krige what the corrected scene does not explain of other known spectra.
-
-        Args:
-            dataset: as for ``fit``.
-            known: indices of the spectra.
-
-        Raises:
-            InputError: all spectra have one grey level.
-        """
+        """Krige what the corrected scene does not explain of other known spectra."""
         from learn.twin.alignment import aligned_to, unexplained
         from learn.twin.calibrate import measured_responses
 
@@ -224,11 +180,7 @@ class Twin(PredictsResponses):
         phases_known: bool,
         flips: bool,
     ) -> Complex[np.ndarray, "n elements"]:
-        """Find g from responses. The arguments are those of ``learn.twin.gains.aligned_gains``.
-
-        Returns:
-            f at the positions, with gains that were found without the position, as for ``aligned_gains``.
-        """
+        """Find g from responses. The arguments are those of ``learn.twin.gains.aligned_gains``."""
         from learn.twin.gains import aligned_gains
 
         self.gains = torch.zeros(0, 2)
@@ -242,11 +194,7 @@ class Twin(PredictsResponses):
 
     @cached_property
     def _tracer(self) -> Tracer:
-        """The tracer of the corrected scene.
-
-        Raises:
-            InputError: the scene is not the one with which this run was trained.
-        """
+        """The tracer of the corrected scene."""
         from simulate.rays.tracer import Tracer
 
         everywhere = bounding_box(np.concatenate([self.region.cpu().numpy(), self._described.transmitter.region]))

@@ -24,14 +24,7 @@ WIDTH = 500
 
 
 def require_places_and_band(dataset: CsiDataset) -> None:
-    """Refuse channels that the viewer cannot show.
-
-    Args:
-        dataset: the channels.
-
-    Raises:
-        InputError: the folder lacks positions or a band.
-    """
+    """Refuse channels that the viewer cannot show."""
     if dataset.positions is None:
         raise InputError(f"{dataset.folder / 'tx_pos.csv'}: expected the positions of the client, found no such file")
     if dataset.band is None:
@@ -40,13 +33,7 @@ def require_places_and_band(dataset: CsiDataset) -> None:
 
 
 class ChannelTab(Tab):
-    """The control panel and the 3D view of a tab that shows channels.
-
-    Args:
-        client: the tab.
-        dataset: the channels, which ``require_places_and_band`` accepts.
-        planned: further positions to show, metres, world frame.
-    """
+    """The control panel and the 3D view of a tab that shows channels."""
 
     def __init__(self, client: ClientHandle, dataset: CsiDataset, planned: np.ndarray | None):
         assert dataset.positions is not None

@@ -34,19 +34,12 @@ BACKGROUND, INK, MISSING = (255, 255, 255), (40, 40, 40), (225, 225, 225)
 
 
 class Colours(NamedTuple):
-    """A colour map and the values at its ends.
+    """A colour map and the values at its ends."""
 
-    Attributes:
-        name: Matplotlib's name of the colour map.
-        low: value of the first colour.
-        high: value of the last colour.
-        unit: text after the values at the colour bar.
-    """
-
-    name: str
-    low: float
-    high: float
-    unit: str
+    name: str  # Matplotlib's name of the colour map
+    low: float  # value of the first colour
+    high: float  # value of the last colour
+    unit: str  # text after the values at the colour bar
 
 
 LINEAR = Colours(MAGNITUDE, 0.0, 1.0, "")
@@ -58,42 +51,24 @@ DECIBELS_DIFFERENCE = Colours(DIFFERENCE, LEAST_DB, -LEAST_DB, " dB")
 
 @dataclass(frozen=True)
 class Panel:
-    """One spectrum to draw.
+    """One spectrum to draw."""
 
-    Attributes:
-        title: text above the spectrum.
-        values: values in the unit of ``colours``. None: there is no spectrum, and the title says why.
-        colours: colours of the values.
-        brightness: factor 0…1 on the colour of each pixel. None: 1.
-        marks: directions marked with a ring: azimuth and elevation in degrees, and RGB of the ring.
-    """
-
-    title: str
+    title: str  # text above the spectrum
+    # values in the unit of ``colours``. None: there is no spectrum, and the title says why.
     values: Float[np.ndarray, "90 360"] | None
-    colours: Colours
-    brightness: Float[np.ndarray, "90 360"] | None = None
+    colours: Colours  # colours of the values
+    brightness: Float[np.ndarray, "90 360"] | None = None  # factor 0…1 on the colour of each pixel. None: 1.
+    # directions marked with a ring: azimuth and elevation in degrees, and RGB of the ring
     marks: tuple[tuple[float, float, tuple[int, int, int]], ...] = ()
 
 
 def draw(panels: Sequence[Panel], kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W 3"]:
-    """Draw panels, one below the other.
-
-    Args:
-        panels: at least one panel.
-        kind: "rectangular" or "polar".
-        grid: directions of the spectra's rows and columns.
-
-    Returns:
-        One RGB image.
-    """
+    """Draw panels, one below the other."""
     return np.concatenate([_draw(panel, kind, grid) for panel in panels])
 
 
 def in_decibels(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
     """20 log10 of a spectrum divided by its maximum, dB; values below ``LEAST_DB`` become ``LEAST_DB``.
-
-    Args:
-        spectrum: a spectrum, 0…1.
 
     >>> in_decibels(np.array([[0.5, 0.05, 0.0]])).round(3).tolist()
     [[0.0, -20.0, -30.0]]
@@ -124,12 +99,7 @@ def _draw(panel: Panel, kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W
 
 
 def colour_of(values: Float[np.ndarray, "*shape"], colours: Colours) -> UInt8[np.ndarray, "*shape 3"]:
-    """RGB of values; a value outside the range of the colour map gets the colour of the nearer end.
-
-    Args:
-        values: values in the unit of ``colours``.
-        colours: colour map and its range.
-    """
+    """RGB of values; a value outside the range of the colour map gets the colour of the nearer end."""
     index = np.clip((values - colours.low) / (colours.high - colours.low), 0, 1) * 255
     return _table(colours.name)[index.astype(np.uint8)]
 

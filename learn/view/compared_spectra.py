@@ -34,17 +34,7 @@ def panels(
     in_phase: bool,
     in_db: bool,
 ) -> list[Panel]:
-    """Panels of the predicted spectrum, the true one and their difference. The first two have the same colour scale.
-
-    Args:
-        by: name of the method that predicts.
-        predicted: the predicted spectrum. None: nothing predicts, and there is no panel for it.
-        name: name of the true spectrum, e.g. "recorded, spectrum 00001".
-        truth: the true spectrum. None: there is none, and its panel says so.
-        grid: directions of the spectra's rows and columns.
-        in_phase: show the phase of the complex field instead of the magnitude.
-        in_db: show magnitudes in dB, below the maximum of each spectrum.
-    """
+    """Panels of the predicted spectrum, the true one and their difference. The first two have the same colour scale."""
     colours, difference_colours = (
         (DEGREES, DEGREES) if in_phase
         else (DECIBELS, DECIBELS_DIFFERENCE) if in_db
@@ -91,10 +81,6 @@ def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
 
     The common phase of a predicted field is arbitrary, since a spectrum does not determine it.
 
-    Args:
-        field: the field to turn. None is returned as None.
-        other: the field to compare it with. None: ``field`` is returned unchanged.
-
     >>> other = np.full((90, 360), 1j)
     >>> bool(np.allclose(in_phase_with(-2j * other, other), 2 * other))
     True
@@ -107,15 +93,7 @@ def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
 def numbers(
     predicted: Spectrum | None, name: str, truth: Spectrum | None, beamformer: Beamformer, milliseconds: float
 ) -> str:
-    """The numbers below the panels, as Markdown.
-
-    Args:
-        predicted: the predicted spectrum. None: there is none.
-        name: name of the true spectrum.
-        truth: the true spectrum. None: there is none.
-        beamformer: the array and the directions of the spectra's rows and columns.
-        milliseconds: duration of the prediction, milliseconds.
-    """
+    """The numbers below the panels, as Markdown."""
     lines = []
     for label, spectrum in (("predicted", predicted), (name.split(",")[0], truth)):
         if spectrum is not None:

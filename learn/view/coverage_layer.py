@@ -36,17 +36,12 @@ KEY_WIDTH, LINE = 400, 20
 
 
 class Drawn(NamedTuple):
-    """What to draw.
+    """What to draw."""
 
-    Attributes:
-        image: RGBA of the cells; row 0 is the smallest y. Nothing is drawn where the map says nothing.
-        points: RGB of the survey positions.
-        key: the colour bar, or the colours of the gateways.
-    """
-
+    # RGBA of the cells; row 0 is the smallest y. Nothing is drawn where the map says nothing.
     image: UInt8[np.ndarray, "ny nx 4"]
-    points: UInt8[np.ndarray, "K 3"]
-    key: UInt8[np.ndarray, "H W 3"]
+    points: UInt8[np.ndarray, "K 3"]  # RGB of the survey positions
+    key: UInt8[np.ndarray, "H W 3"]  # the colour bar, or the colours of the gateways
 
 
 def drawn(subject: PowerSubject, coverage: CoverageMap, shown: str, quantity: str) -> Drawn:
@@ -54,12 +49,6 @@ def drawn(subject: PowerSubject, coverage: CoverageMap, shown: str, quantity: st
 
     Positions have the colour of the measured power on the scale of the map, so that a position that looks like the map
     around it is predicted rightly. On a map of intervals they are grey.
-
-    Args:
-        subject: the powers.
-        coverage: the map.
-        shown: name of a gateway, or ``STRONGEST``.
-        quantity: ``POWER``, or ``WIDTH`` of the interval; of the strongest gateway, that of its power.
     """
     dataset, powers = subject.dataset, subject.dataset.rssi_dbm
     names = dataset.gateway_names

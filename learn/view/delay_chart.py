@@ -32,19 +32,13 @@ HEIGHT, SECOND_LINE = 110, 18
 
 
 class DelayProfile(NamedTuple):
-    """Power over delay around the strongest one.
+    """Power over delay around the strongest one."""
 
-    Attributes:
-        delays: seconds. The band cannot tell a delay from one that differs by ``period``, so they may be negative.
-        decibels: power, dB relative to the maximum.
-        resolution: smallest difference of two delays that the band tells apart, 1 / B, seconds.
-        period: delays repeat after this, 1 / (distance of the subcarriers), seconds.
-    """
-
+    # seconds. The band cannot tell a delay from one that differs by ``period``, so they may be negative.
     delays: Float[np.ndarray, " n"]
-    decibels: Float[np.ndarray, " n"]
-    resolution: float
-    period: float
+    decibels: Float[np.ndarray, " n"]  # power, dB relative to the maximum
+    resolution: float  # smallest difference of two delays that the band tells apart, 1 / B, seconds
+    period: float  # delays repeat after this, 1 / (distance of the subcarriers), seconds
 
     def sentence(self) -> str:
         """The resolution in words.
@@ -60,10 +54,6 @@ def delay_profile(responses: Complex[np.ndarray, "elements subcarriers"], band: 
     """The mean over the elements of the squared magnitude of the inverse Fourier transform over the subcarriers.
 
     There is no window: the first side lobe of a path is 13 dB below it.
-
-    Args:
-        responses: element responses at the subcarriers.
-        band: the band.
     """
     count = band.subcarriers
     impulse = np.fft.ifft(responses, n=FINER * count, axis=1)
@@ -80,15 +70,7 @@ def delay_profile(responses: Complex[np.ndarray, "elements subcarriers"], band: 
 def draw_delays(
     title: str, profile: DelayProfile | None, width: int, paths: Sequence[TracedPath] = ()
 ) -> UInt8[np.ndarray, "H W 3"]:
-    """Draw a profile.
-
-    Args:
-        title: text above the plot.
-        profile: the profile. None: there is none, and the title says why.
-        width: width of the panel, that of the spectra's panels, pixels.
-        paths: traced paths, the strongest first, each of which is drawn as a stem at its length divided by the speed
-            of light.
-    """
+    """Draw a profile."""
     image = Image.new("RGB", (width, TOP + HEIGHT + BOTTOM + SECOND_LINE), BACKGROUND)
     pen = ImageDraw.Draw(image)
     right, bottom, small = width - RIGHT, TOP + HEIGHT, font(11)

@@ -23,15 +23,7 @@ RADIANS = Colours(PHASE, -np.pi, np.pi, "")
 
 
 def dots(radius: float, grid: AngularGrid) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, np.ndarray]]:
-    """Dots spread evenly over the hemisphere, which cover it if their radius is ``DOT_DEG``.
-
-    Args:
-        radius: radius of the hemisphere, metres.
-        grid: directions of a spectrum's rows and columns.
-
-    Returns:
-        Positions of the dots, metres, gateway frame, and the row and column of a spectrum that each dot shows.
-    """
+    """Dots spread evenly over the hemisphere, which cover it if their radius is ``DOT_DEG``."""
     rows, columns = [], []
     for row in sorted({*range(0, ROWS, EVERY_DEG), ROWS - 1}):  # the last, so that no hole is left around boresight
         count = max(1, round(COLUMNS / EVERY_DEG * np.cos(np.radians(grid.elevations_deg[row]))))
@@ -45,31 +37,21 @@ class Ellipses(NamedTuple):
     """N_p ellipses on the hemisphere, whose semi-axes are one standard deviation of a primitive.
 
     Each is a disc of radius 1 in the x–y plane that is stretched first, then turned, then moved.
-
-    Attributes:
-        centres: positions on the hemisphere, metres, gateway frame.
-        turns: rotations as quaternions (w, x, y, z), which is viser's order.
-        stretches: semi-axes along the disc's x and y, metres, and 1 along z.
-        colours: RGB; the hue is the phase of the primitive's coefficient, and the brightness is its magnitude divided
-            by the largest magnitude.
-        opacities: opacity divided by the largest opacity, 0…1.
     """
 
-    centres: Float[np.ndarray, "N_p 3"]
-    turns: Float[np.ndarray, "N_p 4"]
-    stretches: Float[np.ndarray, "N_p 3"]
+    centres: Float[np.ndarray, "N_p 3"]  # positions on the hemisphere, metres, gateway frame
+    turns: Float[np.ndarray, "N_p 4"]  # rotations as quaternions (w, x, y, z), which is viser's order
+    stretches: Float[np.ndarray, "N_p 3"]  # semi-axes along the disc's x and y, metres, and 1 along z
+    # RGB; the hue is the phase of the primitive's coefficient, and the brightness is its magnitude divided by the
+    # largest magnitude
     colours: UInt8[np.ndarray, "N_p 3"]
-    opacities: Float[np.ndarray, " N_p"]
+    opacities: Float[np.ndarray, " N_p"]  # opacity divided by the largest opacity, 0…1
 
 
 def ellipses(splats: Splats, radius: float) -> Ellipses:
     """A model's primitives as ellipses on the hemisphere.
 
     Magnitudes and opacities are relative to the largest one, since normalised spectra determine no scale.
-
-    Args:
-        splats: the primitives for one transmitter position.
-        radius: radius of the hemisphere, metres.
     """
     azimuth, elevation = (np.radians(axis.double().numpy()) for axis in (splats.azimuth, splats.elevation))
     scale, rotation, opacity, real_imaginary = (each[0].double().numpy() for each in splats[3:])
@@ -100,9 +82,6 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
 def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:
     """Vertices and triangles of a disc of radius 1 in the x–y plane.
 
-    Args:
-        corners: number of corners of the polygon that approximates the disc.
-
     >>> vertices, faces = disc(corners=6)
     >>> vertices.shape, faces.shape
     ((7, 3), (6, 3))
@@ -117,10 +96,5 @@ def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.
 def colours_of_dots(
     spectrum: Float[np.ndarray, "90 360"], pixel: tuple[np.ndarray, np.ndarray]
 ) -> UInt8[np.ndarray, "dots 3"]:
-    """RGB of each dot.
-
-    Args:
-        spectrum: the spectrum to show, 0…1.
-        pixel: rows and columns from ``dots``.
-    """
+    """RGB of each dot."""
     return colour_of(spectrum[pixel], LINEAR)

@@ -30,17 +30,7 @@ PATH_COLOURS = Colours("plasma", -30.0, 0.0, " dB")
 
 
 class Layers:
-    """The objects of the 3D view, and the checkboxes that hide them.
-
-    Args:
-        client: the tab.
-        subject: the run, dataset or scene that is shown.
-        position: initial position of the transmitter, metres, world frame.
-        changed: function that is called when primitives are switched on or off; the caller then calls ``show`` again.
-
-    Attributes:
-        transmitter: handle of the transmitter, or of an array that moves, which the user drags.
-    """
+    """The objects of the 3D view, and the checkboxes that hide them."""
 
     def __init__(self, client: ClientHandle, subject: Subject, position: Position, changed: Callable[[], None]):
         self._subject, self._client = subject, client
@@ -101,14 +91,7 @@ class Layers:
         true: SpectrumArray | None,
         paths: Sequence[TracedPath] | None,
     ) -> None:
-        """Draw everything that depends on the transmitter's position.
-
-        Args:
-            position: position of the transmitter, metres, world frame.
-            predicted: the predicted spectrum, 0…1. None: there is none.
-            true: the recorded or traced spectrum, 0…1. None: there is none.
-            paths: traced paths, the strongest first. None: this position is not traced yet.
-        """
+        """Draw everything that depends on the transmitter's position."""
         self._spectra = predicted, true
         self._colour_sphere()
         if self._subject.array_moves:

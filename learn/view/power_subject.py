@@ -24,38 +24,22 @@ CELLS = 4000
 
 @dataclass
 class PowerSubject:
-    """A folder of received powers that the viewer shows.
+    """A folder of received powers that the viewer shows."""
 
-    Attributes:
-        name: name of the folder.
-        dataset: the powers.
-        known: indices of the positions that methods learn from: the folder's training part, or all if it has none.
-        scene: the scene of the folder. None: it has none.
-        missing: one sentence for each part of the subject that could not be read.
-        planned: further positions to show, metres, world frame.
-    """
-
-    name: str
-    dataset: RssiDataset
+    name: str  # name of the folder
+    dataset: RssiDataset  # the powers
+    # indices of the positions that methods learn from: the folder's training part, or all if it has none
     known: Int[np.ndarray, " n"]
-    scene: Scene | None
-    missing: list[str]
-    planned: Float[np.ndarray, "n 3"] | None = None
+    scene: Scene | None  # the scene of the folder. None: it has none.
+    missing: list[str]  # one sentence for each part of the subject that could not be read
+    planned: Float[np.ndarray, "n 3"] | None = None  # further positions to show, metres, world frame
     _fitted: dict[str, FittedPowers] = field(default_factory=dict, repr=False)
     _maps: dict[tuple[str, float], CoverageMap] = field(default_factory=dict, repr=False)
     _one_at_a_time: Lock = field(default_factory=Lock, repr=False)
 
     @classmethod
     def of(cls, folder: Path) -> PowerSubject:
-        """Read a folder.
-
-        Args:
-            folder: the folder.
-
-        Raises:
-            InputError: it cannot be read. If only its scene cannot be read, there is no error but a sentence in
-                ``missing``.
-        """
+        """Read a folder."""
         dataset, missing, scene = read_rssi(folder), [], None
         try:
             scene = recorded_scene(folder, dataset.metadata)
@@ -92,22 +76,12 @@ class PowerSubject:
         return np.where(np.isfinite(powers).any(axis=1), powers.argmax(axis=1), -1)
 
     def predict(self, method: str, position: Float[np.ndarray, " 3"]) -> PredictedPowers:
-        """Powers at a position in metres, world frame: arrays [1, G]. The first call of a method fits it.
-
-        Args:
-            method: name of the method.
-            position: position of the transmitter.
-        """
+        """Powers at a position in metres, world frame: arrays [1, G]. The first call of a method fits it."""
         with self._one_at_a_time:
             return self._fit(method).predict(position[None])
 
     def coverage(self, method: str, height: float) -> CoverageMap:
-        """The map of a method at a height in metres. It is computed once.
-
-        Args:
-            method: name of the method.
-            height: z of the map.
-        """
+        """The map of a method at a height in metres. It is computed once."""
         with self._one_at_a_time:
             key = method, round(height, 3)
             if key not in self._maps:

@@ -24,12 +24,7 @@ ROWS = 24
 
 
 class PowerTab(Tab):
-    """The control panel and the 3D view of a tab that shows received powers. All tabs share the subject.
-
-    Args:
-        client: the tab.
-        subject: the powers.
-    """
+    """The control panel and the 3D view of a tab that shows received powers. All tabs share the subject."""
 
     def __init__(self, client: ClientHandle, subject: PowerSubject):
         super().__init__(client, subject.dataset.positions, subject.region.mean(axis=0))
@@ -143,12 +138,6 @@ def power_rows(
     names: Sequence[str], floor: float, predicted: PredictedPowers, measured: np.ndarray | None
 ) -> list[str]:
     """A Markdown table of the powers at one position, the strongest gateway first.
-
-    Args:
-        names: names of the G gateways.
-        floor: power below which nothing is received, dBm.
-        predicted: powers [1, G], dBm.
-        measured: measured powers [G], dBm; NaN where nothing was received. None: nothing was measured there.
 
     >>> powers = PredictedPowers(np.array([[-71.2, -50.0]]), np.array([[-75.0, -54.0]]), np.array([[-68.0, -47.5]]))
     >>> for row in power_rows(["door", "roof"], -70, powers, np.array([np.nan, -52.0])):

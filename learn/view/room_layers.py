@@ -18,15 +18,7 @@ PLANNED, TRANSMITTER = (200, 0, 200), (255, 210, 0)
 
 
 def add_room(client: ClientHandle, scene: Scene | None) -> tuple[list[SceneNodeHandle], list[SceneNodeHandle]]:
-    """Draw a scene.
-
-    Args:
-        client: the tab.
-        scene: the scene. None: nothing is drawn.
-
-    Returns:
-        The nodes of walls, floor and ceiling, and those of the furniture.
-    """
+    """Draw a scene."""
     nodes = [] if scene is None else [node for each in add_objects(client.scene, scene).values() for node in each]
     walls = [node for node in nodes if node.name.startswith("/walls")]
     return walls, [node for node in nodes if not node.name.startswith("/walls")]
@@ -38,14 +30,7 @@ def add_transmitter(
     size: float,
     colour: tuple[int, int, int] = TRANSMITTER,
 ) -> TransformControlsHandle:
-    """Draw the transmitter with the arrows by which it is dragged.
-
-    Args:
-        client: the tab.
-        position: its position, metres, world frame.
-        size: size of the view, metres.
-        colour: RGB.
-    """
+    """Draw the transmitter with the arrows by which it is dragged."""
     handle = client.scene.add_transform_controls(
         "/transmitter", scale=0.1 * size, disable_rotations=True, depth_test=False, position=position
     )
@@ -63,13 +48,7 @@ def add_dots(
 
 
 def add_planned(client: ClientHandle, planned: Float[np.ndarray, "n 3"] | None, size: float) -> None:
-    """Draw planned positions with their checkbox.
-
-    Args:
-        client: the tab.
-        planned: positions, metres, world frame. None: nothing is drawn.
-        size: size of the view, metres.
-    """
+    """Draw planned positions with their checkbox."""
     if planned is not None:
         dots = add_dots(client, "/planned", planned, np.full(planned.shape, PLANNED, np.uint8), 0.008 * size)
         switch(client, f"planned positions ({len(planned)})", [dots])

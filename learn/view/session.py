@@ -21,13 +21,7 @@ from scenes.files.plain_text import in_markdown
 
 
 class Session(Tab):
-    """The control panel and the 3D view of a tab that shows spectra. All tabs share the subject and the ray tracer.
-
-    Args:
-        client: the tab.
-        subject: the run, dataset or scene that is shown.
-        tracing: the ray tracer. None: there is no scene.
-    """
+    """The control panel and the 3D view of a tab that shows spectra. All tabs share the subject and the ray tracer."""
 
     def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):
         recorded = np.zeros((0, 3)) if subject.dataset is None else subject.dataset.positions
@@ -75,12 +69,7 @@ class Session(Tab):
         self._changed.set()
 
     def _true_at(self, position: Position) -> tuple[str, Spectrum | None, Traced | None]:
-        """The true spectrum at a position: the recorded one if there is one, otherwise the traced one.
-
-        Returns:
-            The name of the spectrum; the spectrum (None: there is none, or it is not traced yet); and the result of
-            ray tracing at exactly this position (None: it is not traced yet).
-        """
+        """The true spectrum at a position: the recorded one if there is one, otherwise the traced one."""
         traced = self._traced
         if traced is not None and not np.array_equal(traced.position, position):
             traced = None

@@ -44,54 +44,33 @@ Position = Float[np.ndarray, " 3"]
 
 
 class Spectrum(NamedTuple):
-    """A spectrum, and the complex field whose magnitude it is.
+    """A spectrum, and the complex field whose magnitude it is."""
 
-    Attributes:
-        values: the spectrum, 0…1.
-        field: the field, up to a common factor. None: it is not known.
-    """
-
-    values: SpectrumArray
-    field: Complex[np.ndarray, "90 360"] | None = None
+    values: SpectrumArray  # the spectrum, 0…1
+    field: Complex[np.ndarray, "90 360"] | None = None  # the field, up to a common factor. None: it is not known.
 
     @classmethod
     def of(cls, beamformer: Beamformer, responses: Complex[np.ndarray, " elements"]) -> Spectrum:
-        """The spectrum of element responses, rounded to eight bits as in a dataset.
-
-        Args:
-            beamformer: the array and the grid.
-            responses: element responses.
-        """
+        """The spectrum of element responses, rounded to eight bits as in a dataset."""
         field = beamformer.steering @ responses
         return cls(spectrum_of(picture(np.abs(field))), field)
 
 
 @dataclass
 class Subject:
-    """A run, dataset or scene that the viewer shows, with everything that belongs to it; None for what is missing.
+    """A run, dataset or scene that the viewer shows, with everything that belongs to it; None for what is missing."""
 
-    Attributes:
-        name: name of the run, dataset or scene.
-        gateway: the gateway. If only a run is known, it is at the origin and looks along +z.
-        region: corners (min, max) of the box of transmitters, metres, world frame. It is the scene's transmitter
-            region, enlarged to contain the dataset's positions.
-        scene: the scene.
-        dataset: the dataset.
-        parts: parts of the dataset: those of the run, or without a run the folder's own.
-        run: the run.
-        missing: one sentence for each part of the subject that could not be read.
-        planned: further positions to show, metres, world frame.
-    """
-
-    name: str
-    gateway: Gateway
+    name: str  # name of the run, dataset or scene
+    gateway: Gateway  # the gateway. If only a run is known, it is at the origin and looks along +z.
+    # corners (min, max) of the box of transmitters, metres, world frame. It is the scene's transmitter region,
+    # enlarged to contain the dataset's positions.
     region: Float[np.ndarray, "2 3"]
-    scene: Scene | None
-    dataset: Dataset | None
-    parts: Split | None
-    run: Run | None
-    missing: list[str]
-    planned: Float[np.ndarray, "n 3"] | None = None
+    scene: Scene | None  # the scene
+    dataset: Dataset | None  # the dataset
+    parts: Split | None  # parts of the dataset: those of the run, or without a run the folder's own
+    run: Run | None  # the run
+    missing: list[str]  # one sentence for each part of the subject that could not be read
+    planned: Float[np.ndarray, "n 3"] | None = None  # further positions to show, metres, world frame
 
     def __post_init__(self) -> None:
         self._one_at_a_time = Lock()  # all tabs share the model
@@ -145,11 +124,7 @@ class Subject:
         return predictors
 
     def recorded(self, index: int) -> Spectrum:
-        """A spectrum of the dataset.
-
-        Args:
-            index: index of the spectrum in the dataset.
-        """
+        """A spectrum of the dataset."""
         assert self.dataset is not None
         responses = self.dataset.responses
         field = None if responses is None else self.beamformer.steering @ responses[index]
@@ -184,11 +159,7 @@ class Subject:
         return ssim(prediction, spectrum_of(self.dataset.pictures[self.tested]))
 
     def field(self, position: Position) -> Complex[np.ndarray, "90 360"] | None:
-        """The complex field of the run's prediction, up to a common factor. None: the model has no field.
-
-        Args:
-            position: position of the transmitter, metres, world frame.
-        """
+        """The complex field of the run's prediction, up to a common factor. None: the model has no field."""
         run = self.run
         if run is None:
             return None
@@ -226,15 +197,7 @@ class Subject:
 
 
 def subject(what: str) -> Subject:
-    """Read the subject of the viewer.
-
-    Args:
-        what: a run folder, a dataset folder, the name of a built-in scene, or a scene's YAML file.
-
-    Raises:
-        InputError: ``what`` is none of these, or cannot be read. If only the dataset of a run or the scene of a dataset
-            cannot be read, there is no error but a sentence in ``missing``.
-    """
+    """Read the subject of the viewer."""
     folder = Path(what)
     if not folder.is_dir():
         scene = load_scene(what)

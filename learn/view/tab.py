@@ -26,13 +26,7 @@ AT_A_POSITION = 1e-4
 
 
 class Tab(ABC):
-    """A tab with its own transmitter and controls. Its thread calls ``_show`` when something has changed.
-
-    Args:
-        client: the tab.
-        recorded: recorded positions, metres, world frame; empty if there are none.
-        start: position of the transmitter if there are none.
-    """
+    """A tab with its own transmitter and controls. Its thread calls ``_show`` when something has changed."""
 
     def __init__(self, client: ClientHandle, recorded: Float[np.ndarray, "K 3"], start: Position):
         self._shield = partial(shield, client)
@@ -47,11 +41,7 @@ class Tab(ABC):
         self._changed.set()
 
     def _build(self, recorded: str) -> None:
-        """Build the panel above the further controls.
-
-        Args:
-            recorded: label of the slider over the recorded positions.
-        """
+        """Build the panel above the further controls."""
         self._numbers = self._gui.add_markdown("", order=-2)
         self._state = self._gui.add_markdown("", order=-1)
         count = len(self._recorded)
@@ -66,11 +56,7 @@ class Tab(ABC):
             self._play.on_update(self._shield(self._switched))
 
     def _begin(self, transmitter: TransformControlsHandle) -> None:
-        """Begin to follow the transmitter, when everything is built.
-
-        Args:
-            transmitter: its handle in the 3D view.
-        """
+        """Begin to follow the transmitter, when everything is built."""
         self._handle = transmitter
         transmitter.on_update(self._shield(self._dragged))
         self._moved(finished=True)
@@ -158,10 +144,6 @@ class Tab(ABC):
 
 def outside(position: Position, box: Float[np.ndarray, "2 3"]) -> bool:
     """Whether a position is outside a box.
-
-    Args:
-        position: a position, metres, world frame.
-        box: corners (min, max) of the box, metres, world frame.
 
     >>> box = np.array([[0.0, 0.0, 0.0], [4.0, 3.0, 2.0]])
     >>> outside(np.array([1.0, 1.0, 1.0]), box), outside(np.array([1.0, 3.5, 1.0]), box)

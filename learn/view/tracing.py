@@ -23,17 +23,11 @@ if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a
 
 @dataclass(frozen=True)
 class Traced:
-    """Result of ray tracing for one transmitter position.
+    """Result of ray tracing for one transmitter position."""
 
-    Attributes:
-        position: position of the transmitter, metres, world frame.
-        spectrum: the spectrum of the traced responses.
-        paths: the paths, the strongest first.
-    """
-
-    position: Position
-    spectrum: Spectrum
-    paths: list[TracedPath]
+    position: Position  # position of the transmitter, metres, world frame
+    spectrum: Spectrum  # the spectrum of the traced responses
+    paths: list[TracedPath]  # the paths, the strongest first
 
 
 class Tracing:
@@ -41,16 +35,6 @@ class Tracing:
 
     Before the first position, the tracer searches for the chains of interactions in the scene, which takes about ten
     seconds. After that, a position takes milliseconds.
-
-    Args:
-        scene: the scene that is traced.
-        beamformer: its gateway's array, and the grid of the spectra.
-        propagation: propagation settings.
-        region: corners (min, max) of the box of transmitter positions, metres, world frame.
-        seed: seed of the rays.
-
-    Attributes:
-        state: a sentence for the page: what the tracer is doing, or why it cannot trace. Empty: it is ready.
     """
 
     def __init__(
@@ -64,23 +48,13 @@ class Tracing:
         Thread(target=self._trace_requests, daemon=True, name="tracing").start()  # Ctrl-C does not wait for a daemon
 
     def request(self, tab: object, position: Position, done: Callable[[Traced], None]) -> None:
-        """Request the tracing of a position. The request replaces a pending one of the same tab.
-
-        Args:
-            tab: the tab that makes the request.
-            position: position of the transmitter, metres, world frame.
-            done: function that is called with the result, in the tracing thread.
-        """
+        """Request the tracing of a position. The request replaces a pending one of the same tab."""
         with self._condition:
             self._requests[tab] = position, done
             self._condition.notify()
 
     def forget(self, tab: object) -> None:
-        """Withdraw the pending request of a tab.
-
-        Args:
-            tab: the tab, which is being closed.
-        """
+        """Withdraw the pending request of a tab."""
         with self._condition:
             self._requests.pop(tab, None)
 

@@ -28,15 +28,10 @@ LOCATIONS = "evaluation/locations.csv"
 
 
 class Cloud(NamedTuple):
-    """Standard deviations over the region.
+    """Standard deviations over the region."""
 
-    Attributes:
-        positions: metres, world frame.
-        deviations: standard deviations of a spectrum's values, 0…1.
-    """
-
-    positions: Float[np.ndarray, "n 3"]
-    deviations: Float[np.ndarray, " n"]
+    positions: Float[np.ndarray, "n 3"]  # metres, world frame
+    deviations: Float[np.ndarray, " n"]  # standard deviations of a spectrum's values, 0…1
 
 
 def cloud(subject: Subject) -> Cloud | None:
@@ -66,13 +61,7 @@ def located(subject: Subject) -> Float[np.ndarray, "K 2 3"] | None:
 
 
 def add_uses(client: ClientHandle, subject: Subject, size: float) -> None:
-    """Draw the layers that the subject has, each with its checkbox.
-
-    Args:
-        client: the tab.
-        subject: what is shown.
-        size: size of the view, metres.
-    """
+    """Draw the layers that the subject has, each with its checkbox."""
     add_planned(client, subject.planned, size)
     lines = shield(client, located)(subject)
     if lines is not None:

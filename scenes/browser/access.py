@@ -31,12 +31,6 @@ Process = Callable[[ServerConnection, Request], Awaitable[Response | None] | Res
 def refusal(path: str, headers: Headers, port: int, token: str) -> str | None:
     """Return why a request is refused; None if it is allowed.
 
-    Args:
-        path: path of the request, with its query.
-        headers: headers of the request.
-        port: port of the page.
-        token: token that the path must begin with.
-
     >>> refusal("/secret", Headers(Host="127.0.0.1:8080"), 8080, "secret") is None
     True
     >>> refusal("/secret", Headers(Host="127.0.0.1:8080", Origin="http://elsewhere.org"), 8080, "secret")
@@ -61,12 +55,6 @@ def guard(token: str) -> Iterator[None]:
     viser has no option for this. So the function of ``websockets`` that it calls is replaced within the block. Refused
     requests for pages and websockets get status 403, and their connection is closed. The address of the page is
     ``/TOKEN``. viser's page opens its websocket at the same address, so both have the token.
-
-    Args:
-        token: token that the path of every request must begin with.
-
-    Raises:
-        InputError: viser has started its server in another way, and requests are not refused.
     """
     serve = websockets.asyncio.server.serve
     started: list[str] = []

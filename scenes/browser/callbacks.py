@@ -15,15 +15,7 @@ from scenes.files.errors import InputError, printable
 
 
 def shield(client: ClientHandle, callback: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a callback so that it shows its errors as notifications and keeps working.
-
-    Args:
-        client: the browser tab.
-        callback: a function or a coroutine function.
-
-    Returns:
-        The wrapped callback, of the same kind. It returns None after an error.
-    """
+    """Wrap a callback so that it shows its errors as notifications and keeps working."""
     if inspect.iscoroutinefunction(callback):
 
         @functools.wraps(callback)

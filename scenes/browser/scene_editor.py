@@ -32,16 +32,7 @@ SHOWN_FILES = 3
 
 
 class Editor:
-    """A browser tab that edits a scene.
-
-    Args:
-        client: the browser tab.
-        scene: the scene at the start.
-        folder: the only folder that the scene can be saved to.
-
-    Attributes:
-        scene: the current state of the scene.
-    """
+    """A browser tab that edits a scene."""
 
     def __init__(self, client: ClientHandle, scene: Scene, folder: Path):
         self.scene = scene
@@ -76,12 +67,6 @@ class Editor:
 
     def save(self, replaceable: Mapping[Path, str] | None = None) -> None:
         """Write the scene to the folder. If this would replace files that this tab did not write, ask the user first.
-
-        Args:
-            replaceable: SHA-256 digests of files that may be replaced, by path. A file with another digest is kept.
-
-        Raises:
-            InputError: ``write_scene`` refuses the scene or the folder.
         """
         with self._saving:
             scene = self.scene
@@ -245,11 +230,7 @@ class Editor:
             self._colour(which.value)
 
     def assign(self, name: str, material: str) -> None:
-        """Assign a material of the scene or of ITU-R P.2040 to an object.
-
-        Raises:
-            InputError: P.2040 does not give that material at the scene's frequency.
-        """
+        """Assign a material of the scene or of ITU-R P.2040 to an object."""
         scene = self.scene
         materials = dict(scene.materials)
         if material not in materials:

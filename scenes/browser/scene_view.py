@@ -65,16 +65,6 @@ def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]
 def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float, name: str = "/gateway") -> FrameHandle:
     """Draw a gateway as a plate of the array's size, or its elements at given positions, with an arrow along its
     boresight.
-
-    Args:
-        api: the tab's scene.
-        gateway: the gateway.
-        wavelength: wavelength, metres.
-        size: length of the arrow, metres.
-        name: name of the node.
-
-    Returns:
-        The gateway frame. Its children are in gateway coordinates.
     """
     frame = api.add_frame(
         name, wxyz=wxyz(gateway.orientation), position=gateway.position, axes_length=size / 3, axes_radius=size / 120
@@ -92,13 +82,7 @@ def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float,
 
 
 def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/region") -> LineSegmentsHandle:
-    """Draw the edges of a box.
-
-    Args:
-        api: the tab's scene.
-        region: lowest and highest corner, metres.
-        name: name of the node.
-    """
+    """Draw the edges of a box."""
     return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
 
 
@@ -125,12 +109,6 @@ def on_screen(
     point: Float[np.ndarray, " 3"], bounds: Float[np.ndarray, "2 3"], width: float, height: float
 ) -> tuple[float, float]:
     """Return the pixel at which a page shows a point before its camera moves, for programs that operate the mouse.
-
-    Args:
-        point: the point, metres, world frame.
-        bounds: the argument of ``set_up``.
-        width: width of the canvas, pixels.
-        height: height of the canvas, pixels.
 
     >>> on_screen(np.array([1.0, 1.0, 1.0]), np.array([[0, 0, 0], [2, 2, 2]]), 800, 600)  # the middle
     (400.0, 300.0)

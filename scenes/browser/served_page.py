@@ -31,20 +31,7 @@ def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[],
 
 @contextlib.contextmanager
 def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> Iterator[str]:
-    """Serve a page within a block.
-
-    Args:
-        title: title of the page's panel.
-        port: first port to try. If it is in use, the next free one is used.
-        open_tab: builds a browser tab, which has its own state. It may return a function to call when the tab is
-            closed. Its errors are shown in the tab.
-
-    Yields:
-        The address of the page, with its token (``scenes.browser.access``).
-
-    Raises:
-        ParameterError: the user may not open the port, or all ports from it on are in use.
-    """
+    """Serve a page within a block."""
     free = _free_port(port)
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that disconnects is not an error
     warnings.filterwarnings("ignore", r"Queued a \w+ on a closed connection")  # viser, for a tab that has just closed

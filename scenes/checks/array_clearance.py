@@ -21,25 +21,15 @@ TOUCHING = 1e-3
 
 
 class Obstruction(NamedTuple):
-    """An element of an array that is not in the open.
+    """An element of an array that is not in the open."""
 
-    Attributes:
-        element: position of the element, metres, world frame.
-        object: name of the object.
-        where: "on" the object's surface, or "behind" it as seen from the gateway's position.
-    """
-
-    element: Float[np.ndarray, " 3"]
-    object: str
-    where: Literal["on", "behind"]
+    element: Float[np.ndarray, " 3"]  # position of the element, metres, world frame
+    object: str  # name of the object
+    where: Literal["on", "behind"]  # "on" the object's surface, or "behind" it as seen from the gateway's position
 
 
 def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, "elements 3"]:
     """Return the positions of a gateway's elements, metres, world frame.
-
-    Args:
-        gateway: the gateway.
-        wavelength: wavelength, metres.
 
     >>> element_positions(Gateway((1, 0, 2), (0, 0, 0, 1), rows=1, columns=2), wavelength=0.2).tolist()
     [[0.95, 0.0, 2.0], [1.05, 0.0, 2.0]]
@@ -55,14 +45,6 @@ def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, 
 
 def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObject]) -> Obstruction | None:
     """Find an element on an object's surface, or behind one as seen from the gateway's position.
-
-    Args:
-        gateway: the receiver.
-        wavelength: wavelength, metres.
-        objects: objects of the scene.
-
-    Returns:
-        The first such element with its object; None if the whole array is in the open.
 
     >>> from scenes.scene.shapes import sheet
     >>> wall = SceneObject("wall", sheet((0, -2, 0), (0, 4, 0), (0, 0, 3)), "brick")
@@ -88,13 +70,7 @@ def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObje
 def crosses(
     starts: Float[np.ndarray, "*n 3"], ends: Float[np.ndarray, "n 3"], triangle: Float[np.ndarray, "3 3"]
 ) -> Bool[np.ndarray, " n"]:
-    """Whether straight lines cross a triangle, by the method of Möller and Trumbore [moller1997].
-
-    Args:
-        starts: start of each line, or one start for all of them, metres.
-        ends: end of each line, metres.
-        triangle: corners of the triangle, metres.
-    """
+    """Whether straight lines cross a triangle, by the method of Möller and Trumbore [moller1997]."""
     corner, u, v = triangle[0], triangle[1] - triangle[0], triangle[2] - triangle[0]
     along, from_corner = ends - starts, starts - corner
     p, q = np.cross(along, v), np.cross(from_corner, u)

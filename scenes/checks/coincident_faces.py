@@ -22,9 +22,6 @@ def drawn_twice(scene: Scene) -> dict[tuple[str, str], int]:
 
     Conductors on conductors are left out, since a wave meets only the first of them.
 
-    Args:
-        scene: the scene.
-
     >>> from dataclasses import replace
     >>> from scenes.places.closet import closet
     >>> table = next(item for item in closet().objects if item.name == "table")

@@ -16,25 +16,16 @@ PAIRS = 4_000_000
 
 @dataclass(frozen=True)
 class DepthBuffer:
-    """The nearest triangle at each pixel.
+    """The nearest triangle at each pixel."""
 
-    Attributes:
-        extent: left, right, bottom and top edge of the drawing, in the units of the triangles.
-        depth: depth of the nearest triangle, infinite if there is none. Row 0 is at the bottom.
-        nearest: index of the nearest triangle, −1 if there is none.
-    """
-
+    # left, right, bottom and top edge of the drawing, in the units of the triangles
     extent: tuple[float, float, float, float]
+    # depth of the nearest triangle, infinite if there is none. Row 0 is at the bottom.
     depth: Float[np.ndarray, "rows columns"]
-    nearest: Int[np.ndarray, "rows columns"]
+    nearest: Int[np.ndarray, "rows columns"]  # index of the nearest triangle, −1 if there is none
 
     def shows(self, points: Float[np.ndarray, "n 3"], tolerance: float) -> Bool[np.ndarray, " n"]:
-        """Whether each point is visible: no triangle is in front of it.
-
-        Args:
-            points: coordinates across, up, and depth.
-            tolerance: how far in front of a point on its surface a triangle may seem to be.
-        """
+        """Whether each point is visible: no triangle is in front of it."""
         left, right, bottom, top = self.extent
         rows, columns = self.depth.shape
         column = ((points[:, 0] - left) / (right - left) * columns).astype(int).clip(0, columns - 1)
@@ -46,11 +37,6 @@ def barycentric(
     a: Float[np.ndarray, "n 2"], b: Float[np.ndarray, "n 2"], c: Float[np.ndarray, "n 2"]
 ) -> tuple[Float[np.ndarray, "n 3"], Bool[np.ndarray, " n"]]:
     """Return the barycentric coordinates of the origin in flat triangles, and whether each triangle covers it.
-
-    Args:
-        a: first corner of each triangle.
-        b: second corner.
-        c: third corner.
 
     >>> weights, covered = barycentric(*np.array([[[-1.0, -1.0]], [[1.0, -1.0]], [[0.0, 1.0]]]))
     >>> weights.tolist(), covered.tolist()
@@ -66,11 +52,6 @@ def depth_buffer(
     triangles: Float[np.ndarray, "n 3 3"], extent: tuple[float, float, float, float], columns: int
 ) -> DepthBuffer:
     """Find the nearest triangle at each pixel.
-
-    Args:
-        triangles: corners on the screen: across, up, and depth, which grows with the distance from the viewer.
-        extent: left, right, bottom and top edge of the drawing.
-        columns: number of pixels across. Pixels are square.
 
     >>> near, far = [[0, 0, 1], [2, 0, 1], [0, 2, 1]], [[0, 0, 5], [4, 0, 5], [0, 4, 5]]
     >>> depth_buffer(np.array([far, near], dtype=float), (0, 4, 0, 4), 4).nearest[::-1]

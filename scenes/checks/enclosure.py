@@ -23,13 +23,7 @@ WALL_REACH = 0.4
 
 
 def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
-    """Whether each triangle of an object encloses the scene: floor, walls, ceiling, windows and doors.
-
-    Args:
-        scene: the scene.
-        item: one of its objects.
-        triangles: triangles of the object, metres.
-    """
+    """Whether each triangle of an object encloses the scene: floor, walls, ceiling, windows and doors."""
     low, high = scene.bounds
     box = item.mesh.bounds
     wide = np.ptp(box, axis=0) > 0.5 * (high - low)
@@ -42,10 +36,6 @@ def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3
 
 def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float[np.ndarray, "m 3 3"]:
     """Cut triangles and keep the parts on the drawn side of every plane.
-
-    Args:
-        triangles: the triangles, metres.
-        planes: the planes.
 
     >>> wall = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 2.0]]])
     >>> left = cut(wall, [(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))])
@@ -64,10 +54,6 @@ def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float
 
     It is infinite if one of them has no ceiling. The roof of a building without antennas does not count. Neither does a
     roof with nothing below it, since a drawing without it would be empty.
-
-    Args:
-        scene: the scene.
-        triangles: triangles of all its objects, metres.
     """
     low, high = scene.transmitter.region
     steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
@@ -104,12 +90,6 @@ def opened_walls(
     A room has a ceiling or at least three outer walls. An outer wall consists of upright surfaces in one plane that
     together are long and high, without wide gaps, unlike the houses of a street. The antennas are on one side of it,
     and nothing is on the other.
-
-    Args:
-        scene: the scene.
-        triangles: triangles of all its objects, metres.
-        viewer: direction to the viewer.
-        roofed: whether the antennas are below a ceiling.
     """
     walls = _outer_walls(scene, triangles)
     if not roofed and len(walls) < 3:

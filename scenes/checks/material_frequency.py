@@ -18,9 +18,6 @@ ROUNDING = 1e-9
 def outdated(scene: Scene) -> str | None:
     """Return a sentence if ITU-R P.2040 gave a material for another frequency than the scene's, else None.
 
-    Args:
-        scene: the scene.
-
     >>> from dataclasses import replace
     >>> from scenes.places.closet import closet
     >>> outdated(closet()) is None, outdated(replace(closet(), frequency=2.4e9))[:17]
@@ -45,9 +42,6 @@ def doubts(scene: Scene) -> list[str]:
 
     Values without a frequency are doubted if they are those of a material of ITU-R P.2040 at another frequency. Scene
     files of earlier versions have them.
-
-    Args:
-        scene: the scene.
 
     >>> from dataclasses import replace
     >>> from scenes.places.closet import closet

@@ -22,13 +22,6 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
 
     The alternative is to count the crossings of a ray. It fails if the ray runs along an edge or a face, which is
     common with boxes.
-
-    Args:
-        points: the points, metres.
-        triangles: corners of the surface's triangles, metres.
-
-    Returns:
-        The winding number of each point.
     """
 
     def dot(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -55,12 +48,7 @@ def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray,
 
 
 def holds_antennas(scene: Scene, part: Trimesh) -> bool:
-    """Whether a closed part is the room: it contains the gateway and the whole transmitter region.
-
-    Args:
-        scene: the scene.
-        part: one of ``SceneObject.closed_parts``.
-    """
+    """Whether a closed part is the room: it contains the gateway and the whole transmitter region."""
     # The region is shrunk by a thousandth. A region that reaches the walls is still inside the room.
     corners = scene.transmitter.corners()
     corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
@@ -76,13 +64,6 @@ def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str 
 
     Only closed parts of a mesh have an inside. A closed part that contains the gateway and the whole transmitter region
     is the room, not an obstacle.
-
-    Args:
-        scene: the scene.
-        points: the points, metres, world frame.
-
-    Returns:
-        The name of the object for each point, None for points outside all objects.
     """
     points = np.asarray(points, dtype=float)
     blocker: list[str | None] = [None] * len(points)

@@ -14,11 +14,7 @@ AT_ONCE = 10_000_000
 
 
 def outline(scene: Scene) -> Float[np.ndarray, "points 3"]:
-    """Return the corners of the convex hull of all objects and antennas, metres, world frame.
-
-    Args:
-        scene: the scene.
-    """
+    """Return the corners of the convex hull of all objects and antennas, metres, world frame."""
     gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
     points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
     return points[ConvexHull(points, qhull_options="QJ").vertices]
@@ -27,12 +23,7 @@ def outline(scene: Scene) -> Float[np.ndarray, "points 3"]:
 def in_outer_wall(
     triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
 ) -> Bool[np.ndarray, " n"]:
-    """Whether all of the scene is on one side of each triangle's plane, to within ``WALL_REACH``.
-
-    Args:
-        triangles: corners of the triangles, metres, world frame.
-        around: the scene's ``outline``.
-    """
+    """Whether all of the scene is on one side of each triangle's plane, to within ``WALL_REACH``."""
     _, front, back = beyond(triangles, around)
     return np.minimum(front, back) < WALL_REACH
 
@@ -40,12 +31,7 @@ def in_outer_wall(
 def beyond(
     triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Return unit normals of triangles, and how far the scene reaches in front of and behind them, metres.
-
-    Args:
-        triangles: corners of the triangles, metres, world frame.
-        around: the scene's ``outline``.
-    """
+    """Return unit normals of triangles, and how far the scene reaches in front of and behind them, metres."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
     front, back = np.zeros(len(normals)), np.zeros(len(normals))

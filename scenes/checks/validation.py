@@ -26,19 +26,7 @@ LARGE_ARRAY = 2.0
 
 
 def validate(scene: Scene, source: str) -> None:
-    """Check a scene's numbers, names and materials, and that every gateway is in the open.
-
-    Args:
-        scene: the scene to check.
-        source: the start of every message: the name of the file or the scene.
-
-    Raises:
-        InputError: the message says what is wrong. A number is not finite or is out of its range. A name is empty, too
-            long, unprintable or used twice. A pattern, polarisation or material is unknown. An orientation is not a
-            unit quaternion. A material is that of ITU-R P.2040 at another frequency. The transmitter region is empty.
-            There are no objects, or an object has no triangles. An element of a gateway is inside an object, on a
-            surface or behind one. The transmitter region is inside an object.
-    """
+    """Check a scene's numbers, names and materials, and that every gateway is in the open."""
 
     def refuse(message: str) -> NoReturn:
         raise InputError(f"{source}: {message}")

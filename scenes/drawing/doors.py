@@ -20,19 +20,12 @@ WALL = 0.25  # m, from the ends of a closed leaf to a wall
 
 
 class Leaf(NamedTuple):
-    """A closed leaf in a horizontal section.
+    """A closed leaf in a horizontal section."""
 
-    Attributes:
-        hinge: the end about which it is drawn open, (x, y), metres.
-        free: the other end.
-        opened: where the other end is when the door stands open by 90°.
-        lines: indices of the lines of the section that it replaces.
-    """
-
-    hinge: Float[np.ndarray, " 2"]
-    free: Float[np.ndarray, " 2"]
-    opened: Float[np.ndarray, " 2"]
-    lines: Int[np.ndarray, " n"]
+    hinge: Float[np.ndarray, " 2"]  # the end about which it is drawn open, (x, y), metres
+    free: Float[np.ndarray, " 2"]  # the other end
+    opened: Float[np.ndarray, " 2"]  # where the other end is when the door stands open by 90°
+    lines: Int[np.ndarray, " n"]  # indices of the lines of the section that it replaces
 
     def swing(self) -> Float[np.ndarray, "25 2"]:
         """Return the quarter arc from the closed to the open end, metres."""
@@ -53,13 +46,7 @@ def is_door(name: str) -> bool:
 def closed_doors(
     names: Sequence[str], sections: Sequence[Float[np.ndarray, "n 2 2"]], away: Float[np.ndarray, " 2"]
 ) -> dict[int, list[Leaf]]:
-    """Return the closed leaves of the objects that are named doors, by the numbers of the objects.
-
-    Args:
-        names: names of all objects.
-        sections: lines of their sections, by their two ends (x, y), metres.
-        away: the point from which the doors open, metres.
-    """
+    """Return the closed leaves of the objects that are named doors, by the numbers of the objects."""
     found = {}
     every = np.concatenate(sections) if len(sections) else np.zeros((0, 2, 2))
     owner = np.repeat(np.arange(len(sections)), [len(each) for each in sections])
@@ -79,11 +66,6 @@ def closed_leaves(
 
     No file says where the hinges are. Each leaf opens away from a point, so that it is not drawn over a room; a single
     one turns about the end that is farther from there.
-
-    Args:
-        lines: lines of the door's section, by their two ends (x, y), metres.
-        others: lines of the section of everything else, metres.
-        away: the point, metres.
     """
     leaves = []
     for chosen in _pieces(lines):

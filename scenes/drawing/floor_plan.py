@@ -34,16 +34,7 @@ def section_height(scene: Scene) -> float:
 
 
 def draw_plan(axes: Axes, scene: Scene, numbered: bool = True) -> tuple[list[str], str]:
-    """Draw a scene from above.
-
-    Args:
-        axes: the axes to draw on, in metres.
-        scene: the scene.
-        numbered: whether objects get numbers.
-
-    Returns:
-        The names of the numbered objects, in the order of their numbers 1, 2, …; and what the plan shows.
-    """
+    """Draw a scene from above."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import PathPatch, Rectangle
 
@@ -186,10 +177,6 @@ def _outlines(mesh: Trimesh, above: Bool[np.ndarray, " faces"], height: float) -
 def section(mesh: Trimesh, height: float) -> Float[np.ndarray, "n 2 2"]:
     """Return the lines in which a horizontal plane cuts a mesh, by their two ends (x, y), metres.
 
-    Args:
-        mesh: the mesh, metres.
-        height: height of the plane, metres.
-
     >>> from scenes.scene.shapes import box
     >>> lines = section(box((0, 0, 0), (2, 1, 1)), 0.5)
     >>> lines.min(axis=(0, 1)).tolist(), lines.max(axis=(0, 1)).tolist()
@@ -203,10 +190,6 @@ def section(mesh: Trimesh, height: float) -> Float[np.ndarray, "n 2 2"]:
 
 def solids(item: SceneObject, height: float) -> list[Path]:
     """Return the area of each closed part of an object in a horizontal plane, without its holes, metres.
-
-    Args:
-        item: the object.
-        height: height of the plane, metres.
 
     >>> from scenes.scene.shapes import box
     >>> (solid,) = solids(SceneObject("crate", box((0, 0, 0), (2, 1, 1)), "wood"), 0.5)

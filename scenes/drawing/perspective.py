@@ -35,13 +35,6 @@ def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
     """Draw a scene as seen from low x and low y. Hidden parts of the transmitter region and gateways are dashed.
 
     If the scene is much larger than the space between the antennas, only their neighbourhood is drawn.
-
-    Args:
-        axes: the axes to draw on, in metres.
-        scene: the scene.
-
-    Returns:
-        What is left out of the drawing, such as "2 walls in front".
     """
     from matplotlib.image import AxesImage
 

@@ -22,10 +22,6 @@ def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
     """Draw the floor plans of the first ``MOST`` scenes beside each other, as ``draw_scene`` does but without numbers.
 
     Lengths are in metres. The legend has the materials of all plans, and the marks of regions and gateways.
-
-    Args:
-        scenes: scenes by the titles of their plans.
-        path: the PNG. An existing file is replaced.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch

@@ -26,17 +26,6 @@ def check_array(
     NumPy would drop the mask of a masked array and the imaginary parts of complex numbers, and read texts and truth
     values as numbers.
 
-    Args:
-        parameter: name of the parameter, for the message.
-        value: the array, or nested lists.
-        shape: length along each axis, None for any length; an Ellipsis in front stands for any further axes.
-        what: description of the array, for the message, e.g. "rows of x, y, z".
-        kind: one of ``KINDS``.
-        finite: refuse NaN and infinite numbers.
-
-    Raises:
-        ParameterError: the array has another shape or kind, is masked, or is not finite.
-
     >>> check_array("corners", [[0, 0, 0], [1, 2, 3]], (2, 3), "two corners").tolist()
     [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]
     >>> check_array("corners", [0, 1], (2, 3), "two corners")

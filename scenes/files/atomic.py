@@ -13,34 +13,14 @@ from scenes.files.temporary import is_temporary, remove_left, temporary_file
 
 
 def write_atomically(path: Path, content: bytes | memoryview) -> None:
-    """Write a file under a temporary name beside it, to the disk, then rename it into place.
-
-    Args:
-        path: the file. Its folder is created if it does not exist.
-        content: all of its bytes.
-
-    Raises:
-        OSError: the file cannot be written. It is then as it was before, and the temporary file is removed. The error
-            has a file name even if the operating system gives none, as for a full disk.
-    """
+    """Write a file under a temporary name beside it, to the disk, then rename it into place."""
     with written_atomically(path) as temporary:
         temporary.write_bytes(content)
 
 
 @contextmanager
 def written_atomically(path: Path) -> Iterator[Path]:
-    """Write a file atomically that is written piece by piece, or by another library.
-
-    Args:
-        path: the file. Its folder is created if it does not exist.
-
-    Yields:
-        The temporary path, to which the block writes the whole file. If the block raises an error, the file stays as
-        it was before.
-
-    Raises:
-        OSError: the temporary file cannot be written to the disk or renamed. The error names the file itself.
-    """
+    """Write a file atomically that is written piece by piece, or by another library."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with temporary_file(path.parent) as temporary:
@@ -57,13 +37,6 @@ def require_writable(path: Path) -> None:
     """Find out before long work whether a file can be written. Remove what killed processes left in its folder.
 
     The folder, or the one above in which it will be made, gets a file, which is removed at once.
-
-    Args:
-        path: the file, which need not exist.
-
-    Raises:
-        InputError: there is a file on the path to it.
-        OSError: its folder cannot be written to, or its name is too long for the disk.
     """
     with suppress(FileNotFoundError, NotADirectoryError):
         path.lstat()
@@ -80,14 +53,7 @@ def require_writable(path: Path) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the file names in a folder are on the disk, so that a power cut does not undo changes to them.
-
-    Args:
-        folder: the folder.
-
-    Raises:
-        OSError: the folder cannot be opened or written. The error has the name of the folder.
-    """
+    """Wait until the file names in a folder are on the disk, so that a power cut does not undo changes to them."""
     try:
         _sync(folder)
     except OSError as error:

@@ -28,10 +28,6 @@ class InputError(ValueError):
 class ParameterError(InputError):
     """A parameter of a function has an invalid value. The command line names the option instead of the parameter.
 
-    Args:
-        parameter: name of the parameter in Python, e.g. ``batch_size``.
-        message: what was expected and what was found.
-
     >>> str(ParameterError("batch_size", "expected a positive number, found 0"))
     'batch_size: expected a positive number, found 0'
     """
@@ -56,12 +52,6 @@ class ParameterError(InputError):
 def require_positive(**values: float) -> None:
     """Refuse parameters that are not positive, finite numbers.
 
-    Args:
-        values: the numbers, by name of the parameter.
-
-    Raises:
-        ParameterError: one of them is zero, negative, infinite or not a number.
-
     >>> require_positive(budget=5.0, seeds=0)
     Traceback (most recent call last):
     ...
@@ -78,14 +68,6 @@ SEED_MOST = 2**32 - 1
 
 def require_whole(least: int, most: int, **values: int) -> None:
     """Refuse parameters that are not whole numbers within a range.
-
-    Args:
-        least: smallest value.
-        most: largest value. Larger ones would exhaust the memory or take for ever.
-        values: the numbers, by name of the parameter.
-
-    Raises:
-        ParameterError: one of them is not a whole number, or is outside the range.
 
     >>> require_whole(1, 100, seeds=3, steps=0)
     Traceback (most recent call last):
@@ -108,15 +90,6 @@ def require_seed(**values: int) -> None:
 def require_within(least: float, most: float, what: str, **values: float) -> None:
     """Refuse parameters that are not numbers within a range.
 
-    Args:
-        least: smallest value.
-        most: largest value.
-        what: the quantity and its unit, for the message, e.g. "an SNR in dB".
-        values: the numbers, by name of the parameter.
-
-    Raises:
-        ParameterError: one of them is not a number, or is outside the range.
-
     >>> require_within(-200, 200, "an SNR in dB", snr_db=float("nan"))
     Traceback (most recent call last):
     ...
@@ -128,14 +101,7 @@ def require_within(least: float, most: float, what: str, **values: float) -> Non
 
 
 def require_flag(**values: bool) -> None:
-    """Refuse switches that are neither True nor False, such as "no", which Python takes for true.
-
-    Args:
-        values: the switches, by name of the parameter.
-
-    Raises:
-        ParameterError: one of them is something else.
-    """
+    """Refuse switches that are neither True nor False, such as "no", which Python takes for true."""
     for name, value in values.items():
         if not isinstance(value, bool):
             raise ParameterError(name, f"expected true or false, found {shown(value)}")
@@ -143,13 +109,6 @@ def require_flag(**values: bool) -> None:
 
 def require_word(known: Iterable[str], **values: str) -> None:
     """Refuse words that are not among the known ones.
-
-    Args:
-        known: the valid words.
-        values: the words, by name of the parameter.
-
-    Raises:
-        ParameterError: one of them is not known.
 
     >>> require_word(("files", "random", "blocked"), split="ramdom")
     Traceback (most recent call last):
@@ -173,13 +132,6 @@ def require_path(**values: object) -> None:
 
 def require_instance(*kinds: type, **values: object) -> None:
     """Refuse values of other classes.
-
-    Args:
-        kinds: the classes, for a value of any of them.
-        values: the values, by name of the parameter.
-
-    Raises:
-        ParameterError: one of them is of none of these classes.
 
     >>> require_instance(int, float, width="wide")
     Traceback (most recent call last):

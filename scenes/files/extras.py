@@ -13,15 +13,10 @@ from scenes.files.errors import InputError
 
 
 class Extra(NamedTuple):
-    """Packages that are installed together.
+    """Packages that are installed together."""
 
-    Attributes:
-        called: the one that a reader knows.
-        modules: what is imported of them.
-    """
-
-    called: str
-    modules: tuple[str, ...]
+    called: str  # the one that a reader knows
+    modules: tuple[str, ...]  # what is imported of them
 
 
 EXTRAS = {
@@ -36,10 +31,6 @@ EXTRAS = {
 
 class MissingExtraError(InputError, ImportError):
     """An extra is not installed; the message is one sentence with the command that installs it.
-
-    Args:
-        extra: its name.
-        what: what needs it, as the subject of a sentence.
 
     >>> str(MissingExtraError("rays", "ray tracing"))
     "ray tracing needs Sionna RT, which is not installed: pip install 'bisplat-wrf[rays]'"
@@ -57,13 +48,6 @@ class MissingExtraError(InputError, ImportError):
 def require_extra(extra: str, what: str) -> None:
     """Make sure that an extra is installed. Its packages are only looked for, not imported.
 
-    Args:
-        extra: its name.
-        what: what needs it, as the subject of a sentence.
-
-    Raises:
-        MissingExtraError: one of its packages is not installed.
-
     >>> require_extra("rays", "ray tracing")
     """
     if not has_extra(extra):
@@ -71,9 +55,5 @@ def require_extra(extra: str, what: str) -> None:
 
 
 def has_extra(extra: str) -> bool:
-    """Whether all packages of an extra are installed.
-
-    Args:
-        extra: its name.
-    """
+    """Whether all packages of an extra are installed."""
     return all(find_spec(module) is not None for module in EXTRAS[extra].modules)

@@ -27,15 +27,7 @@ LONGEST = 1000
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Lock an output folder within a block. If the disk cannot lock files, print a warning instead.
-
-    Args:
-        folder: the folder, which is created if it does not exist. The block may rename it.
-
-    Raises:
-        InputError: the path is not a folder, or another process, or another part of this one, has locked it.
-        OSError: the folder cannot be written to.
-    """
+    """Lock an output folder within a block. If the disk cannot lock files, print a warning instead."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):

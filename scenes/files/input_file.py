@@ -12,16 +12,7 @@ MEGABYTE = 10**6
 
 
 def require_regular(path: Path, expected: str, limit: int) -> None:
-    """Refuse a path that is not a regular file of limited size. The file is not opened, since a pipe would block.
-
-    Args:
-        path: the file.
-        expected: what should be there, for the message, e.g. "a CSV of positions".
-        limit: largest size, bytes.
-
-    Raises:
-        InputError: the file does not exist, is not a regular file, or is too large.
-    """
+    """Refuse a path that is not a regular file of limited size. The file is not opened, since a pipe would block."""
     try:
         status = os.stat(path)
     except FileNotFoundError:
@@ -58,13 +49,6 @@ def beside(path: Path, name: str) -> Path:
     """Return the path of a file that another file names.
 
     It must be in the same folder or below, so that the folder can be moved as a whole.
-
-    Args:
-        path: the file that names the other one.
-        name: the name in that file, relative to its folder.
-
-    Raises:
-        InputError: the name is an absolute path, or leaves the folder.
 
     >>> str(beside(Path("room/scene.yaml"), "meshes/wall.ply"))
     'room/meshes/wall.ply'

@@ -24,31 +24,12 @@ TOO_DEEP = f"values nested more than {DEEPEST} levels deep"
 
 
 def read_json(path: Path, expected: str, nan: bool = False) -> Any:
-    """Read the value in a JSON file.
-
-    Args:
-        path: the file.
-        expected: what should be there, for the message, e.g. "the settings of a run".
-        nan: also accept NaN, which Python writes. In our results it is the score of a model that diverged.
-
-    Raises:
-        InputError: the file cannot be read, is larger than ``LIMIT``, or is not valid JSON.
-    """
+    """Read the value in a JSON file."""
     return parse_json(read_text(path, expected, LIMIT), str(path), expected, nan)
 
 
 def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
     """Parse a JSON text.
-
-    Args:
-        text: the text.
-        source: the start of every message.
-        expected: what should be there, for the message.
-        nan: also accept NaN.
-
-    Raises:
-        InputError: the text is not valid JSON, an object has a key twice, a number is too large, or values are nested
-            too deep.
 
     >>> parse_json('{"rows": 4}', "metadata.json", "an array")
     {'rows': 4}

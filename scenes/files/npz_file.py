@@ -27,19 +27,12 @@ KINDS = {"c": "complex numbers", "f": "numbers", "b": "truth values"}
 
 @dataclass(frozen=True)
 class Expected:
-    """Requirements for an array of an archive.
+    """Requirements for an array of an archive."""
 
-    Attributes:
-        what: description of the array, for messages, e.g. "responses of 5 positions × 16 elements".
-        kind: one of ``KINDS``.
-        shape: length along each axis, None for any length.
-        optional: whether the array may be missing.
-    """
-
-    what: str
-    kind: str
-    shape: tuple[int | None, ...] = ()
-    optional: bool = False
+    what: str  # description of the array, for messages, e.g. "responses of 5 positions × 16 elements".
+    kind: str  # one of ``KINDS``
+    shape: tuple[int | None, ...] = ()  # length along each axis, None for any length
+    optional: bool = False  # whether the array may be missing
 
     def allows(self, dtype: np.dtype, shape: tuple[int, ...]) -> bool:
         """Whether an array has the required kind and shape."""
@@ -49,22 +42,7 @@ class Expected:
 
 
 def read_npz(path: Path, what: str, arrays: Mapping[str, Expected], limit: int) -> dict[str, np.ndarray]:
-    """Read arrays of an .npz archive.
-
-    Args:
-        path: the archive.
-        what: description of the archive, for messages, e.g. "an npz archive of responses".
-        arrays: requirements for each array, by name. Other arrays in the archive are not read.
-        limit: largest size of the archive and of each array, bytes.
-
-    Returns:
-        The arrays, by name. Optional arrays that are missing are left out.
-
-    Raises:
-        InputError: the file is not a regular file, is too large, or is not a complete archive of plain arrays; it is
-            encrypted, or compressed by a method that NumPy does not use; or an array is missing, of another kind or
-            shape, or too large.
-    """
+    """Read arrays of an .npz archive."""
     require_regular(path, what, limit)
     try:
         with zipfile.ZipFile(path) as archive:
@@ -89,16 +67,7 @@ def names_in(path: Path) -> set[str]:
 
 
 def read_npy(path: Path, expected: Expected, limit: int) -> np.ndarray:
-    """Read an array of a .npy file.
-
-    Args:
-        path: the file.
-        expected: requirements for the array.
-        limit: largest size of the file, bytes.
-
-    Raises:
-        InputError: the file is not a regular file or is too large, or is not an array of this kind and shape.
-    """
+    """Read an array of a .npy file."""
     require_regular(path, expected.what, limit)
     try:
         with path.open("rb") as file:

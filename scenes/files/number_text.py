@@ -20,9 +20,6 @@ NUMBER = re.compile(
 def parse_number(text: str) -> float:
     """Read a number. Space around it is ignored. NaN and infinity are read, too, since range checks name them.
 
-    Raises:
-        ValueError: the text is not a number.
-
     >>> parse_number(" -1.5e3")
     -1500.0
     >>> parse_number("1_0")
@@ -36,9 +33,6 @@ def parse_number(text: str) -> float:
 
 def parse_whole(text: str) -> int:
     """Read a whole number. Space around it is ignored.
-
-    Raises:
-        ValueError: the text is not a whole number.
 
     >>> parse_whole("-12")
     -12

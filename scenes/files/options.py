@@ -26,11 +26,7 @@ T = TypeVar("T")
 
 
 def described(options: type) -> dict[str, str]:
-    """Return the description of each option by name, from the docstrings of the dataclass and its base classes.
-
-    Args:
-        options: the dataclass.
-    """
+    """Return the description of each option by name, from the docstrings of the dataclass and its base classes."""
     from docstring_parser import parse
 
     found: dict[str, str] = {}
@@ -44,13 +40,6 @@ def described(options: type) -> dict[str, str]:
 
 def taken(given: Mapping[str, Any], *kinds: type) -> list[Any]:
     """Turn the keyword arguments of a function into instances of its dataclasses of options.
-
-    Args:
-        given: values by name. The other options have their defaults.
-        kinds: the dataclasses.
-
-    Raises:
-        ParameterError: no dataclass has an option of this name, or the value of an option is invalid.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
@@ -72,11 +61,7 @@ def taken(given: Mapping[str, Any], *kinds: type) -> list[Any]:
 
 
 def takes(*kinds: type) -> Callable[[F], F]:
-    """Decorate a function with ``**options`` so that its signature and docstring list each option.
-
-    Args:
-        kinds: the dataclasses that the function passes to ``taken``.
-    """
+    """Decorate a function with ``**options`` so that its signature and docstring list each option."""
     from tyro.conf import Suppress
 
     def show(function: F) -> F:
@@ -108,13 +93,6 @@ def check_kinds(options: Any) -> None:
     """Check the switches, words and nested settings of a dataclass, for its ``__post_init__``.
 
     NumPy's numbers become Python's, which JSON can hold. The ranges of numbers are left to the dataclass.
-
-    Args:
-        options: an instance of a frozen dataclass.
-
-    Raises:
-        ParameterError: a switch is neither true nor false, a word is not one of its ``Literal``, or nested settings are
-            of another class.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
@@ -155,9 +133,6 @@ def unchecked(options: type[T]) -> type[T]:
 
     If a check failed during parsing, the parser would print a message of its own. Options of nested dataclasses have no
     prefix.
-
-    Args:
-        options: the dataclass.
     """
     from tyro.conf import OmitArgPrefixes
 
@@ -181,9 +156,6 @@ def optional(options: type) -> Any:
 
     This is for options whose real default depends on something else. Switches keep their defaults, so that the command
     line has --NAME and --no-NAME for them.
-
-    Args:
-        options: the dataclass.
     """
     hints = get_type_hints(options, include_extras=True)
     return make_dataclass(
@@ -197,11 +169,7 @@ def optional(options: type) -> Any:
 
 
 def checked(options: type[T], values: Any) -> T:
-    """Make an instance of the dataclass, with its checks, from one of the class that ``unchecked`` returned.
-
-    Raises:
-        ParameterError: the value of an option is invalid.
-    """
+    """Make an instance of the dataclass, with its checks, from one of the class that ``unchecked`` returned."""
     content = {each.name: getattr(values, each.name) for each in fields(options)}  # type: ignore[arg-type]
     return options(**content | {name: checked(kind, content[name]) for name, kind in _nested(options).items()})
 

@@ -16,20 +16,7 @@ from scenes.files.temporary import is_temporary, remove_left, temporary_folder
 
 @contextmanager
 def new_folder(output: Path, force: bool | None = None) -> Iterator[Path]:
-    """Make a folder. If the process is killed before the end, the same call starts again from the beginning.
-
-    Args:
-        output: the folder, which must be new or empty. It may be on a disk of its own.
-        force: whether the folder may contain other files, of which those of the same names are replaced. None: the
-            command has no option --force.
-
-    Yields:
-        The folder to write to, a temporary one inside the output. What is in it at the end of the block is moved to
-        the output, files of subfolders first: a scene's YAML and a dataset's index files refer to them.
-
-    Raises:
-        InputError: the output contains other files, or another process is making it.
-    """
+    """Make a folder. If the process is killed before the end, the same call starts again from the beginning."""
     _require_new(output, force)
     made = not output.exists()
     try:
@@ -56,11 +43,7 @@ def _require_new(output: Path, force: bool | None) -> None:
 
 
 def has_other_files(folder: Path) -> bool:
-    """Whether a folder has other files than those that a process leaves that was killed before it wrote any.
-
-    Args:
-        folder: an existing folder.
-    """
+    """Whether a folder has other files than those that a process leaves that was killed before it wrote any."""
     return any(path.name != LOCK and not is_temporary(path.name) for path in folder.iterdir())
 
 
@@ -82,18 +65,7 @@ def move_content(source: Path, target: Path) -> None:
 def own_folder(
     folder: Path, kind: str, record: str, settings: dict[str, Any], read: Callable[[Path], dict[str, Any]]
 ) -> Iterator[None]:
-    """Make an output folder, or check that an existing one has the same settings. Lock it within a block.
-
-    Args:
-        folder: folder of a run, an experiment or a demo.
-        kind: what the folder contains, for messages: "run", "experiment" or "demo".
-        record: name of the file that records the settings. It is written first.
-        settings: the settings, by name.
-        read: function that reads the settings from such a file.
-
-    Raises:
-        InputError: the folder contains other files or other settings, or another process is writing to it.
-    """
+    """Make an output folder, or check that an existing one has the same settings. Lock it within a block."""
     require_own(folder, kind, record, settings, read)
     with locked(folder):
         require_own(folder, kind, record, settings, read)  # another process may have started in the meantime
@@ -104,11 +76,7 @@ def own_folder(
 def require_own(
     folder: Path, kind: str, record: str, settings: dict[str, Any], read: Callable[[Path], dict[str, Any]]
 ) -> None:
-    """Check that a folder is new, or has the same settings. ``own_folder`` explains the arguments.
-
-    Raises:
-        InputError: the folder contains other files or other settings.
-    """
+    """Check that a folder is new, or has the same settings. ``own_folder`` explains the arguments."""
     if not os.path.lexists(folder / record):
         if folder.exists() and (not folder.is_dir() or has_other_files(folder)):
             raise InputError(f"{folder}: expected a new folder or an earlier {kind}, found other files")

@@ -16,10 +16,6 @@ from scenes.files.errors import SHOWN, cut, printable
 def in_figure(text: str) -> str:
     r"""Format text for a figure of Matplotlib: without formulas, on one line, and cut if long.
 
-    Args:
-        text: any text. If it begins with "_", a space is put in front, since Matplotlib leaves such labels out of
-            legends.
-
     >>> print(in_figure(r"$\frac{$"), in_figure("a\nb"))
     \$\frac{\$ a\nb
     """
@@ -29,9 +25,6 @@ def in_figure(text: str) -> str:
 
 def in_markdown(text: str) -> str:
     r"""Escape text for a panel of the viewer, which reads Markdown and HTML.
-
-    Args:
-        text: any text.
 
     >>> print(in_markdown("[a](b) <c>"))
     \[a\]\(b\) \<c\>
@@ -57,11 +50,7 @@ def warning_once() -> Iterator[None]:
 
 
 def say(sentence: str) -> None:
-    """Print a sentence for the user on stderr, after the name of the program.
-
-    Args:
-        sentence: any text. Control characters are escaped, and very long words are cut.
-    """
+    """Print a sentence for the user on stderr, after the name of the program."""
     warned = _warned.get()
     if warned is not None and sentence.startswith("warning: "):
         if sentence in warned:

@@ -64,11 +64,7 @@ class ProgressLines(Progress):
 
 
 def progress_bar(*columns: ProgressColumn) -> Progress:
-    """Return progress on stderr with a description, count and remaining time.
-
-    Args:
-        columns: what stands before the remaining time in a terminal (default: spectra per second).
-    """
+    """Return progress on stderr with a description, count and remaining time."""
     console = plain_console(stderr=True)
     if not (console.is_terminal or console.is_jupyter):
         return ProgressLines()

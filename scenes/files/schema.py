@@ -45,16 +45,6 @@ BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 def conform(value: object, schema: type[T], source: str, numbers_as_text: bool = False, complete: bool = False) -> T:
     """Convert a value to an instance of a schema.
 
-    Args:
-        value: the value from JSON or YAML.
-        schema: a subclass of ``msgspec.Struct``, or a dataclass, which accepts only the keys of its fields.
-        source: the start of the message: the file's name.
-        numbers_as_text: also accept numbers that are texts. YAML 1.1 reads 1e-3, without a point, as a text.
-        complete: whether dataclasses need a key for each field that is not marked ``LATER``.
-
-    Raises:
-        InputError: a key is missing or unknown, or a value has another type or is out of its range.
-
     >>> class Array(msgspec.Struct):
     ...     rows: int
     >>> conform({"rows": 4}, Array, "metadata.json").rows
@@ -108,10 +98,6 @@ def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, key
 
 def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:
     """Return a schema for a dataclass of settings and further keys in the same file.
-
-    Args:
-        settings: a frozen dataclass.
-        beside: type and default of each further key, ``dataclasses.MISSING`` for no default.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)

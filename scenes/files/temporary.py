@@ -30,14 +30,7 @@ def is_temporary(name: str) -> bool:
 
 @contextmanager
 def temporary_file(folder: Path) -> Iterator[Path]:
-    """Make an empty file of a new name, and remove it at the end of the block if it is still there.
-
-    Args:
-        folder: the folder of the file, which must exist.
-
-    Raises:
-        OSError: the file cannot be made.
-    """
+    """Make an empty file of a new name, and remove it at the end of the block if it is still there."""
     path = folder / _new_name("tmp")
     with _held(os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)):
         try:
@@ -48,14 +41,7 @@ def temporary_file(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def temporary_folder(folder: Path) -> Iterator[Path]:
-    """Make an empty folder of a new name, and remove it at the end of the block unless the block has renamed it.
-
-    Args:
-        folder: the folder above it, which must exist.
-
-    Raises:
-        OSError: the folder cannot be made.
-    """
+    """Make an empty folder of a new name, and remove it at the end of the block unless the block has renamed it."""
     path = folder / _new_name("unfinished")
     path.mkdir()
     try:
@@ -69,10 +55,6 @@ def remove_left(folder: Path, deep: bool = False) -> None:
     """Remove temporary files and folders that no process holds, since those that made them were killed.
 
     Links are neither followed nor removed. On a disk that cannot lock files, nothing is removed.
-
-    Args:
-        folder: the folder.
-        deep: also in the folders below it.
     """
     for above, folders, files in os.walk(folder):
         for name in filter(is_temporary, (*folders, *files)):

@@ -17,12 +17,7 @@ UNLIMITED = 10_000
 
 
 def print_table(title: str, columns: dict[str, dict]) -> None:
-    """Print a table that is given by its columns.
-
-    Args:
-        title: title of the table.
-        columns: the cells of each column, by name of the row. The first column has all rows.
-    """
+    """Print a table that is given by its columns."""
     table = Table(title=printable(title))
     table.add_column("", overflow="fold", max_width=WIDEST)
     for name in columns:
@@ -37,12 +32,7 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
 
 
 def print_rows(title: str, rows: list[dict]) -> None:
-    """Print a table that is given by its rows.
-
-    Args:
-        title: title of the table.
-        rows: the cells of each row, by name of the column. All rows have the same columns.
-    """
+    """Print a table that is given by its rows."""
     table = Table(title=printable(title))
     for name in rows[0]:
         table.add_column(printable(name), overflow="fold", max_width=WIDEST)

@@ -35,16 +35,7 @@ class _PlainBuilder(TreeBuilder):
 
 
 def read_xml(path: Path, expected: str) -> Element:
-    """Read the root element of an XML file.
-
-    Args:
-        path: the file.
-        expected: what should be there, for the message, e.g. "a scene".
-
-    Raises:
-        InputError: the file cannot be read, is larger than ``LIMIT``, is not valid XML, has a DOCTYPE, or is nested
-            too deep.
-    """
+    """Read the root element of an XML file."""
     data = read_bytes(path, f"{expected} as XML", LIMIT)
     parser = XMLParser(target=_PlainBuilder())
     try:

@@ -86,16 +86,7 @@ for each in (PlainLoader, PlainDumper):
 
 
 def read_yaml(path: Path, expected: str) -> Any:
-    """Read the value in a YAML file.
-
-    Args:
-        path: the file.
-        expected: what should be there, for the message, e.g. "a scene".
-
-    Raises:
-        InputError: the file cannot be read, is larger than ``LIMIT``, or is not valid YAML; or it has an alias, a key
-            twice in a mapping, a value that does not fit its tag, or values that are nested too deep.
-    """
+    """Read the value in a YAML file."""
     text = read_text(path, expected, LIMIT)
     place = str(path)
     try:

@@ -14,11 +14,7 @@ FLAT = 1.0
 
 
 def antenna_warnings(scene: Scene) -> list[str]:
-    """Return a sentence for each odd place of the gateway or the transmitter region.
-
-    Args:
-        scene: a scene with one gateway.
-    """
+    """Return a sentence for each odd place of the gateway or the transmitter region."""
     beside = _beside(scene)
     sentences = [beside] if beside else [_partly_beside(scene), _above(scene)]
     return [sentence for sentence in (*sentences, _below(scene), _looking_away(scene)) if sentence]

@@ -25,28 +25,17 @@ LARGE = 1.0
 
 @dataclass(frozen=True)
 class DrawnWalls:
-    """An imported scene, and what is to be said about its walls.
+    """An imported scene, and what is to be said about its walls."""
 
-    Attributes:
-        scene: the scene.
-        sheets: thickness of the slab in metres of each object that was drawn as boxes and is now sheets, by name.
-        assumed: sentences about what was made of the walls.
-        warnings: sentences about surfaces that count twice.
-    """
-
-    scene: Scene
+    scene: Scene  # the scene
+    # thickness of the slab in metres of each object that was drawn as boxes and is now sheets, by name
     sheets: dict[str, float]
-    assumed: tuple[str, ...]
-    warnings: tuple[str, ...]
+    assumed: tuple[str, ...]  # sentences about what was made of the walls
+    warnings: tuple[str, ...]  # sentences about surfaces that count twice
 
 
 def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
-    """Treat the walls of a scene as the user wants it.
-
-    Args:
-        scene: the scene, with walls as they are drawn.
-        walls: what becomes of walls and boards that are drawn as boxes.
-    """
+    """Treat the walls of a scene as the user wants it."""
     as_sheets, sheets = walls_as_sheets(scene)
     if walls == "as-drawn":
         left = {item.name: item for item in as_sheets.objects}
@@ -65,11 +54,7 @@ def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
 
 
 def counted_twice(scene: Scene) -> list[str]:
-    """Return the names of objects with a large solid body.
-
-    Args:
-        scene: the scene. Walls that are drawn as boxes count, too, until they are sheets.
-    """
+    """Return the names of objects with a large solid body."""
     found = []
     for item in scene.objects:
         if not is_conductor(scene.materials[item.material], scene.frequency):

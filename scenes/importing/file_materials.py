@@ -31,10 +31,6 @@ def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
 
     Case, spaces, the prefixes "mat-" and "itu_", and Blender's number do not count.
 
-    Args:
-        name: name of a material in a file.
-        own: materials whose values the user gives, by name.
-
     >>> known_material("mat-itu_concrete.002", {}), known_material("Ceiling Board", {}), known_material("paint", {})
     ('concrete', 'ceiling_board', None)
     """
@@ -48,15 +44,7 @@ def _plain(name: str) -> str:
 
 
 def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
-    """Refuse the name of a material that is neither the user's own nor one of ITU-R P.2040.
-
-    Args:
-        name: the name.
-        own: materials whose values the user gives, by name.
-
-    Raises:
-        InputError: the material is unknown.
-    """
+    """Refuse the name of a material that is neither the user's own nor one of ITU-R P.2040."""
     known = (*own, *material_names())
     if name in known:
         return
@@ -67,16 +55,7 @@ def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
 
 
 def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial:
-    """Return a material at a frequency.
-
-    Args:
-        name: name of one of ``own``, or of a material of ITU-R P.2040.
-        frequency: Hz.
-        own: materials whose values the user gives, by name.
-
-    Raises:
-        InputError: P.2040 does not give the material at the frequency.
-    """
+    """Return a material at a frequency."""
     if name in own:
         return replace(own[name], name=name)
     try:
@@ -88,9 +67,6 @@ def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -
 
 def proposed_rule(name: str) -> str:
     """Write a rule for a name, without its material, that the user can copy into a shell.
-
-    Args:
-        name: the name.
 
     >>> print(proposed_rule("Wall [3]"), proposed_rule("-x"))
     'Wall [3]=MATERIAL' '?x=MATERIAL'

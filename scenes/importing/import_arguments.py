@@ -29,11 +29,7 @@ def check_import(
     own_materials: object,
     walls: str,
 ) -> None:
-    """Check the arguments of ``import_scene``, apart from the frequency and the shift.
-
-    Raises:
-        ParameterError: an argument is of the wrong kind, or a word is unknown.
-    """
+    """Check the arguments of ``import_scene``, apart from the frequency and the shift."""
     require_path(path=path)
     require_word(METRES, unit=unit)
     require_word(get_args(Walls), walls=walls)
@@ -56,11 +52,7 @@ def check_import(
 
 
 def check_shift(shift: Any) -> Float[np.ndarray, " 3"]:
-    """Return a shift as an array.
-
-    Raises:
-        ParameterError: it is not three numbers of metres, or larger than any coordinate in a file.
-    """
+    """Return a shift as an array."""
     moved = check_array("shift", shift, (3,), "metres along x, y and z")
     if np.abs(moved).max() > LARGEST:
         raise ParameterError("shift", f"expected at most {LARGEST:g} m, found {shown(moved.tolist())}")

@@ -29,27 +29,16 @@ TYPICAL = 2.0
 
 
 class UnitDoubt(NamedTuple):
-    """A reason to doubt a unit.
+    """A reason to doubt a unit."""
 
-    Attributes:
-        sentence: what was expected, what was found, which unit would fit, and the size in each unit.
-        impossible: whether the unit cannot be right.
-    """
-
-    sentence: str
-    impossible: bool
+    sentence: str  # what was expected, what was found, which unit would fit, and the size in each unit
+    impossible: bool  # whether the unit cannot be right
 
 
 def unit_doubt(
     bounds: Float[np.ndarray, "2 3"], antennas: Float[np.ndarray, "n 3"], unit: str, wavelength: float
 ) -> UnitDoubt | None:
     """Return the reason to doubt the unit of a file; None if the unit is plausible.
-
-    Args:
-        bounds: lowest and highest corner of all objects, metres, if the unit is right.
-        antennas: the gateway's position and the corners of the transmitter region, metres.
-        unit: the unit.
-        wavelength: metres. A scene smaller than the wavelength reflects nothing.
 
     >>> unit_doubt(np.array([[0, 0, 0], [5000, 4000, 3000]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33).sentence
     'expected a scene about as large as the gateway and the transmitter region together, 3.77 m, found one of \

@@ -17,23 +17,14 @@ from scenes.scene.description import LONGEST_NAME
 
 @dataclass(frozen=True)
 class ImportedPart:
-    """A part of a file, which becomes an object.
+    """A part of a file, which becomes an object."""
 
-    Attributes:
-        name: name of the object, different for each part.
-        mesh: the triangles, in the file's own unit and axes.
-        node: name of the node, object, group, solid or shape; empty if the file has none.
-        material: name of the material in the file, or the id of a bsdf; None if the file has none.
-        mesh_file: name of the mesh file without its suffix, if a scene XML names one.
-        shape: the shape of a scene XML; None for a mesh file.
-    """
-
-    name: str
-    mesh: Trimesh
-    node: str = ""
-    material: str | None = None
-    mesh_file: str | None = None
-    shape: MitsubaShape | None = None
+    name: str  # name of the object, different for each part
+    mesh: Trimesh  # the triangles, in the file's own unit and axes
+    node: str = ""  # name of the node, object, group, solid or shape; empty if the file has none
+    material: str | None = None  # name of the material in the file, or the id of a bsdf; None if the file has none
+    mesh_file: str | None = None  # name of the mesh file without its suffix, if a scene XML names one
+    shape: MitsubaShape | None = None  # the shape of a scene XML; None for a mesh file
 
     def names(self) -> list[str]:
         """Return all names that a material rule may use, without repetitions. Blender's numbers may be left out."""
@@ -47,21 +38,13 @@ class ImportedPart:
 
 @dataclass(frozen=True)
 class ImportedFile:
-    """The content of a mesh file or a scene XML.
+    """The content of a mesh file or a scene XML."""
 
-    Attributes:
-        path: the file.
-        parts: in the order of the file.
-        up: "y" or "z", the vertical axis of this kind of file.
-        left_out: a sentence for each thing in the file that was not read.
-        header: what the file says about the program that wrote it.
-    """
-
-    path: Path
-    parts: list[ImportedPart]
-    up: str
-    left_out: tuple[str, ...] = ()
-    header: str = ""
+    path: Path  # the file
+    parts: list[ImportedPart]  # in the order of the file
+    up: str  # "y" or "z", the vertical axis of this kind of file
+    left_out: tuple[str, ...] = ()  # a sentence for each thing in the file that was not read
+    header: str = ""  # what the file says about the program that wrote it
 
 
 def is_importable(name: str) -> bool:
@@ -70,14 +53,7 @@ def is_importable(name: str) -> bool:
 
 
 def read_file(name: str | Path) -> ImportedFile:
-    """Read the parts of a mesh file or a scene XML.
-
-    Args:
-        name: the file, or "sionna:" and the name of a scene that comes with Sionna RT.
-
-    Raises:
-        InputError: ``read_mesh_file``, ``read_mitsuba`` or ``sionna_scene`` refuses the file.
-    """
+    """Read the parts of a mesh file or a scene XML."""
     path = sionna_scene(str(name)) if str(name).startswith(SIONNA) else Path(name)
     if path.suffix.lower() == ".xml":
         shapes = read_mitsuba(path)
@@ -99,9 +75,6 @@ def read_file(name: str | Path) -> ImportedFile:
 
 def plain_name(name: str) -> str:
     r"""Make a name valid for a scene: replace unprintable characters by "_", cut a long name, name what has none.
-
-    Args:
-        name: the name in a file of another program.
 
     >>> plain_name("Wand\n2"), plain_name("")
     ('Wand_2', 'unnamed')

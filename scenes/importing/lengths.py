@@ -45,10 +45,6 @@ def plain_point(point: Iterable[float]) -> str:
 def in_each_unit(extents: Float[np.ndarray, " 3"], unit: str) -> dict[str, str]:
     """Return the size that a box would have in each unit.
 
-    Args:
-        extents: size along x, y and z, metres, if the unit is right.
-        unit: the unit.
-
     >>> in_each_unit(np.array([5, 4, 3]), "m")["mm"]
     '0.005 x 0.004 x 0.003 m'
     """

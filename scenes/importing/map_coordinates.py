@@ -24,11 +24,6 @@ def far_from_origin(
 ) -> str | None:
     """Say that objects are too far from the origin, and which shift mends it; None if they are near enough.
 
-    Args:
-        bounds: lowest and highest corner of all objects, metres, after the shift.
-        antennas: the gateway's position and the corners of the transmitter region, metres, after the shift.
-        shift: the shift that was applied, metres.
-
     >>> far = np.array([[691231.5, 5334565.3, 515.2], [691237.5, 5334570.3, 518.0]])
     >>> far_from_origin(far, far, np.zeros(3))
     'expected coordinates within 100000 m of the origin, found the objects at (691232, 5334565, 515) to (691238, \
@@ -49,12 +44,7 @@ def far_from_origin(
 
 
 def rounding_warnings(file: ImportedFile, metres: float) -> list[str]:
-    """Return a warning if coordinates far from the origin were rounded to single precision.
-
-    Args:
-        file: the file.
-        metres: its unit, metres.
-    """
+    """Return a warning if coordinates far from the origin were rounded to single precision."""
     if file.path.suffix.lower() not in SINGLE_PRECISION:
         return []
     vertices = np.vstack([part.mesh.vertices for part in file.parts])

@@ -21,17 +21,11 @@ LISTED = 8
 
 @dataclass(frozen=True)
 class Choice:
-    """The material of a part.
+    """The material of a part."""
 
-    Attributes:
-        material: the material; None if there is none.
-        by: what chose it, such as 'the rule "Wall*=concrete"'; or why there is none.
-        from_file: whether the file states the material, and the user gives no values for it.
-    """
-
-    material: RadioMaterial | None
-    by: str
-    from_file: bool = False
+    material: RadioMaterial | None  # the material; None if there is none
+    by: str  # what chose it, such as 'the rule "Wall*=concrete"'; or why there is none
+    from_file: bool = False  # whether the file states the material, and the user gives no values for it
 
 
 def matches(pattern: str, names: Iterable[str]) -> bool:
@@ -44,13 +38,7 @@ def matches(pattern: str, names: Iterable[str]) -> bool:
 
 
 def deciding_rule(part: ImportedPart, stem: str, rules: Sequence[Rule]) -> Rule | None:
-    """Return the rule that counts for a part: the first that matches one of its names, else the name of the file.
-
-    Args:
-        part: the part.
-        stem: name of the file without its suffix.
-        rules: the user's rules.
-    """
+    """Return the rule that counts for a part: the first that matches one of its names, else the name of the file."""
     for names in (part.names(), (stem,)):
         for rule in rules:
             if matches(rule[0], names):
@@ -69,20 +57,6 @@ def choose_materials(
 
     The first rule that matches a name of the part counts, else the first that matches the name of the file, else the
     material that the file names if it is a radio material, else the default.
-
-    Args:
-        file: the file.
-        rules: the user's rules.
-        default: the material of parts that have none by a rule or by the file.
-        frequency: Hz.
-        own: materials whose values the user gives, by name.
-
-    Returns:
-        The choices, in the order of the parts. A part whose material is refused at this frequency, or by its values,
-        has none.
-
-    Raises:
-        InputError: a rule or the default has an unknown material.
     """
     for material in (*(material for _, material in rules), *((default,) if default is not None else ())):
         try:
@@ -119,11 +93,7 @@ def _choice(
 
 
 def require_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[RadioMaterial]:
-    """Return the materials of all parts.
-
-    Raises:
-        InputError: a part has none. The message says how to give it one.
-    """
+    """Return the materials of all parts."""
     refused = next((choice.by for choice in choices if choice.material is None and choice.by), None)
     if refused is not None:
         raise InputError(refused if refused.startswith(str(file.path)) else f"{file.path}: {refused}")
@@ -137,12 +107,7 @@ def require_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[Rad
 
 
 def rule_warnings(file: ImportedFile, rules: Sequence[Rule]) -> list[str]:
-    """Return a warning for each rule that matches nothing, or only what earlier rules have taken.
-
-    Args:
-        file: the file.
-        rules: the user's rules.
-    """
+    """Return a warning for each rule that matches nothing, or only what earlier rules have taken."""
     deciding = [deciding_rule(part, file.path.stem, rules) for part in file.parts]
     warnings = []
     for rule in rules:
@@ -166,12 +131,7 @@ def _shown(rule: Rule) -> str:
 
 
 def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]:
-    """Say which materials were taken from the file, and which thickness was assumed for them.
-
-    Args:
-        file: the file.
-        choices: the materials of its parts.
-    """
+    """Say which materials were taken from the file, and which thickness was assumed for them."""
     taken: dict[str, list[str]] = {}
     for part, choice in zip(file.parts, choices, strict=True):
         if choice.from_file and choice.material is not None:
@@ -192,10 +152,6 @@ def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]
 
 def listed(names: Iterable[str], most: int = LISTED) -> str:
     """List the first names, without repetitions.
-
-    Args:
-        names: the names.
-        most: how many are listed.
 
     >>> listed("abca", 2)
     'a, b and 1 more'

@@ -44,13 +44,6 @@ def read_mesh_file(path: Path) -> MeshFile:
     """Read the parts of a mesh file, with the transforms of their nodes applied, in the file's own unit and axes.
 
     Vertices and triangles are kept as they are in the file; larger polygons are cut. Textures are not read.
-
-    Args:
-        path: the mesh file.
-
-    Raises:
-        InputError: the file is not a regular file, has an unsupported format, cannot be read, or has no triangles or
-            too many; or a coordinate is too large or not finite; or a triangle refers to a vertex that does not exist.
     """
     suffix = path.suffix.lower()
     if suffix not in READERS:

@@ -176,24 +176,7 @@ def import_objects(
     shift: Sequence[float] | Float[np.ndarray, " 3"] = (0.0, 0.0, 0.0),
     own_materials: Mapping[str, RadioMaterial] | None = None,
 ) -> tuple[list[SceneObject], dict[str, RadioMaterial], ImportReport]:
-    """Turn the parts of a file into objects with materials, in metres, world frame.
-
-    Args:
-        file: the file.
-        materials: rules, as in ``import_scene``.
-        default_material: the material of objects that have none from a rule or from the file.
-        unit: the file's unit: m, cm, mm, in or ft.
-        up: the file's vertical axis, "y" or "z".
-        frequency: Hz.
-        shift: what is added to all coordinates, metres, world frame.
-        own_materials: materials whose values the user gives, by name.
-
-    Returns:
-        The objects in the order of the file, their materials by name, and the report.
-
-    Raises:
-        InputError: a material is unknown, an object has none, or no triangle of an object has an area.
-    """
+    """Turn the parts of a file into objects with materials, in metres, world frame."""
     choices = choose_materials(file, materials, default_material, frequency, own_materials or {})
     names, resolved = _named_apart(require_materials(file, choices), [choice.from_file for choice in choices])
     to_world = np.diag([METRES[unit]] * 3 + [1.0])

@@ -48,23 +48,14 @@ COLORS = ("color", "reflectance", "base_color")
 
 @dataclass(frozen=True)
 class MitsubaShape:
-    """A shape of a scene file.
+    """A shape of a scene file."""
 
-    Attributes:
-        name: id of the shape without the prefix "mesh-" of Blender's exporter, as in Sionna RT.
-        mesh: the triangles with the transform applied, in the file's own unit and axes.
-        bsdf: the XML element of the material, if the shape has one.
-        source: the start of every message about the shape.
-        mesh_file: name of its mesh file without the suffix, if it has one.
-        left_out: a sentence for each thing in its mesh file that was not read.
-    """
-
-    name: str
-    mesh: Trimesh
-    bsdf: Element | None
-    source: str
-    mesh_file: str | None = None
-    left_out: tuple[str, ...] = ()
+    name: str  # id of the shape without the prefix "mesh-" of Blender's exporter, as in Sionna RT
+    mesh: Trimesh  # the triangles with the transform applied, in the file's own unit and axes
+    bsdf: Element | None  # the XML element of the material, if the shape has one
+    source: str  # the start of every message about the shape
+    mesh_file: str | None = None  # name of its mesh file without the suffix, if it has one
+    left_out: tuple[str, ...] = ()  # a sentence for each thing in its mesh file that was not read
 
     @property
     def bsdf_id(self) -> str | None:
@@ -78,17 +69,6 @@ class MitsubaShape:
 
     def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:
         """Return the shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number.
-
-        Args:
-            frequency: Hz.
-            own: materials whose values you give, by name. They take precedence over the file's of the same name.
-
-        Returns:
-            The material; None if the file has only visual properties.
-
-        Raises:
-            InputError: a material or property is unknown; a value is out of its range; or P.2040 does not give the
-                material at the frequency.
         """
         if self.bsdf is None:
             return None
@@ -128,18 +108,7 @@ class MitsubaShape:
 
 
 def sionna_scene(name: str) -> Path:
-    """Find the file of a scene that comes with Sionna RT, in the installed package.
-
-    Args:
-        name: "sionna:" and the name of the scene, such as "sionna:etoile".
-
-    Returns:
-        Path of the scene XML.
-
-    Raises:
-        InputError: Sionna RT has no scene of this name.
-        MissingExtraError: Sionna RT is not installed.
-    """
+    """Find the file of a scene that comes with Sionna RT, in the installed package."""
     require_extra("rays", f"the scene {cut(name)}")
     spec = find_spec("sionna")  # finds the folder without starting the ray tracer
     folders = [Path(folder) / "rt" / "scenes" for folder in (spec and spec.submodule_search_locations) or ()]
@@ -153,16 +122,6 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
     """Read the shapes of a Mitsuba 3 or Sionna RT scene file: ply, obj, rectangle and cube.
 
     ``to_world`` is applied, and ``$name`` is replaced by its <default>. Sensors, emitters and integrators are ignored.
-
-    Args:
-        path: the scene XML.
-
-    Returns:
-        The shapes, in the order of the file.
-
-    Raises:
-        InputError: the file does not exist or is not XML; an element, shape or transform is of another kind; a
-            ``$name`` has no default; a mesh cannot be read; or a reference leads nowhere.
     """
     root = read_xml(path, "a Mitsuba scene")
     if root.tag != "scene":

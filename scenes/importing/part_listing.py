@@ -26,27 +26,7 @@ def parts_of(
     frequency: float,
     shift: Sequence[float],
 ) -> dict[str, Any]:
-    """Return what ``import_scene`` would make of a file, for ``json.dumps``.
-
-    Args:
-        path: the file, as for ``import_scene``.
-        materials: the material rules.
-        default_material: the default material.
-        own_materials: materials whose values the user gives, by name.
-        unit: the file's unit.
-        up: the file's vertical axis, or None for the usual one.
-        frequency: Hz.
-        shift: what is added to all coordinates, metres.
-
-    Returns:
-        ``parts``, a list with names, size along x, y and z (metres, z up), area (square metres), triangles, the
-        material (None if there is none) and what chose it; ``bounds``, the lowest and highest corner of all parts and
-        their distance, metres, by each unit that the file could have; the up axis, what speaks for an axis, and
-        warnings.
-
-    Raises:
-        InputError: the file cannot be read, or a rule has an unknown material.
-    """
+    """Return what ``import_scene`` would make of a file, for ``json.dumps``."""
     file = read_file(path)
     choices = choose_materials(file, materials, default_material, frequency, own_materials)
     axis, metres = up or file.up, METRES[unit]

@@ -39,43 +39,24 @@ SAMPLES = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 
 @dataclass(frozen=True)
 class Plate:
-    """A part of a body between two parallel faces.
+    """A part of a body between two parallel faces."""
 
-    Attributes:
-        sheet: the triangles of its larger side, moved to the middle, metres.
-        thickness: distance of the two sides, metres, to a tenth of a millimetre.
-    """
-
-    sheet: Float[np.ndarray, "k 3 3"]
-    thickness: float
+    sheet: Float[np.ndarray, "k 3 3"]  # the triangles of its larger side, moved to the middle, metres
+    thickness: float  # distance of the two sides, metres, to a tenth of a millimetre
 
 
 @dataclass(frozen=True)
 class Face:
-    """Connected triangles of a body in one plane.
+    """Connected triangles of a body in one plane."""
 
-    Attributes:
-        triangles: corners of the triangles, metres.
-        normal: unit normal that points out of the body.
-        area: square metres.
-        centre: centre of the area, metres.
-    """
-
-    triangles: Float[np.ndarray, "k 3 3"]
-    normal: Float[np.ndarray, " 3"]
-    area: float
-    centre: Float[np.ndarray, " 3"]
+    triangles: Float[np.ndarray, "k 3 3"]  # corners of the triangles, metres
+    normal: Float[np.ndarray, " 3"]  # unit normal that points out of the body
+    area: float  # square metres
+    centre: Float[np.ndarray, " 3"]  # centre of the area, metres
 
 
 def plates(body: Trimesh, thickest: float) -> list[Plate]:
     """Divide a body into plates. They may be turned, have openings, meet in corners, and lack parts of their rims.
-
-    Args:
-        body: a connected mesh, wound consistently, metres.
-        thickest: largest thickness, metres.
-
-    Returns:
-        The plates; none if their faces are not most of the body's surface.
 
     >>> from scenes.scene.shapes import box
     >>> [plate.thickness for plate in plates(box((0, 0, 0), (4, 0.2, 3)), thickest=0.4)]

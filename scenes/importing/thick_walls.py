@@ -40,12 +40,6 @@ def walls_as_sheets(scene: Scene) -> tuple[Scene, dict[str, float]]:
 
     An object keeps its name. If its plates have several thicknesses, or it has other parts, the sheets of each
     thickness become an object of their own, such as "walls, 0.12 m thick".
-
-    Args:
-        scene: the scene, with walls as they are drawn.
-
-    Returns:
-        The scene with sheets, and the thickness of the slab in metres of each object made of sheets, by name.
     """
     divided = {item.name: _divided(scene, item) for item in scene.objects}
     placed = _placed(scene, divided)

@@ -36,14 +36,6 @@ def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[
     The objects that an import makes of one node are looked at together if they have the same radio material:
     "wall/outside" and "wall/inside". Faces of two materials are layers, each a slab of its own.
 
-    Args:
-        scene: the scene.
-        others: names of objects that are not looked at.
-        solid: faces at most so many thicknesses of their slab apart are near.
-
-    Returns:
-        The median distance of the faces, metres, by the name of the object or node.
-
     >>> from dataclasses import replace
     >>> from scenes.places.closet import closet
     >>> from scenes.scene.shapes import sheet, union

@@ -48,40 +48,22 @@ DECISIVE = 2
 
 @dataclass(frozen=True)
 class UpEvidence:
-    """Evidence for the up axis of a file.
+    """Evidence for the up axis of a file."""
 
-    Attributes:
-        axis: the axis that the evidence speaks for.
-        reasons: a clause for each piece of evidence for this axis, without those for the other.
-        weight: by how much it outweighs the evidence for the other axis.
-    """
-
-    axis: Axis
-    reasons: tuple[str, ...]
-    weight: int
+    axis: Axis  # the axis that the evidence speaks for
+    reasons: tuple[str, ...]  # a clause for each piece of evidence for this axis, without those for the other
+    weight: int  # by how much it outweighs the evidence for the other axis
 
 
 class UpDoubt(NamedTuple):
-    """A reason to doubt the up axis of a file.
+    """A reason to doubt the up axis of a file."""
 
-    Attributes:
-        sentence: the evidence, and which option states the axis.
-        decisive: whether the axis was assumed and the evidence outweighs that.
-    """
-
-    sentence: str
-    decisive: bool
+    sentence: str  # the evidence, and which option states the axis
+    decisive: bool  # whether the axis was assumed and the evidence outweighs that
 
 
 def up_doubt(file: ImportedFile, up: str | None, antennas: Float[np.ndarray, "n 3"], metres: float) -> UpDoubt | None:
-    """Return the reason to doubt the up axis of a file; None if the axis is plausible.
-
-    Args:
-        file: the file.
-        up: the axis that the user states, or None for the usual one of this kind of file.
-        antennas: the gateway's position and the corners of the transmitter region, metres, world frame.
-        metres: the file's unit, metres.
-    """
+    """Return the reason to doubt the up axis of a file; None if the axis is plausible."""
     evidence, axis = up_evidence(file, antennas, metres), up or file.up
     if evidence is None or evidence.axis == axis or (up and evidence.weight < DECISIVE):
         return None
@@ -96,18 +78,7 @@ def up_doubt(file: ImportedFile, up: str | None, antennas: Float[np.ndarray, "n 
 
 
 def up_evidence(file: ImportedFile, antennas: Float[np.ndarray, "n 3"] | None, metres: float) -> UpEvidence | None:
-    """Weigh the evidence for y and for z as the up axis of a file.
-
-    Args:
-        file: the file.
-        antennas: the gateway's position and the corners of the transmitter region, metres, world frame; None if they
-            are not given.
-        metres: the file's unit, metres.
-
-    Returns:
-        The evidence; None if there is none, or as much for y as for z. Antennas alone are no evidence, since their
-        coordinates may be wrong as well.
-    """
+    """Weigh the evidence for y and for z as the up axis of a file."""
     votes: dict[str, tuple[Axis, str]] = {}
     areas = np.array([facing_areas(part.mesh) for part in file.parts])
     if found := _by_names(file, areas):
@@ -128,11 +99,7 @@ def up_evidence(file: ImportedFile, antennas: Float[np.ndarray, "n 3"] | None, m
 
 
 def facing_areas(mesh: Trimesh) -> Float[np.ndarray, " 3"]:
-    """Return the area that faces each axis, Σ A n², in the file's unit squared. Their sum is the area of the mesh.
-
-    Args:
-        mesh: the mesh.
-    """
+    """Return the area that faces each axis, Σ A n², in the file's unit squared. Their sum is the area of the mesh."""
     corners = mesh.vertices[mesh.faces]
     with np.errstate(all="ignore"):
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2

@@ -24,25 +24,16 @@ Place = Literal["wall", "on the wall", "free", "ceiling"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of furniture.
+    """A kind of furniture."""
 
-    Attributes:
-        name: such as "fridge".
-        material: of ITU-R P.2040.
-        place: where it belongs.
-        make: draws a piece, metres.
-        lowest: range of the height of its lowest point above the floor, metres.
-        turned: whether a free piece stands at any angle; otherwise, like one at a wall, parallel to the walls.
-        flat_metal: whether all its faces are of metal and parallel to the walls or the floor.
-    """
-
-    name: str
-    material: str
-    place: Place
-    make: Callable[[np.random.Generator], Trimesh]
-    lowest: tuple[float, float] = (0.002, 0.002)
+    name: str  # such as "fridge"
+    material: str  # of ITU-R P.2040
+    place: Place  # where it belongs
+    make: Callable[[np.random.Generator], Trimesh]  # draws a piece, metres
+    lowest: tuple[float, float] = (0.002, 0.002)  # range of the height of its lowest point above the floor, metres
+    # whether a free piece stands at any angle; otherwise, like one at a wall, parallel to the walls
     turned: bool = False
-    flat_metal: bool = False
+    flat_metal: bool = False  # whether all its faces are of metal and parallel to the walls or the floor
 
 
 def _closed_box(

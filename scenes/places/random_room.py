@@ -31,15 +31,10 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class _Sizes:
-    """How large rooms are.
+    """How large rooms are."""
 
-    Attributes:
-        extents: ranges of length, width and height, metres.
-        region: extents of the transmitter region, metres.
-    """
-
-    extents: tuple[tuple[float, float], ...]
-    region: Vector
+    extents: tuple[tuple[float, float], ...]  # ranges of length, width and height, metres
+    region: Vector  # extents of the transmitter region, metres
 
 
 SMALL = _Sizes(((2.8, 4.0), (2.4, 3.2), (2.3, 2.7)), (1.0, 1.0, 0.8))
@@ -72,15 +67,11 @@ TURNS: dict[Side, float] = {"north": 0, "west": 90, "south": 180, "east": 270}
 
 @dataclass(frozen=True)
 class _Outline:
-    """The outline of a room.
+    """The outline of a room."""
 
-    Attributes:
-        size: extents, metres.
-        inner: x and y of the inner corner, metres; the room lacks what is beyond both. In a rectangle, there is nothing
-            beyond.
-    """
-
-    size: Float[np.ndarray, " 3"]
+    size: Float[np.ndarray, " 3"]  # extents, metres
+    # x and y of the inner corner, metres; the room lacks what is beyond both. In a rectangle, there is nothing
+    # beyond.
     inner: Float[np.ndarray, " 2"]
 
     @property
@@ -105,17 +96,11 @@ def _on_raster(lengths: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
 
 @dataclass
 class _Room:
-    """A room that is being furnished.
+    """A room that is being furnished."""
 
-    Attributes:
-        size: extents, metres.
-        keep_free: boxes [2, 3] that no further piece may touch.
-        generator: draws everything.
-    """
-
-    size: Float[np.ndarray, " 3"]
-    keep_free: list[Float[np.ndarray, "2 3"]]
-    generator: np.random.Generator
+    size: Float[np.ndarray, " 3"]  # extents, metres
+    keep_free: list[Float[np.ndarray, "2 3"]]  # boxes [2, 3] that no further piece may touch
+    generator: np.random.Generator  # draws everything
 
     def place(self, kind: Kind) -> SceneObject | None:
         """A piece at a free place. None: there was none in ``TRIES`` tries."""
@@ -158,21 +143,6 @@ def random_room(
     large: bool = False,
 ) -> Scene:
     """Make a random furnished room.
-
-    Args:
-        seed: decides everything; rooms of the same version and seed are equal.
-        pieces: least and largest number of pieces of furniture to draw, 0 to 12. A piece that finds no place is left
-            out.
-        furniture: a seed of the furniture alone. Rooms that differ in it have the same walls, materials, doors and
-            windows and the same antennas. None: ``seed`` decides the furniture, too.
-        shape: "rectangle", or "l": the room lacks a corner.
-        large: whether the room has four to eight metres and a larger transmitter region.
-
-    Returns:
-        A checked scene "room N" at 915 MHz.
-
-    Raises:
-        ParameterError: a seed, a number of pieces, or the shape is not valid.
 
     Example:
         >>> room = random_room(1)

@@ -35,27 +35,16 @@ GAP = 0.002
 
 @dataclass(frozen=True)
 class Opening:
-    """A window or door: an opening in a wall, and the sheet that closes it.
+    """A window or door: an opening in a wall, and the sheet that closes it."""
 
-    Attributes:
-        name: name of the sheet.
-        side: the wall.
-        start: start along the wall, metres from its end at low x (south, north) or low y (west, east).
-        end: end along the wall, metres.
-        bottom: height of the lower edge, metres.
-        top: height of the upper edge, metres.
-        material: material of the sheet.
-        thickness: thickness of the sheet, metres; that of the material if None.
-    """
-
-    name: str
-    side: Side
-    start: float
-    end: float
-    bottom: float
-    top: float
-    material: str = "glass"
-    thickness: float | None = None
+    name: str  # name of the sheet
+    side: Side  # the wall
+    start: float  # start along the wall, metres from its end at low x (south, north) or low y (west, east)
+    end: float  # end along the wall, metres
+    bottom: float  # height of the lower edge, metres
+    top: float  # height of the upper edge, metres
+    material: str = "glass"  # material of the sheet
+    thickness: float | None = None  # thickness of the sheet, metres; that of the material if None
 
 
 @dataclass(frozen=True)
@@ -78,21 +67,7 @@ def build_room(
     east: Finish,
     inner_corner: tuple[float, float] | None = None,
 ) -> list[SceneObject]:
-    """Build floor, ceiling and four walls, with the windows and doors in their openings.
-
-    Args:
-        size: length, width and height, metres.
-        openings: windows and doors.
-        floor: material of the floor.
-        ceiling: material of the ceiling.
-        south: material of the wall at y = 0.
-        north: material of the wall at the largest y.
-        west: material of the wall at x = 0.
-        east: material of the wall at the largest x.
-        inner_corner: x and y of the corner that points into an L-shaped room, metres: the room lacks what is beyond
-            both. The walls north and east then have two parts each, and openings only in the part along the outline's
-            longest sides. None: the room is rectangular.
-    """
+    """Build floor, ceiling and four walls, with the windows and doors in their openings."""
     length, width, height = size
     inner_x, inner_y = inner_corner or (length, width)
     x, y, up = np.array([length, 0.0, 0.0]), np.array([0.0, width, 0.0]), np.array([0.0, 0.0, height])

@@ -12,15 +12,6 @@ PATTERN = re.compile(r"(\d{1,4})[x×X](\d{1,4})(?:@(\d{1,9}(?:\.\d{1,9})?|\.\d{1
 def read_array(text: str) -> tuple[int, int, float | None]:
     """Read the number of elements of a planar array, and their spacing.
 
-    Args:
-        text: ROWSxCOLUMNS, or ROWSxCOLUMNS@SPACING with the spacing in wavelengths.
-
-    Returns:
-        Rows, columns, and the spacing in wavelengths; None: the text has none.
-
-    Raises:
-        ParameterError: the text is something else.
-
     >>> read_array("8x8"), read_array("1x16@0.25")
     ((8, 8, None), (1, 16, 0.25))
     """

@@ -24,13 +24,6 @@ Positions = tuple[tuple[float, float, float], ...]
 def as_positions(parameter: str, given: ArrayLike) -> Positions:
     """Turn positions of elements from a user into tuples.
 
-    Args:
-        parameter: name of the parameter, for the message.
-        given: rows of x, y, z, metres, gateway frame.
-
-    Raises:
-        ParameterError: they are not rows of three numbers.
-
     >>> as_positions("elements", [[0, 0, 0], [0.1, 0, 0]])
     ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
     """

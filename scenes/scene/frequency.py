@@ -23,16 +23,6 @@ USUAL = 1e7, 3e11
 def read_frequency(value: float | str) -> float:
     """Read a carrier frequency.
 
-    Args:
-        value: hertz, as a number or a text, or a text with a unit such as "915 MHz" or "3.5GHz".
-
-    Returns:
-        The frequency, Hz.
-
-    Raises:
-        ParameterError: the value is not a frequency, or not from 1 MHz to 1 THz. If it would be one in kHz, MHz or GHz,
-            the message says what to write.
-
     >>> read_frequency("3.5 GHz"), read_frequency(915e6)
     (3500000000.0, 915000000.0)
     >>> read_frequency(2.4)
@@ -51,15 +41,6 @@ def read_frequency(value: float | str) -> float:
 
 def read_bandwidth(value: float | str) -> float:
     """Read a bandwidth.
-
-    Args:
-        value: hertz, as a number or a text, or a text with a unit such as "20 MHz".
-
-    Returns:
-        The bandwidth, Hz.
-
-    Raises:
-        ParameterError: the value is not a bandwidth, or not from 1 Hz to 1 THz.
 
     >>> read_bandwidth("20 MHz")
     20000000.0

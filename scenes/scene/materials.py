@@ -100,25 +100,15 @@ class RadioMaterial:
 
 @dataclass(frozen=True)
 class P2040Row:
-    """A row of ITU-R P.2040-3 [itu2023], Table 3, with a default thickness and a colour.
+    """A row of ITU-R P.2040-3 [itu2023], Table 3, with a default thickness and a colour."""
 
-    Attributes:
-        a: factor of ε_r = a f^b, with f in GHz.
-        b: exponent of ε_r.
-        c: factor of σ = c f^d in S/m, with f in GHz.
-        d: exponent of σ.
-        range_ghz: lowest and highest frequency of the row, GHz.
-        thickness: default thickness of the slab, metres.
-        color: red, green and blue in drawings, each 0 to 1.
-    """
-
-    a: float
-    b: float
-    c: float
-    d: float
-    range_ghz: tuple[float, float]
-    thickness: float
-    color: RGB
+    a: float  # factor of ε_r = a f^b, with f in GHz
+    b: float  # exponent of ε_r
+    c: float  # factor of σ = c f^d in S/m, with f in GHz
+    d: float  # exponent of σ
+    range_ghz: tuple[float, float]  # lowest and highest frequency of the row, GHz
+    thickness: float  # default thickness of the slab, metres
+    color: RGB  # red, green and blue in drawings, each 0 to 1
 
     def values(self, frequency: float) -> tuple[float, float]:
         """ε_r and σ (S/m) at a frequency in Hz."""
@@ -144,17 +134,7 @@ def _power(base: float, exponent: float) -> float:
 
 
 class OutsideP2040(InputError):
-    """ITU-R P.2040 does not give a material at a frequency.
-
-    Args:
-        name: the material.
-        frequency: Hz.
-        advice: the end of the sentence: how to give the material's values instead.
-
-    Attributes:
-        name: the material.
-        frequency: Hz.
-    """
+    """ITU-R P.2040 does not give a material at a frequency."""
 
     def __init__(self, name: str, frequency: float, advice: str):
         low, high = P2040[name].range_ghz
@@ -282,10 +262,6 @@ def p2040_source(material: RadioMaterial, frequency: float) -> str | None:
     """Return the row of ITU-R P.2040 whose power law gives exactly a material's permittivity and conductivity.
 
     A material whose values were changed, by hand or by calibration, has none.
-
-    Args:
-        material: the material. Its name does not count, unless several rows have the same values.
-        frequency: Hz.
 
     >>> from dataclasses import replace
     >>> wall = p2040_material("brick", 2.4e9, thickness=0.24)

@@ -24,14 +24,7 @@ UNIT_TOLERANCE = 1e-3
 
 
 def unit_quaternion(orientation: Sequence[float]) -> Quaternion:
-    """Scale a quaternion to length 1 if its length is nearly 1. Others are left for ``validate`` to refuse.
-
-    Args:
-        orientation: x, y, z, w.
-
-    Raises:
-        ParameterError: it is no row of four numbers.
-    """
+    """Scale a quaternion to length 1 if its length is nearly 1. Others are left for ``validate`` to refuse."""
     orientation = check_array("orientation", orientation, (4,), "a quaternion x, y, z, w", finite=False).tolist()
     norm = math.sqrt(sum(component * component for component in orientation))
     # A length that is 1 within rounding is left alone, so that a scene read from a file equals the one written.
@@ -82,12 +75,6 @@ def facing(boresight: Vector3) -> Quaternion:
 
 def boresight_of(orientation: Sequence[float] | Float[np.ndarray, " 4"]) -> Float[np.ndarray, " 3"]:
     """Return the boresight of a gateway from its orientation.
-
-    Args:
-        orientation: unit quaternion (x, y, z, w) that rotates the gateway frame into the world frame.
-
-    Returns:
-        Unit vector of the gateway's +z axis in the world frame.
 
     Example:
         >>> boresight_of(facing((0.0, -2.0, 0.0))).round(6).tolist()

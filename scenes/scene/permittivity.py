@@ -19,41 +19,22 @@ LEAST_LOSS_OF_CONDUCTOR = 1000.0
 
 
 def relative_permittivity(material: RadioMaterial, frequency: float) -> complex:
-    """Return the complex relative permittivity ε_r − jσ/ωε₀.
-
-    Args:
-        material: the material.
-        frequency: Hz.
-    """
+    """Return the complex relative permittivity ε_r − jσ/ωε₀."""
     return material.relative_permittivity - 1j * _loss(material, frequency)
 
 
 def refractive_index(material: RadioMaterial, frequency: float) -> complex:
-    """Return the complex refractive index √(ε_r − jσ/ωε₀).
-
-    Args:
-        material: the material.
-        frequency: Hz.
-    """
+    """Return the complex refractive index √(ε_r − jσ/ωε₀)."""
     return complex(np.sqrt(relative_permittivity(material, frequency)))
 
 
 def is_conductor(material: RadioMaterial, frequency: float) -> bool:
-    """Whether a material counts as a perfect conductor.
-
-    Args:
-        material: the material.
-        frequency: Hz.
-    """
+    """Whether a material counts as a perfect conductor."""
     return _loss(material, frequency) > LEAST_LOSS_OF_CONDUCTOR
 
 
 def conducting_objects(scene: Scene) -> Bool[np.ndarray, " objects"]:
-    """Whether each object of a scene is a conductor.
-
-    Args:
-        scene: the scene.
-    """
+    """Whether each object of a scene is a conductor."""
     return np.array([is_conductor(scene.materials[item.material], scene.frequency) for item in scene.objects])
 
 

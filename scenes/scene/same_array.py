@@ -10,10 +10,6 @@ from scenes.scene.description import Scene
 def with_same_array(scene: Scene, frequency: float) -> Scene:
     """The scene at another frequency. Its array keeps its size in metres, so its spacing in wavelengths changes.
 
-    Args:
-        scene: the scene.
-        frequency: Hz.
-
     Example:
         >>> from scenes.places.closet import closet
         >>> with_same_array(closet(), 1830e6).gateway.spacing

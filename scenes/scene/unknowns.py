@@ -68,10 +68,6 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
     Objects inside the room may be displaced horizontally. Walls, floor and ceiling, with their doors and windows,
     columns and inner walls do not move.
 
-    Args:
-        scene: the scene.
-        tolerances: standard deviations of the errors in its description.
-
     >>> from scenes.places.closet import closet
     >>> [each.label for each in unknowns(closet(), Tolerances(rotation=0, materials=0))][:5]
     ['gateway x', 'gateway y', 'gateway z', 'cabinet x', 'cabinet y']
@@ -114,12 +110,6 @@ def movable(scene: Scene) -> list[int]:
 
 def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:
     """Return a scene in which some of the unknowns have changed.
-
-    Args:
-        scene: the scene.
-        which: the unknowns that change.
-        values: the changes, in metres, radians or logarithms of ratios. Rotations are the components of one rotation
-            vector about the gateway's position, world frame.
 
     >>> from scenes.places.closet import closet
     >>> scene = vary(closet(), [Unknown("object", "table", 1, 0.03)], np.array([0.02]))

@@ -14,9 +14,6 @@ if TYPE_CHECKING:  # a slow import that the help of the command line does not ne
 
 def scene_digest(scene: Scene) -> str:
     """Return the SHA-256 of all that the element responses depend on: meshes, materials, frequency, antennas, region.
-
-    Args:
-        scene: the scene.
     """
     digest = hashlib.sha256()
     for item in scene.objects:

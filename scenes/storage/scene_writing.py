@@ -30,11 +30,7 @@ LONGEST_STEM = 60
 
 
 class FilesInTheWay(InputError):
-    """Writing a scene would replace files that must not be replaced.
-
-    Attributes:
-        digests: SHA-256 of each of these files, by its path.
-    """
+    """Writing a scene would replace files that must not be replaced."""
 
     def __init__(self, digests: Mapping[Path, str]):
         self.digests = digests
@@ -96,9 +92,6 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
 
 def file_stem(name: str) -> str:
     """Make a name from a file safe as the name of another file: without slashes and other special characters.
-
-    Args:
-        name: any text.
 
     >>> file_stem("../../etc/passwd"), file_stem("Büro 3"), file_stem("..")
     ('_.._etc_passwd', 'Büro_3', 'object')
@@ -195,11 +188,7 @@ def digest(content: bytes) -> str:
 
 
 def digest_of_file(path: Path) -> str | None:
-    """Return the SHA-256 of a file's content, which need not fit into memory; None if there is no such file.
-
-    Raises:
-        InputError: the path is not a regular file, or a broken link.
-    """
+    """Return the SHA-256 of a file's content, which need not fit into memory; None if there is no such file."""
     if not os.path.lexists(path):
         return None
     require_regular(path, "a file or nothing", 2**63)

@@ -229,16 +229,6 @@ def read_scene(path: str | Path) -> Scene:
     Mesh paths are relative to the file. Meshes are in metres, in the world frame, with z up. The exception is glTF,
     which has y up according to its specification. An object's material is a key of ``materials`` or a name of ITU-R
     P.2040.
-
-    Args:
-        path: the YAML file.
-
-    Returns:
-        The scene.
-
-    Raises:
-        InputError: the file does not exist or is not YAML; a key is unknown, missing or of the wrong type; a material
-            is unknown; a mesh cannot be read; or ``validate`` refuses the scene.
     """
     path = Path(path)
     source = str(path)

@@ -79,14 +79,7 @@ class CsiCheck(Inspection[CsiDataset]):
 
 
 def check_csi(folder: Path) -> CsiCheck:
-    """Check a folder of channels. An invalid folder raises no error; the result lists its faults.
-
-    Args:
-        folder: the folder.
-
-    Returns:
-        All problems and warnings, and a description of the dataset.
-    """
+    """Check a folder of channels. An invalid folder raises no error; the result lists its faults."""
     inspection = inspect_csi(folder)
     odd = [] if inspection.dataset is None else _oddities(inspection.dataset)
     return CsiCheck(inspection.problems, [*inspection.warnings, *odd], inspection.dataset)

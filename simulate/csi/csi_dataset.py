@@ -161,14 +161,7 @@ def read_csi(folder: Path | str) -> CsiDataset:
 
 
 def inspect_csi(folder: Path) -> Inspection[CsiDataset]:
-    """Read a folder and collect every problem, instead of stopping at the first.
-
-    Args:
-        folder: the folder.
-
-    Returns:
-        The problems, the warnings, and the dataset where there are no problems.
-    """
+    """Read a folder and collect every problem, instead of stopping at the first."""
     if not folder.is_dir():
         return Inspection([f"{folder}: expected a folder of channels, found {what_is_at(folder)}"], [], None)
     if not is_csi(folder):

@@ -40,15 +40,10 @@ sine of 1 / spacing − 1 from the boresight, which is a third. The strongest of
 
 @dataclass(frozen=True)
 class Turn:
-    """Azimuths that the columns may have instead of the stated ones: ±φ + by.
+    """Azimuths that the columns may have instead of the stated ones: ±φ + by."""
 
-    Attributes:
-        mirrored: whether the azimuths fall from column to column.
-        by: azimuth of the first column, degrees.
-    """
-
-    mirrored: bool = False
-    by: float = 0
+    mirrored: bool = False  # whether the azimuths fall from column to column
+    by: float = 0  # azimuth of the first column, degrees
 
     def __str__(self) -> str:
         """The turn in words.
@@ -105,22 +100,17 @@ def _turns_of_places(places: Float[np.ndarray, "elements 3"]) -> list[Turn]:
 
 @dataclass(frozen=True)
 class Bearing:
-    """How far the maxima of a dataset's spectra are from the directions of the transmitters.
+    """How far the maxima of a dataset's spectra are from the directions of the transmitters."""
 
-    Attributes:
-        error: median angle between them, degrees; not a number if no picture has a maximum.
-        turn: the turn after which the maxima point at the transmitters; None if there is none or they do so already.
-        error_after: median angle after the best turn, degrees.
-        error_if_moved: median angle if the array is at the positions and the transmitter at the gateway's, degrees;
-            None if that is not believed, or if the folder states what moves.
-        grating: distance between neighbouring elements, wavelengths, if they are so far apart that grating lobes tell
-            nothing of turns and moves; otherwise None.
-    """
-
-    error: float
+    error: float  # median angle between them, degrees; not a number if no picture has a maximum
+    # the turn after which the maxima point at the transmitters; None if there is none or they do so already
     turn: Turn | None
-    error_after: float
+    error_after: float  # median angle after the best turn, degrees
+    # median angle if the array is at the positions and the transmitter at the gateway's, degrees; None if that is not
+    # believed, or if the folder states what moves
     error_if_moved: float | None = None
+    # distance between neighbouring elements, wavelengths, if they are so far apart that grating lobes tell nothing of
+    # turns and moves; otherwise None
     grating: float | None = None
 
     def doubt(self, grid: AngularGrid) -> str | None:

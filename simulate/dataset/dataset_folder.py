@@ -71,15 +71,7 @@ _SAID: set[tuple[Path, str]] = set()
 
 
 def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
-    """Read a folder and collect every problem, instead of stopping at the first.
-
-    Args:
-        folder: the dataset folder.
-        wanted: frequency, Hz, whose pictures are wanted. None: the folder should have only one.
-
-    Returns:
-        The problems, the warnings, and the dataset where there are no problems.
-    """
+    """Read a folder and collect every problem, instead of stopping at the first."""
     problems: list[str] = []
     warnings: list[str] = []
     if not folder.is_dir():

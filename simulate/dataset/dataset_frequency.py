@@ -64,15 +64,10 @@ class Frequency:
 
 
 class Chosen(NamedTuple):
-    """The pictures of one frequency.
+    """The pictures of one frequency."""
 
-    Attributes:
-        frequency: the frequency.
-        pictures: indices of its pictures.
-    """
-
-    frequency: Frequency
-    pictures: Int[np.ndarray, " n"]
+    frequency: Frequency  # the frequency
+    pictures: Int[np.ndarray, " n"]  # indices of its pictures
 
 
 def frequency_of(
@@ -82,17 +77,7 @@ def frequency_of(
     problems: list[str],
     wanted: float | None = None,
 ) -> Chosen:
-    """The frequency of a dataset folder, and its pictures.
-
-    Args:
-        folder: the folder.
-        metadata: content of its metadata.json, from ``read_metadata_file``.
-        rows: row of each picture in freq.txt, from 0.
-        problems: a sentence is appended if freq.txt is faulty, contradicts metadata.json, is missing although that
-            lists several frequencies, or lists several of which none is wanted; or if the folder has no pictures of
-            the wanted frequency.
-        wanted: the frequency, Hz, whose pictures are wanted. None: the folder should have only one.
-    """
+    """The frequency of a dataset folder, and its pictures."""
     simulated = metadata.get("frequencies_hz", [])
     hertz = simulated[0] if len(simulated) == 1 else metadata.get("frequency_hz")
     stated = None if hertz is None else Frequency(read_frequency(hertz), "metadata")
@@ -151,18 +136,7 @@ def named(hertz: Float[np.ndarray, " K"]) -> str:
 
 
 def read_frequencies(path: Path, rows: Int[np.ndarray, " K"]) -> Float[np.ndarray, " K"]:
-    """Read freq.txt: a frequency for each picture, or one for all, with its unit or as WideGS and XFreq-GS write it.
-
-    Args:
-        path: the file.
-        rows: row of each picture, from 0.
-
-    Returns:
-        Frequencies, Hz, one for each picture.
-
-    Raises:
-        InputError: the file cannot be read, lacks rows, or a row is not a frequency.
-    """
+    """Read freq.txt: a frequency for each picture, or one for all, with its unit or as WideGS and XFreq-GS write it."""
     listed = _lines(path)
     if len(listed) != 1 and len(listed) <= rows.max():
         raise InputError(
@@ -173,11 +147,7 @@ def read_frequencies(path: Path, rows: Int[np.ndarray, " K"]) -> Float[np.ndarra
 
 
 def several_frequencies(folder: Path) -> list[float]:
-    """The frequencies of a folder with pictures of several ones, rising, Hz; empty if it has only one.
-
-    Args:
-        folder: the folder. Faults of its freq.txt are not reported here.
-    """
+    """The frequencies of a folder with pictures of several ones, rising, Hz; empty if it has only one."""
     if not os.path.lexists(folder / FREQUENCIES):
         return []
     try:

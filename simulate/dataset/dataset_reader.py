@@ -69,17 +69,7 @@ def read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
 def read_receivers(
     path: Path, moving: Moving, count: int | None, problems: list[str]
 ) -> Float[np.ndarray, "K 3"] | None:
-    """Read rx_pos.csv: where the middle of the array is for each row of tx_pos.csv, if both ends move.
-
-    Args:
-        path: the file.
-        moving: what metadata.json says. A folder with one moving end has no such file.
-        count: number of rows of tx_pos.csv; None: unknown.
-        problems: faults are added to them.
-
-    Returns:
-        Metres, world frame. None: one end stands still, or there are problems.
-    """
+    """Read rx_pos.csv: where the middle of the array is for each row of tx_pos.csv, if both ends move."""
     there = os.path.lexists(path)
     if moving != "both":
         if there:
@@ -102,13 +92,7 @@ def read_receivers(
 def changed_places(
     metadata: dict[str, Any], positions: Float[np.ndarray, "K 3"], receivers: Float[np.ndarray, "K 3"] | None
 ) -> list[str]:
-    """A sentence if the rows of tx_pos.csv or rx_pos.csv are not those that a folder was simulated with.
-
-    Args:
-        metadata: content of metadata.json. Without digests of the positions there is no sentence.
-        positions: rows of tx_pos.csv. At several frequencies the same ones follow for each.
-        receivers: rows of rx_pos.csv; None: there is no such file.
-    """
+    """A sentence if the rows of tx_pos.csv or rx_pos.csv are not those that a folder was simulated with."""
     made = {"tx_pos.csv": metadata.get("positions_sha256"), "rx_pos.csv": metadata.get("receivers_sha256")}
     frequencies = max(1, len(metadata.get("frequencies_hz", ())))
     found = {

@@ -68,14 +68,7 @@ def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orie
 def write_responses(
     path: Path, responses: Complex[np.ndarray, "K elements *band"], band: Band | None = None, retrieved: bool = False
 ) -> None:
-    """Write channels.npz: complex64 element responses, not normalised, at the carrier and over a band.
-
-    Args:
-        path: the file.
-        responses: [K, elements], or over a band [K, elements, subcarriers].
-        band: the subcarriers.
-        retrieved: whether each position has an unknown phase of its own.
-    """
+    """Write channels.npz: complex64 element responses, not normalised, at the carrier and over a band."""
     responses = responses.astype(np.complex64)
     arrays = {"channels": responses} if band is None else {"channels": responses[..., band.carrier], "band": responses}
     write_arrays(path, {**arrays, **({"retrieved": np.array(True)} if retrieved else {})})

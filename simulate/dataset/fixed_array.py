@@ -7,15 +7,7 @@ from simulate.dataset.dataset import Dataset
 
 
 def require_fixed_array(dataset: Dataset, what: str) -> None:
-    """Refuse a dataset whose receiver moves, for what traces the scene with a fixed array.
-
-    Args:
-        dataset: the dataset.
-        what: what needs a fixed array, for the message.
-
-    Raises:
-        InputError: the receiver moves, or both ends do.
-    """
+    """Refuse a dataset whose receiver moves, for what traces the scene with a fixed array."""
     require_fixed_end(dataset)
     if dataset.moving == "receiver":
         raise InputError(
@@ -24,14 +16,7 @@ def require_fixed_array(dataset: Dataset, what: str) -> None:
 
 
 def require_fixed_end(dataset: Dataset) -> None:
-    """Refuse a dataset of which both ends move, for what takes spectra as a function of one position.
-
-    Args:
-        dataset: the dataset.
-
-    Raises:
-        InputError: both ends move.
-    """
+    """Refuse a dataset of which both ends move, for what takes spectra as a function of one position."""
     if dataset.moving == "both":
         raise InputError(
             f"{dataset.folder}: expected spectra of a link with one end that stands still, found some whose "

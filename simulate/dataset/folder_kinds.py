@@ -27,29 +27,17 @@ SPECTRA = "spectra"
 
 
 def is_rooms(folder: Path) -> bool:
-    """Whether a folder holds the datasets of several rooms.
-
-    Args:
-        folder: the folder, which need not exist.
-    """
+    """Whether a folder holds the datasets of several rooms."""
     return os.path.lexists(folder / ROOMS)
 
 
 def is_rssi(folder: Path) -> bool:
-    """Whether a folder holds received powers, as NeRF²'s BLE folder does, and no spectra.
-
-    Args:
-        folder: the folder, which need not exist.
-    """
+    """Whether a folder holds received powers, as NeRF²'s BLE folder does, and no spectra."""
     return os.path.lexists(folder / POWERS) and not os.path.lexists(folder / "spectrum")
 
 
 def is_csi(folder: Path) -> bool:
-    """Whether a folder holds channels, as NeRF²'s MIMO folder does, and neither spectra nor received powers.
-
-    Args:
-        folder: the folder, which need not exist.
-    """
+    """Whether a folder holds channels, as NeRF²'s MIMO folder does, and neither spectra nor received powers."""
     others = (POWERS, "spectrum")
     return os.path.lexists(folder / CHANNELS) and not any(os.path.lexists(folder / name) for name in others)
 
@@ -73,9 +61,6 @@ def unfinished(folder: Path) -> str | None:
 
 def content_of(folder: Path) -> str | None:
     """What a dataset folder holds, and what takes data that are no spectra; None if it is of no kind.
-
-    Args:
-        folder: the folder, which need not exist.
 
     >>> from tempfile import mkdtemp
     >>> hall = Path(mkdtemp())

@@ -19,16 +19,7 @@ LARGEST_INDEX = 20 * MEGABYTE
 
 
 def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[int]:
-    """Read an index file.
-
-    Args:
-        path: the file, with one picture name per line.
-        names: names of the dataset's pictures.
-        problems: a sentence for each kind of fault is appended.
-
-    Returns:
-        Indices into ``names``.
-    """
+    """Read an index file."""
     if not names:
         return []  # the pictures are the problem, not every row of this file
     try:
@@ -51,18 +42,7 @@ def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[in
 def read_split(
     folder: Path, names: list[str], metadata: dict[str, Any], problems: list[str], warnings: list[str]
 ) -> tuple[list[int], list[int]]:
-    """Read the folder's own split.
-
-    Args:
-        folder: the dataset folder.
-        names: names of its pictures.
-        metadata: content of its metadata.json.
-        problems: a sentence for each kind of fault is appended.
-        warnings: a sentence for each oddity is appended.
-
-    Returns:
-        Indices of the training and of the test spectra; both empty if the folder has no index files.
-    """
+    """Read the folder's own split."""
     files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
     simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
     if not simulated and not any(path.exists() for path in files.values()):
@@ -87,18 +67,7 @@ def read_split(
 
 
 def read_index(path: Path, names: Sequence[str]) -> Int[np.ndarray, " n"]:
-    """Read an index file.
-
-    Args:
-        path: the index file, with one picture name per line.
-        names: names of the dataset's pictures.
-
-    Returns:
-        Indices of the pictures.
-
-    Raises:
-        InputError: the file is missing or empty, or names a picture twice, or one that does not exist.
-    """
+    """Read an index file."""
     problems: list[str] = []
     index = read_names(path, names, problems)
     if not index and not problems:

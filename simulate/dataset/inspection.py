@@ -13,17 +13,11 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class Inspection(Generic[Kind]):
-    """Result of the inspection of a folder.
+    """Result of the inspection of a folder."""
 
-    Attributes:
-        problems: a sentence for each error that makes the folder unusable.
-        warnings: a sentence for each oddity that does not.
-        dataset: the dataset; None if there are problems.
-    """
-
-    problems: list[str]
-    warnings: list[str]
-    dataset: Kind | None
+    problems: list[str]  # a sentence for each error that makes the folder unusable
+    warnings: list[str]  # a sentence for each oddity that does not
+    dataset: Kind | None  # the dataset; None if there are problems
 
     @property
     def valid(self) -> bool:
@@ -31,11 +25,7 @@ class Inspection(Generic[Kind]):
         return not self.problems
 
     def usable(self) -> Kind:
-        """The dataset.
-
-        Raises:
-            InputError: there are problems. The message states the first one and the number of further ones.
-        """
+        """The dataset."""
         if self.dataset is None:
             more = f" ({len(self.problems) - 1} more problems)" if len(self.problems) > 1 else ""
             raise InputError(self.problems[0] + more)

@@ -72,19 +72,7 @@ class Simulated(Metadata, kw_only=True):
 
 
 def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> dict[str, Any]:
-    """Read metadata.json and check every field.
-
-    Args:
-        path: the file.
-        expected: what the file should be, for the message.
-        simulated: require the keys that ``bisplat simulate`` writes. Otherwise only the keys present are checked.
-
-    Returns:
-        The content of the file.
-
-    Raises:
-        InputError: the file cannot be read, is not JSON, or has a field of the wrong type or outside its range.
-    """
+    """Read metadata.json and check every field."""
     content = read_json(path, expected)
     engine = content.get("engine", "") if isinstance(content, dict) else ""
     known = isinstance(engine, str) and engine in ENGINES
@@ -106,11 +94,7 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
 
 
 def band_of(metadata: dict[str, Any]) -> Band | None:
-    """The subcarriers of a dataset's responses; None if it has only those of the carrier.
-
-    Args:
-        metadata: content of its metadata.json, from ``read_metadata_file``.
-    """
+    """The subcarriers of a dataset's responses; None if it has only those of the carrier."""
     return Band(**metadata["band"]) if metadata.get("band") else None
 
 

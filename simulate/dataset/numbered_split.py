@@ -16,18 +16,7 @@ from simulate.dataset.index_files import LARGEST_INDEX
 def numbered_split(
     folder: Path, count: int, problems: list[str], warnings: list[str]
 ) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
-    """Read the folder's own split.
-
-    Args:
-        folder: the folder.
-        count: number of positions.
-        problems: a sentence for each fault is appended.
-        warnings: a sentence for each oddity is appended.
-
-    Returns:
-        Indices of the training and of the test positions; both are empty if the folder has no index files, which NeRF²
-        then writes itself.
-    """
+    """Read the folder's own split."""
     files = [folder / f"{part}_index.txt" for part in ("train", "test")]
     parts = [np.zeros(0, dtype=int), np.zeros(0, dtype=int)]
     if not any(path.exists() for path in files):
@@ -50,18 +39,7 @@ def numbered_split(
 
 
 def read_numbers(path: Path, count: int) -> Int[np.ndarray, " n"]:
-    """Read an index file: whole numbers from 0, one in each line.
-
-    Args:
-        path: train_index.txt or test_index.txt.
-        count: number of positions.
-
-    Returns:
-        Indices of positions, each once, in the order of the file.
-
-    Raises:
-        InputError: the file cannot be read, is empty, or a line is not the number of a position.
-    """
+    """Read an index file: whole numbers from 0, one in each line."""
     lines = read_text(path, "the number of a position in each line", LARGEST_INDEX).split("\n")
     while lines and not lines[-1].strip():
         lines.pop()

@@ -21,15 +21,10 @@ ALIKE = 0.5
 
 @dataclass
 class Oddities:
-    """What is odd about a folder whose files can all be read.
+    """What is odd about a folder whose files can all be read."""
 
-    Attributes:
-        problems: a sentence for each error that makes the folder unusable.
-        warnings: a sentence for each oddity that does not.
-    """
-
-    problems: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)  # a sentence for each error that makes the folder unusable
+    warnings: list[str] = field(default_factory=list)  # a sentence for each oddity that does not
 
 
 def oddities(
@@ -38,14 +33,7 @@ def oddities(
     identification: Identification,
     folder: Path,
 ) -> Oddities:
-    """Look for positions that several different pictures share, and for upside-down pictures.
-
-    Args:
-        positions: of the end that moves, metres, [K, 3]; of both ends, if both move, [K, 6].
-        pictures: their pictures.
-        identification: array and grid of the pictures.
-        folder: the dataset folder, for the sentences.
-    """
+    """Look for positions that several different pictures share, and for upside-down pictures."""
     found = Oddities()
     _look_for_shared_positions(positions, pictures, folder / "tx_pos.csv", found)
     _look_for_upside_down_pictures(pictures, identification, folder / "spectrum", found)
@@ -72,10 +60,6 @@ def _look_for_shared_positions(
 
 def _differ_at_a_place(place_of: Int[np.ndarray, " K"], pictures: UInt8[np.ndarray, "K 90 360"]) -> bool:
     """Whether pictures of one position differ nearly as much as those of different ones; repeated measurements do not.
-
-    Args:
-        place_of: number of each picture's position, from 0.
-        pictures: the pictures.
     """
     order = np.argsort(place_of, kind="stable")
     same = np.diff(place_of[order]) == 0

@@ -41,12 +41,7 @@ def is_number(name: str) -> bool:
 
 
 def picture_files(folder: Path) -> list[Path]:
-    """The pictures in the folder ``spectrum`` of a dataset, in the order of their numbers, from 0 or 1 on.
-
-    Raises:
-        InputError: there is no such folder, it has no picture whose name is a number, a number has too many digits, or
-            two pictures have the same number.
-    """
+    """The pictures in the folder ``spectrum`` of a dataset, in the order of their numbers, from 0 or 1 on."""
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of pictures, found {what_is_at(folder)}")
     entries = sorted(path for path in folder.iterdir() if path.suffix)
@@ -67,15 +62,7 @@ def picture_files(folder: Path) -> list[Path]:
 
 
 def read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
-    """Read all pictures of a dataset.
-
-    Args:
-        folder: the folder ``spectrum`` of the dataset.
-        problems: a sentence for each kind of unreadable pictures, with their number, is appended.
-
-    Returns:
-        Names of the pictures, and their grey levels.
-    """
+    """Read all pictures of a dataset."""
     try:
         files = picture_files(folder)
         if int(files[0].stem) == 0:
@@ -97,14 +84,7 @@ def read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[n
 
 
 def read_all(folder: Path) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
-    """Read all pictures of a folder: their names and grey levels.
-
-    Args:
-        folder: folder with the pictures 00001.png, 00002.png, ...
-
-    Raises:
-        InputError: there are none, or some cannot be read.
-    """
+    """Read all pictures of a folder: their names and grey levels."""
     problems: list[str] = []
     found = read_pictures(folder, problems)
     if problems:
@@ -136,17 +116,7 @@ def summary(alike: Sequence[str], things: str) -> str:
 
 
 def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
-    """Read one 8-bit grey picture.
-
-    Args:
-        path: the PNG file.
-
-    Returns:
-        Grey levels. The dataset's grid gives the directions of rows and columns.
-
-    Raises:
-        InputError: the file is not a readable PNG, or does not have 360 × 90 pixels of 8-bit grey.
-    """
+    """Read one 8-bit grey picture."""
     picture, mode = read_any_picture(path)
     if picture.shape != (ROWS, COLUMNS) or mode != "L":
         height, width = picture.shape[:2]
@@ -170,11 +140,6 @@ def read_any_picture(path: Path) -> tuple[Int[np.ndarray, "H W"], str]:
     """Read a PNG of grey levels, of any size and mode: the levels, and Pillow's name for its mode.
 
     Levels are 0 to 255, or 0 to 65535 if the mode begins with I. Transparency is left out.
-
-    Raises:
-        InputError: the file is not a regular file of at most ``LARGEST_FILE`` bytes or not a readable PNG, or the
-            picture has several frames, more than ``MOST_PIXELS`` pixels, or colours. The size is checked before any
-            decoding.
     """
     content = read_bytes(path, "a PNG picture", LARGEST_FILE)
     try:

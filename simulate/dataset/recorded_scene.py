@@ -14,17 +14,6 @@ from simulate.dataset.dataset import Dataset
 def recorded_scene(folder: Path, metadata: dict[str, Any]) -> Scene | None:
     """Read the scene of a simulated folder.
 
-    Args:
-        folder: the folder.
-        metadata: content of its metadata.json.
-
-    Returns:
-        The scene; None if metadata.json names none, as that of measurements.
-
-    Raises:
-        InputError: the scene cannot be read.
-        OSError: its file cannot be read.
-
     >>> recorded_scene(Path("data"), {}) is None
     True
     """
@@ -32,24 +21,11 @@ def recorded_scene(folder: Path, metadata: dict[str, Any]) -> Scene | None:
 
 
 def scene_of(dataset: Dataset) -> Scene | None:
-    """Read the scene of a dataset, at the dataset's frequency. None: its metadata names none.
-
-    Args:
-        dataset: the dataset.
-
-    Raises:
-        InputError: the scene cannot be read.
-        OSError: its file cannot be read.
-    """
+    """Read the scene of a dataset, at the dataset's frequency. None: its metadata names none."""
     scene = recorded_scene(dataset.folder, dataset.metadata)
     return None if scene is None else at_its_frequency(scene, dataset)
 
 
 def at_its_frequency(scene: Scene, dataset: Dataset) -> Scene:
-    """A scene as a dataset was simulated in it: at another frequency, if one was asked for, with the same array.
-
-    Args:
-        scene: the scene of the dataset, or a changed one.
-        dataset: the dataset.
-    """
+    """A scene as a dataset was simulated in it: at another frequency, if one was asked for, with the same array."""
     return with_same_array(scene, dataset.frequency.hertz) if dataset.metadata.get("frequencies_hz") else scene

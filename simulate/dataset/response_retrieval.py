@@ -29,16 +29,6 @@ def retrieve(dataset: Dataset) -> Retrieval:
     The file holds ``channels`` (complex64, [rows of tx_pos.csv, elements], not a number if a row has no picture),
     ``residual`` (grey levels) and ``retrieved``, which is True. The last tells readers that these are not recorded
     responses, whose phases can be compared from one position to another.
-
-    Args:
-        dataset: the dataset. The file is written to its folder.
-
-    Returns:
-        The responses of the dataset's pictures.
-
-    Raises:
-        InputError: the dataset has recorded responses or an array that is not uniform and planar, no array explains its
-            pictures, or another process writes to its folder.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     recorded = dataset.phases_recorded_per_position and dataset.retrieved is not None

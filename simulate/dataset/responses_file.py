@@ -24,33 +24,20 @@ UNREAD_BAND = "the array band in channels.npz is not read, since metadata.json s
 
 
 class Responses(NamedTuple):
-    """Content of channels.npz.
+    """Content of channels.npz."""
 
-    Attributes:
-        channels: responses at the carrier; None if there is no such file or it is faulty.
-        retrieved: whether they have unknown phases of their own, such as those found behind pictures.
-        over_band: responses at all subcarriers; None if there are none.
-        oddities: sentences on what is odd about the file.
-    """
-
+    # responses at the carrier; None if there is no such file or it is faulty
     channels: Complex[np.ndarray, "K elements"] | None = None
-    retrieved: bool = False
+    retrieved: bool = False  # whether they have unknown phases of their own, such as those found behind pictures
+    # responses at all subcarriers; None if there are none
     over_band: Complex[np.ndarray, "K elements subcarriers"] | None = None
-    oddities: tuple[str, ...] = ()
+    oddities: tuple[str, ...] = ()  # sentences on what is odd about the file
 
 
 def read_responses(
     path: Path, rows: int | None, elements: int, problems: list[str], band: Band | None = None
 ) -> Responses:
-    """Read channels.npz.
-
-    Args:
-        path: the file.
-        rows: number of positions; any number if None.
-        elements: number of the array's elements.
-        problems: a sentence on a fault is appended.
-        band: the subcarriers that metadata.json states. None: it states none.
-    """
+    """Read channels.npz."""
     if not os.path.lexists(path):
         return Responses()
     positions = "the" if rows is None else rows
@@ -78,14 +65,7 @@ def read_responses(
 def check_responses(
     path: Path, responses: Complex[np.ndarray, "K elements *band"], retrieved: bool, problems: list[str]
 ) -> None:
-    """Check that responses are finite, not all zero, and of a magnitude that models can square.
-
-    Args:
-        path: the file that they were read from.
-        responses: element responses, one row for each picture.
-        retrieved: whether they were retrieved. Then rows may be missing, that is, not a number.
-        problems: a sentence on a fault is appended.
-    """
+    """Check that responses are finite, not all zero, and of a magnitude that models can square."""
     finite = np.isfinite(responses).reshape(len(responses), -1).all(axis=1)
     if not (retrieved or finite.all()):
         problems.append(

@@ -41,14 +41,7 @@ class Rooms:
 
 
 def read_rooms(folder: Path | str) -> Rooms:
-    """Read what ``simulate_rooms`` wrote.
-
-    Args:
-        folder: the folder.
-
-    Raises:
-        InputError: rooms.json is missing or has something else, or a room is missing.
-    """
+    """Read what ``simulate_rooms`` wrote."""
     require_path(folder=folder)
     folder = Path(folder)
     path = folder / ROOMS

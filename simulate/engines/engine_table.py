@@ -14,11 +14,7 @@ ENGINES: dict[str, type[Engine]] = {each.name: each for each in (Rays, FullWave)
 
 
 def engine_class(name: str) -> type[Engine]:
-    """The engine with a name.
-
-    Raises:
-        ParameterError: no engine has this name.
-    """
+    """The engine with a name."""
     if name not in ENGINES:
         raise ParameterError(
             "engine", f"expected the name of an engine, found {shown(name)}; {did_you_mean(name, ENGINES)}"
@@ -27,9 +23,5 @@ def engine_class(name: str) -> type[Engine]:
 
 
 def engine_of(metadata: Mapping[str, Any]) -> Engine:
-    """The engine that made a dataset; ``Rays()`` for a dataset that was not simulated.
-
-    Args:
-        metadata: content of its metadata.json, which has been checked.
-    """
+    """The engine that made a dataset; ``Rays()`` for a dataset that was not simulated."""
     return engine_class(metadata.get("engine", Rays.name)).of(metadata)

@@ -49,28 +49,13 @@ class Made(Struct):
 
 
 def field_file(folder: Path, scene: Scene, several: bool) -> Path:
-    """The file with the field of a scene.
-
-    Args:
-        folder: the dataset folder.
-        scene: the scene at its frequency.
-        several: whether fields of several frequencies are wanted of the folder. If not, the folder may still have them.
-    """
+    """The file with the field of a scene."""
     own = folder / f"field-{scene.frequency / 1e6:.15g}MHz.npz"
     return own if several or own.is_file() else folder / FIELD
 
 
 def kept_field(setting: Setting, scene: Scene, folder: Path) -> StoredField:
-    """Read the field of one of a setting's scenes.
-
-    Args:
-        setting: the scenes, region and seed.
-        scene: the scene.
-        folder: the dataset folder.
-
-    Raises:
-        InputError: it is missing or damaged, or does not fit the setting.
-    """
+    """Read the field of one of a setting's scenes."""
     import numpy as np
 
     from simulate.fullwave.stored_field import read_stored_field
@@ -101,17 +86,7 @@ def kept_field(setting: Setting, scene: Scene, folder: Path) -> StoredField:
 
 
 def solver_of_field(folder: Path, scene: Scene, frequencies: Sequence[float]) -> tuple[float, str]:
-    """The cell, metres, and the solver that a folder's stored field was made with.
-
-    Args:
-        folder: the folder.
-        scene: the scene to simulate.
-        frequencies: frequencies at which it is simulated, Hz. Empty: that of the scene.
-
-    Raises:
-        InputError: the folder is not that of a finished full-wave simulation, or is that of another scene or of other
-            frequencies.
-    """
+    """The cell, metres, and the solver that a folder's stored field was made with."""
     expected = "the folder of a finished simulation with --engine fullwave"
     path = folder / "metadata.json"
     made = conform(read_json(path, expected), Made, str(path))

@@ -162,9 +162,6 @@ def _at_all(first: Tracer, setting: Setting) -> list[ResponseSource]:
 def seed_of_rays(metadata: Mapping[str, Any]) -> int:
     """The seed of the rays of a dataset.
 
-    Args:
-        metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated.
-
     Example:
         >>> seed_of_rays({"propagation": {"seed": 4}}), seed_of_rays({})
         (4, 1)

@@ -40,15 +40,6 @@ def read_arrays(path: Path) -> Arrays:
 
     A table of text has a column for each array; pairs of columns such as ``h1_re`` and ``h1_im`` are one of complex
     numbers. Its columns are separated by commas, semicolons, tabs or spaces, and may have decimal commas.
-
-    Args:
-        path: a file whose name ends as one of ``READERS``.
-
-    Returns:
-        The arrays by their names in the file; that of a .npy by the file's name.
-
-    Raises:
-        InputError: the name ends in another way, the file is damaged or too large, or it has no numbers.
     """
     ending = path.suffix.lower()
     if ending not in READERS:

@@ -42,12 +42,7 @@ class Conversion:
 
 
 def require_valid(conversion: Conversion) -> None:
-    """Check the options before anything is read.
-
-    Raises:
-        ParameterError: the ends of the elevations or azimuths are not two different angles, a value is outside its
-            range, or two options contradict each other.
-    """
+    """Check the options before anything is read."""
     for name, ends in (("elevations", conversion.elevations), ("azimuths", conversion.azimuths)):
         for end in ends or ():
             require_within(-360, 360, "angles in degrees", **{name: end})

@@ -50,21 +50,7 @@ LISTED = 5
 
 
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:
-    """Write a folder's spectra as a NeRF² dataset folder.
-
-    Args:
-        source: the folder, with spectrum/, tx_pos.csv, gateway_info.yml and perhaps index files.
-        output: the new dataset folder.
-        conversion: how to read the pictures.
-
-    Returns:
-        Sentences on what was changed, and on what is assumed.
-
-    Raises:
-        InputError: the folder lacks a file, a picture cannot be converted, the result is not a valid dataset, the
-            output is not new, or another process writes it.
-        ParameterError: an option has an invalid value, or does not fit the folder's content.
-    """
+    """Write a folder's spectra as a NeRF² dataset folder."""
     require_valid(conversion)
     if conversion.frequency is not None and len(several := several_frequencies(source)) and _is_simulated(source):
         for name, value in asdict(conversion).items():

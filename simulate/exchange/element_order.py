@@ -31,15 +31,10 @@ not, positions and responses of different rows belong together, or none do."""
 
 
 class Order(NamedTuple):
-    """How to read responses.
+    """How to read responses."""
 
-    Attributes:
-        columns_first: elements are numbered along y first, then along x.
-        conjugated: the phase rises with the distance.
-    """
-
-    columns_first: bool = False
-    conjugated: bool = False
+    columns_first: bool = False  # elements are numbered along y first, then along x
+    conjugated: bool = False  # the phase rises with the distance
 
     def read(self, responses: Complex[np.ndarray, "K elements"], array: Array) -> Complex[np.ndarray, "K elements"]:
         """Responses in our order, x first, with phases that fall with the distance."""
@@ -49,19 +44,12 @@ class Order(NamedTuple):
 
 
 class Told(NamedTuple):
-    """An order, and how it is known.
+    """An order, and how it is known."""
 
-    Attributes:
-        order: how to read the responses.
-        error: median angle between the strongest directions and the transmitters, degrees.
-        error_otherwise: that of the next best order.
-        clear: whether the strongest directions decide.
-    """
-
-    order: Order
-    error: float
-    error_otherwise: float
-    clear: bool
+    order: Order  # how to read the responses
+    error: float  # median angle between the strongest directions and the transmitters, degrees
+    error_otherwise: float  # that of the next best order
+    clear: bool  # whether the strongest directions decide
 
 
 def told_by_sight(
@@ -72,16 +60,7 @@ def told_by_sight(
     columns_first: bool | None = None,
     conjugated: bool | None = None,
 ) -> Told:
-    """The order in which the strongest directions are nearest the transmitters.
-
-    Args:
-        responses: as recorded.
-        positions: of the transmitters, metres, world frame.
-        gateway: position and orientation of the array.
-        array: the array.
-        columns_first: what is stated of the order; None: nothing.
-        conjugated: what is stated of the phases; None: nothing.
-    """
+    """The order in which the strongest directions are nearest the transmitters."""
     chosen = evenly(np.arange(len(positions)), EXAMINED)
     towards = Rotation.from_quat(gateway.orientation).inv().apply(positions[chosen] - np.asarray(gateway.position))
     towards /= np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-9)

@@ -12,15 +12,7 @@ from simulate.dataset.picture_files import is_number
 
 
 def read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
-    """The picture names in each index file, none if there are no files; and sentences on what was changed.
-
-    Args:
-        source: the folder.
-        old_names: names of its pictures, in the order of their numbers.
-
-    Raises:
-        InputError: a file cannot be read, or lists what are neither names nor numbers of pictures.
-    """
+    """The picture names in each index file, none if there are no files; and sentences on what was changed."""
     labels = ("train", "test")
     files = {label: source / f"{label}_index.txt" for label in labels}
     if not all(path.exists() for path in files.values()):

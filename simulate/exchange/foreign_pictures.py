@@ -25,17 +25,12 @@ FULL_TURN = 360 - 1e-6
 
 @dataclass(frozen=True)
 class Survey:
-    """What the picture files of a folder hold.
+    """What the picture files of a folder hold."""
 
-    Attributes:
-        shapes: height and width of the pictures, each once.
-        modes: Pillow's names for their modes, each once.
-        white: the level that becomes the largest grey level: 255 for pictures of 8 bits that use them, otherwise the
-            folder's largest level. Programs often write 8, 10 or 12 bits into files of 16.
-    """
-
-    shapes: tuple[tuple[int, int], ...]
-    modes: tuple[str, ...]
+    shapes: tuple[tuple[int, int], ...]  # height and width of the pictures, each once
+    modes: tuple[str, ...]  # Pillow's names for their modes, each once
+    # the level that becomes the largest grey level: 255 for pictures of 8 bits that use them, otherwise the folder's
+    # largest level. Programs often write 8, 10 or 12 bits into files of 16.
     white: int
 
     @property
@@ -45,11 +40,7 @@ class Survey:
 
 
 def survey(files: Sequence[Path]) -> Survey:
-    """Read all pictures once, and note their sizes, modes and the largest level.
-
-    Raises:
-        InputError: a file is not a PNG picture of grey levels, or some pictures have 8 bits and others 16.
-    """
+    """Read all pictures once, and note their sizes, modes and the largest level."""
     shapes, modes, largest = dict[tuple[int, int], Path](), dict[str, Path](), 0
     for path in files:
         levels, mode = read_any_picture(path)
@@ -83,17 +74,7 @@ def grid_of(survey: Survey, conversion: Conversion) -> AngularGrid | None:
 
 
 def read_in_size(path: Path, survey: Survey, conversion: Conversion, grid: AngularGrid) -> Float[np.ndarray, "90 360"]:
-    """One picture at the directions of a grid, as numbers from 0 to 1.
-
-    Args:
-        path: the picture's file.
-        survey: of all pictures of the folder.
-        conversion: how to read the pictures.
-        grid: from ``grid_of``, or the default grid.
-
-    Raises:
-        InputError: the picture has another size than 360 × 90, and an option that states its angles is missing.
-    """
+    """One picture at the directions of a grid, as numbers from 0 to 1."""
     levels, _ = read_any_picture(path)
     height, width = levels.shape
     values = (levels.T if (height, width) == (COLUMNS, ROWS) else levels) / survey.white

@@ -138,16 +138,7 @@ def write_dataset(
 def require_receivers(
     receivers: Float[ArrayLike, "K 3"] | None, moving: Moving, count: int
 ) -> Float[np.ndarray, "K 3"] | None:
-    """Check where the array is if both ends move; None if one stands still.
-
-    Args:
-        receivers: of ``write_dataset``.
-        moving: of ``write_dataset``.
-        count: number of positions of the transmitter.
-
-    Raises:
-        ParameterError: they are missing, are not expected, or are no ``count`` positions.
-    """
+    """Check where the array is if both ends move; None if one stands still."""
     if receivers is None:
         if moving == "both":
             raise ParameterError("receivers", "expected the array's positions, since both ends move, found none")
@@ -179,24 +170,7 @@ def fill_dataset(
     moving: Moving = "transmitter",
     receivers: Float[np.ndarray, "K 3"] | None = None,
 ) -> None:
-    """Write the files of a dataset into an empty folder.
-
-    Args:
-        folder: the empty folder.
-        called: the dataset folder that it becomes.
-        positions: metres, world frame.
-        responses: from ``own_responses``.
-        gateway: position, orientation and array.
-        frequency: hertz.
-        grid: directions of the pictures' rows and columns.
-        phases: of ``write_dataset``.
-        band: the subcarriers. None: the responses are those of the carrier.
-        moving: of ``write_dataset``.
-        receivers: of ``write_dataset``.
-
-    Raises:
-        InputError: the files are no valid dataset.
-    """
+    """Write the files of a dataset into an empty folder."""
     array = array_of(gateway, frequency)
     beamformer, names = Beamformer(array, grid), picture_names(len(positions))
     of_carrier = responses if band is None else responses[..., band.carrier]
@@ -224,17 +198,7 @@ def fill_dataset(
 def own_responses(
     given: Complex[ArrayLike, "K elements *band"], count: int, elements: int, band: Band | None = None
 ) -> Complex[np.ndarray, "K elements *band"]:
-    """Check responses from a user; the messages name what people most often mix up.
-
-    Args:
-        given: the responses.
-        count: number of positions.
-        elements: number of elements.
-        band: the subcarriers. None: the responses are those of the carrier.
-
-    Raises:
-        ParameterError: they have another shape, are real, not finite, too small or large, or zero at a position.
-    """
+    """Check responses from a user; the messages name what people most often mix up."""
     what = f"responses of {count} positions × {elements} elements"
     wanted: tuple[int, ...] = (count, elements)
     shape = np.shape(given)

@@ -104,11 +104,7 @@ class _Disk(FileIO):
             return size or 0
 
     def check(self) -> None:
-        """Raise the first error that occurred.
-
-        Raises:
-            OSError: something could not be written.
-        """
+        """Raise the first error that occurred."""
         if self.failure is not None:
             raise self.failure
 

@@ -18,17 +18,11 @@ from simulate.exchange.conversion import Conversion
 
 @dataclass(frozen=True)
 class Kept:
-    """The pictures that are kept.
+    """The pictures that are kept."""
 
-    Attributes:
-        indices: their indices, ascending.
-        frequency: their frequency; None if nothing states it.
-        said: sentences on what was left out, and on where the frequency was read.
-    """
-
-    indices: Int[np.ndarray, " n"]
-    frequency: Frequency | None
-    said: list[str]
+    indices: Int[np.ndarray, " n"]  # their indices, ascending
+    frequency: Frequency | None  # their frequency; None if nothing states it
+    said: list[str]  # sentences on what was left out, and on where the frequency was read
 
 
 def kept_pictures(
@@ -38,21 +32,7 @@ def kept_pictures(
     conversion: Conversion,
     metadata: dict[str, Any],
 ) -> Kept:
-    """Choose the pictures to keep.
-
-    Args:
-        folder: the folder. Its freq.txt is read if there is one.
-        positions: position of each picture, metres.
-        rows: row of each picture in freq.txt, from 0.
-        conversion: the options.
-        metadata: content of the folder's metadata.json.
-
-    Raises:
-        InputError: the pictures have several frequencies, and no option says which of them to keep; or freq.txt is
-            damaged or contradicts metadata.json.
-        ParameterError: there are no pictures of the given frequency, or a position has fewer than
-            ``one_per_position`` pictures.
-    """
+    """Choose the pictures to keep."""
     path, kept, said = folder / "freq.txt", np.arange(len(positions)), list[str]()
     given = conversion.frequency if conversion.frequency is not None else metadata.get("frequency_hz")
     frequency = None if given is None else Frequency(read_frequency(given), "metadata")

@@ -39,13 +39,6 @@ def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] |
 
     Instead of an array, a table may have a column for each element, in the order of their numbers.
 
-    Args:
-        arrays: all arrays of the recording.
-        said: sentences on what was taken for what are appended.
-
-    Returns:
-        What the arrays are called, and the complex responses.
-
     >>> said = []
     >>> found = {"RSSI": np.array([-6.0206, 0.0]), "phase_deg": np.array([0.5, 1.0])}
     >>> name, responses = polar_responses(found, said)

@@ -19,15 +19,6 @@ def position_doubts(
 ) -> list[str]:
     """A warning for each oddity of the positions.
 
-    Args:
-        positions: metres, world frame.
-        gateway: position of the array, metres.
-        wavelength: metres.
-        unit_stated: whether the unit of the positions is known and not assumed.
-
-    Raises:
-        InputError: all positions are the same.
-
     >>> places = np.array([[120.0, 0, 0], [180, 10, 0], [150, 30, 0]])
     >>> position_doubts(places, (0, 0, 0), 0.1, unit_stated=True)
     []

@@ -22,23 +22,15 @@ from simulate.spectra.spectrum import LARGEST_GREY
 
 @dataclass(frozen=True)
 class Reading:
-    """How the pictures of a folder become magnitudes.
+    """How the pictures of a folder become magnitudes."""
 
-    Attributes:
-        flipped: whether they are upside down.
-        quantity: what their grey levels stand for.
-        decibels: the stated range of pictures in decibels.
-        space: lag functions by which the range of each picture is found if it is not stated.
-        stated: array and grid to write to metadata.json, since ``read_dataset`` would not find them itself.
-        said: sentences on what is read differently.
-    """
-
-    flipped: bool
-    quantity: Quantity
-    decibels: float | None
-    space: LagSpace | None
+    flipped: bool  # whether they are upside down
+    quantity: Quantity  # what their grey levels stand for
+    decibels: float | None  # the stated range of pictures in decibels
+    space: LagSpace | None  # lag functions by which the range of each picture is found if it is not stated
+    # array and grid to write to metadata.json, since ``read_dataset`` would not find them itself
     stated: dict[str, Any] = field(default_factory=dict)
-    said: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)  # sentences on what is read differently
 
     def picture(self, values: Float[np.ndarray, "90 360"]) -> UInt8[np.ndarray, "90 360"]:
         """The picture of magnitudes with row 0 lowest, from the levels of one picture, 0 to 1."""
@@ -52,17 +44,7 @@ class Reading:
 def reading_of(
     sample: Float[np.ndarray, "n 90 360"], conversion: Conversion, array: Array | None, grid: AngularGrid | None
 ) -> Reading:
-    """How to read the pictures of a folder, by its options and by which array explains some of them.
-
-    Args:
-        sample: levels of some pictures, 0 to 1.
-        conversion: the options.
-        array: the array that metadata.json states.
-        grid: the grid that metadata.json or the options state.
-
-    Raises:
-        ParameterError: the pictures are in decibels, but nothing states or shows their range.
-    """
+    """How to read the pictures of a folder, by its options and by which array explains some of them."""
     pictures = np.round(LARGEST_GREY * sample).astype(np.uint8)
     explained = _explained(pictures, array, grid)
     shown = "magnitude" if explained is None else explained.quantity
@@ -118,16 +100,7 @@ def _with_array(
     grid: AngularGrid | None,
     azimuths: bool,
 ) -> Reading:
-    """The reading, with the array and the grid stated unless ``read_dataset`` finds them itself.
-
-    Args:
-        reading: the reading.
-        explained: what explains the pictures.
-        sample: as for ``reading_of``.
-        array: as for ``reading_of``.
-        grid: as for ``reading_of``.
-        azimuths: whether an option states the azimuths. Then the grid is stated in any case.
-    """
+    """The reading, with the array and the grid stated unless ``read_dataset`` finds them itself."""
     found = explained.beamformer.grid
     if reading.flipped:
         last = found.elevation_first_deg + (ROWS - 1) * found.elevation_step_deg

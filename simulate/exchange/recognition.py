@@ -64,35 +64,17 @@ FAR = 1000.0
 
 @dataclass
 class Found:
-    """What was recognised.
+    """What was recognised."""
 
-    Attributes:
-        positions: metres.
-        responses: with the elements in the order of the file.
-        unit_stated: whether the unit of the positions is stated; otherwise they were taken for metres.
-        said: sentences on what was recognised and assumed.
-        receivers: metres, if both ends move; otherwise None.
-    """
-
-    positions: Float[np.ndarray, "K 3"]
-    responses: Complex[np.ndarray, "K elements *band"]
-    unit_stated: bool
-    receivers: Float[np.ndarray, "K 3"] | None = None
-    said: list[str] = field(default_factory=list)
+    positions: Float[np.ndarray, "K 3"]  # metres
+    responses: Complex[np.ndarray, "K elements *band"]  # with the elements in the order of the file
+    unit_stated: bool  # whether the unit of the positions is stated; otherwise they were taken for metres
+    receivers: Float[np.ndarray, "K 3"] | None = None  # metres, if both ends move; otherwise None
+    said: list[str] = field(default_factory=list)  # sentences on what was recognised and assumed
 
 
 def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float) -> Found:
-    """Find the positions and the responses.
-
-    Args:
-        arrays: all arrays of the recording's files.
-        recording: how to read them.
-        elements: number of elements of the receiving array.
-        hertz: the frequency. Rows of others are left out, and so are rows that lack a position or a response.
-
-    Raises:
-        InputError: they are not there, cannot be told, or do not fit each other.
-    """
+    """Find the positions and the responses."""
     said: list[str] = []
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
     places, receivers, unit_stated = _places(arrays, recording, said)

@@ -35,22 +35,7 @@ def record(
     frequency: str,
     recording: Recording = Recording(),
 ) -> list[str]:
-    """Write a dataset folder from the files of a recording.
-
-    Args:
-        files: the files, which together have positions and responses.
-        output: the new dataset folder.
-        gateway: position, orientation and array of the receiver.
-        frequency: hertz, or a text with a unit.
-        recording: how to read the files.
-
-    Returns:
-        Sentences on what was recognised and what is assumed.
-
-    Raises:
-        InputError: a file cannot be read, or the arrays are not there or do not fit each other.
-        ParameterError: an option has an invalid value.
-    """
+    """Write a dataset folder from the files of a recording."""
     hertz = read_frequency(frequency)
     array = array_of(gateway, hertz)
     planar = isinstance(array, PlanarArray)

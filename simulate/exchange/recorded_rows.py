@@ -17,17 +17,7 @@ JUMP = 0.75 * np.pi
 
 
 def rows_of_frequency(arrays: Arrays, count: int, hertz: float, said: list[str]) -> Bool[np.ndarray, " count"]:
-    """Whether each row is of the stated frequency. A recording of one frequency states it for no row.
-
-    Args:
-        arrays: all arrays of the recording.
-        count: number of rows.
-        hertz: the stated frequency.
-        said: a sentence on rows that are left out is appended.
-
-    Raises:
-        InputError: the recording has rows of other frequencies alone.
-    """
+    """Whether each row is of the stated frequency. A recording of one frequency states it for no row."""
     for name, each in arrays.items():
         if name.lower().rpartition("/")[2] in FREQUENCIES and each.shape == (count,) and not np.iscomplexobj(each):
             chosen = np.abs(each / hertz - 1) <= SAME
@@ -44,16 +34,7 @@ def rows_of_frequency(arrays: Arrays, count: int, hertz: float, said: list[str])
 def complete_rows(
     places: Float[np.ndarray, "K coordinates"], responses: Complex[np.ndarray, "K elements *band"], said: list[str]
 ) -> Bool[np.ndarray, " K"]:
-    """Whether each row has finite positions, and a finite response at every element.
-
-    Args:
-        places: positions of the transmitter, or those of transmitter and array.
-        responses: element responses.
-        said: sentences on rows that are left out are appended.
-
-    Raises:
-        InputError: no row has.
-    """
+    """Whether each row has finite positions, and a finite response at every element."""
     placed = np.isfinite(places).all(axis=1)
     complete = np.isfinite(responses).reshape(len(responses), -1).all(axis=1)
     if not (placed & complete).any():
@@ -74,10 +55,6 @@ def one_way(responses: Complex[np.ndarray, "K elements"], said: list[str]) -> Co
 
     The root of a complex number is known up to its sign. From element to element the sign follows from the phase,
     which must change by less than half a turn. From position to position it stays unknown.
-
-    Args:
-        responses: squares of the one-way field.
-        said: a sentence on what was done is appended.
     """
     angle = np.unwrap(np.angle(responses), axis=1)
     jumps = np.abs(np.diff(angle, axis=1)) > JUMP

@@ -30,30 +30,22 @@ class Absorber(NamedTuple):
     Kind 0 are the electric fields, kind 1 the magnetic fields. Two of the three components of a kind have differences
     along the normal of a layer. In cyclic order, component 0 is along the second axis after the normal, component 1
     along the first.
-
-    Attributes:
-        decay: e^{−σΔt/ε₀}, indexed by kind, axis of the normal, and point along it; 1 outside the layer.
-        along_z: the same along z, repeated for every source.
-        x: ψ in the layers across x, indexed by kind, component, point in the layers (the low end first), y, then z and
-            source.
-        y: ψ in the layers across y, indexed by kind, component, x, point in the layers, then z and source.
-        z: ψ in the layers across z, indexed by kind, component, x, y, then point in the layers and source.
     """
 
+    # e^{−σΔt/ε₀}, indexed by kind, axis of the normal, and point along it; 1 outside the layer
     decay: Float32[np.ndarray, "2 3 points"]
-    along_z: Float32[np.ndarray, "2 (nz+1)*sources"]
+    along_z: Float32[np.ndarray, "2 (nz+1)*sources"]  # the same along z, repeated for every source
+    # ψ in the layers across x, indexed by kind, component, point in the layers (the low end first), y, then z and
+    # source
     x: Float32[np.ndarray, "2 2 2*ABSORBER ny+1 (nz+1)*sources"]
+    # ψ in the layers across y, indexed by kind, component, x, point in the layers, then z and source
     y: Float32[np.ndarray, "2 2 nx+1 2*ABSORBER (nz+1)*sources"]
+    # ψ in the layers across z, indexed by kind, component, x, y, then point in the layers and source
     z: Float32[np.ndarray, "2 2 nx+1 ny+1 2*ABSORBER*sources"]
 
 
 def absorber(grid: YeeGrid, sources: int) -> Absorber:
-    """The boundary without any field.
-
-    Args:
-        grid: the cells.
-        sources: number of sources side by side.
-    """
+    """The boundary without any field."""
     nx, ny, nz = grid.shape
     decay = np.ones((2, 3, max(grid.shape) + 1), np.float32)
     for kind, offset in enumerate((0.0, 0.5)):

@@ -44,19 +44,6 @@ def stored_field(
 
     Elements and transmitter are short dipoles, whatever antennas the scene names. The field of an element does not
     depend on which other elements are in the same run.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        folder: stores ``element-NNN.npz`` for each element whose run has ended. A run covers up to eight elements.
-        at_once: number of runs at a time, each on one core.
-        solver: ``OURS``, or gprMax, which runs one element at a time.
-        gpu: run gprMax on an NVIDIA GPU, one run at a time.
-        ray: address of a running Ray cluster to run on.
-        report: gets the progress.
-
-    Raises:
-        InputError: the solver failed.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{WORKING}*"):  # left by a run that was killed

@@ -18,18 +18,13 @@ from simulate.fullwave.yee_grid import YeeGrid
 
 @dataclass(frozen=True)
 class BandField:
-    """The field of a source of one ampere-metre.
+    """The field of a source of one ampere-metre."""
 
-    Attributes:
-        phasors: electric field along one direction at the middles of the cells of a box, V/m, for each frequency.
-        unsettled: estimated change that is still to come, relative to the field; the largest of those of the watched
-            frequencies.
-        steps: number of time steps.
-    """
-
+    # electric field along one direction at the middles of the cells of a box, V/m, for each frequency
     phasors: Complex[np.ndarray, "F 3 nx ny nz"]
+    # estimated change that is still to come, relative to the field; the largest of those of the watched frequencies
     unsettled: float
-    steps: int
+    steps: int  # number of time steps
 
 
 def solve_band(
@@ -44,20 +39,7 @@ def solve_band(
     watched: int = 1,
     report: Callable[[int], None] = lambda done: None,
 ) -> list[BandField]:
-    """Advance the fields of some sources until all of them have settled.
-
-    Args:
-        cells: cells without any field, for as many sources. They are changed.
-        grid: the places of the cells.
-        sources: the sources, all of one carrier. Their currents are pulses.
-        frequencies: frequencies on the grid at which the fields are wanted, the carrier first, hertz.
-        axes: axes of the field that are wanted. Along the others the result is 0.
-        box: first cell, and the cell after the last one, of the box whose fields are kept.
-        steps: largest number of time steps.
-        earliest: number of time steps before which no field can have settled.
-        watched: number of frequencies, from the first on, whose fields must have settled.
-        report: gets the number of finished time steps.
-    """
+    """Advance the fields of some sources until all of them have settled."""
     pulse, time_step = Pulse(sources[0].frequency), grid.time_step
     current = pulse.current(time_step * (np.arange(steps) + 0.5))
     scale = FREE_SPACE_IMPEDANCE / spectrum(current, frequencies, time_step)

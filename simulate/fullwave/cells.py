@@ -43,26 +43,15 @@ EVEN = 1e-6
 
 @dataclass(frozen=True)
 class EdgeMaterials:
-    """The material at the middle of every edge.
+    """The material at the middle of every edge."""
 
-    Attributes:
-        index: index into the two tables, by axis of the edge and its place.
-        permittivity: ε_r of each material.
-        conductivity: σ of each material, S/m; infinite for ``CONDUCTOR``.
-    """
-
-    index: UInt16[np.ndarray, "3 nx+1 ny+1 nz+1"]
-    permittivity: Float[np.ndarray, " materials"]
-    conductivity: Float[np.ndarray, " materials"]
+    index: UInt16[np.ndarray, "3 nx+1 ny+1 nz+1"]  # index into the two tables, by axis of the edge and its place
+    permittivity: Float[np.ndarray, " materials"]  # ε_r of each material
+    conductivity: Float[np.ndarray, " materials"]  # σ of each material, S/m; infinite for ``CONDUCTOR``
 
 
 def edge_materials(scene: Scene, grid: YeeGrid) -> EdgeMaterials:
-    """The materials of a scene on a grid.
-
-    Args:
-        scene: the scene.
-        grid: the cells.
-    """
+    """The materials of a scene on a grid."""
     objects = dielectric_slabs(scene)
     materials = list(dict.fromkeys(slabs.material for slabs in objects))
     permittivity, conductivity = _tables(materials, scene, grid.cell)
@@ -78,13 +67,7 @@ def edge_materials(scene: Scene, grid: YeeGrid) -> EdgeMaterials:
 
 
 def permittivity_on_grid(material: RadioMaterial, scene: Scene, cell: float) -> complex:
-    """The complex relative permittivity with which a material acts on the grid as it does at the scene's frequency.
-
-    Args:
-        material: the material.
-        scene: the scene.
-        cell: side of the cells, metres.
-    """
+    """The complex relative permittivity with which a material acts on the grid as it does at the scene's frequency."""
     given = relative_permittivity(material, scene.frequency)
     return given * numerical_permittivity(given.real, scene.wavelength, cell) / given.real
 

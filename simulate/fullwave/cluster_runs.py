@@ -24,20 +24,7 @@ def elements_of_cluster(
     address: str,
     report: Callable[[int, int], None],
 ) -> Generator[tuple[int, StoredField]]:
-    """Run elements on a cluster, and yield the field of each element when its run has ended.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        numbers: numbers of the elements.
-        solver: ``OURS``, or gprMax and its version.
-        gpu: run on NVIDIA GPUs, one run at a time on each; otherwise one on each core.
-        address: address of a running Ray cluster.
-        report: gets the number of an element and the planned time steps when its run has ended.
-
-    Raises:
-        InputError: the solver failed, a run was lost ``RETRIES`` times, or no machine is large enough for a run.
-    """
+    """Run elements on a cluster, and yield the field of each element when its run has ended."""
     with ray_cluster(address) as ray:
         machines = [node["Resources"] for node in ray.nodes() if node["Alive"]]
         cores = int(sum(each.get("CPU", 0) for each in machines))

@@ -25,14 +25,7 @@ PERMEABILITY = (1.0, SHEET, BLOCK)
 
 
 def beside_edges(conducting: Bool[np.ndarray, "3 nx+1 ny+1 nz+1"]) -> UInt8[np.ndarray, "3 nx+1 ny+1 nz+1"]:
-    """Find the magnetic components beside edges of conductors.
-
-    Args:
-        conducting: whether each edge of the cells is in a conductor, by axis of the edge and its place.
-
-    Returns:
-        Index into ``PERMEABILITY`` for each face of the cells, by axis across the face and its place.
-    """
+    """Find the magnetic components beside edges of conductors."""
     faces = np.stack([_faces(conducting, axis) for axis in range(3)])
     found = np.zeros(conducting.shape, np.uint8)
     for axis in range(3):

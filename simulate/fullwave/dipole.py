@@ -38,13 +38,6 @@ def free_space_response(
     E = −jωμ₀ Iℓ e^{−jkr}/4πr · [(p − u u·p)(1 + 1/jkr + 1/(jkr)²) − 2 u u·p (1/jkr + 1/(jkr)²)]
 
     with the direction p of the source's dipole and the unit vector u from the source to the position.
-
-    Args:
-        source: position of the source, metres.
-        direction: direction of the source's dipole, unit vector.
-        positions: positions of the transmitter, metres.
-        transmitter: direction of the transmitter's dipole, unit vector.
-        frequency: hertz.
     """
     wavelength = SPEED_OF_LIGHT / frequency
     distance = np.linalg.norm(positions - source, axis=1)

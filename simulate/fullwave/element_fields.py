@@ -39,13 +39,6 @@ def element_fields(
 
     with the field E_m of a dipole of moment Iℓ at element m, and the direction q of the transmitter's dipole. Then
     ``|y_m|²`` is the channel gain, as the ray tracer's between two "dipole" antennas.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        numbers: numbers of the elements.
-        materials: materials of the cells' edges.
-        report: gets the number of finished time steps.
     """
     sources = [element_source(scene, planned, number) for number in numbers]
     cells = cells_at_rest(materials, planned.grid, len(sources))
@@ -88,20 +81,7 @@ def element_field_by_gprmax(
     gpu: bool,
     report: Callable[[int], None] = lambda step: None,
 ) -> StoredField:
-    """Run gprMax for one element, for as many time steps as planned.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        number: number of the element.
-        working: empty folder for the files of the run.
-        geometry: folder with the files of ``write_geometry``.
-        gpu: run on an NVIDIA GPU.
-        report: gets the number of finished time steps.
-
-    Raises:
-        InputError: gprMax failed.
-    """
+    """Run gprMax for one element, for as many time steps as planned."""
     ends = looks(planned.steps)[-3:]
     source = element_source(scene, planned, number)
     fields = run(working, geometry, planned.grid, source, planned.box, ends, gpu, report)
@@ -109,13 +89,7 @@ def element_field_by_gprmax(
 
 
 def element_source(scene: Scene, planned: Plan, number: int) -> Source:
-    """An element as a source.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        number: number of the element.
-    """
+    """An element as a source."""
     position = element_positions(scene.gateway, scene.wavelength)[number]
     return Source(position, element_direction(scene), planned.frequency)
 
@@ -123,15 +97,7 @@ def element_source(scene: Scene, planned: Plan, number: int) -> Source:
 def _in_region(
     scene: Scene, planned: Plan, field: SourceField, frequency: float | None = None, driven: float | None = None
 ) -> StoredField:
-    """The response of one element, from the field at the middles of cells.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        field: the field.
-        frequency: of the field, Hz. None: that of the scene.
-        driven: frequency of the same wave on the grid, Hz. None: that of the plan.
-    """
+    """The response of one element, from the field at the middles of cells."""
     wavelength = SPEED_OF_LIGHT / (frequency or scene.frequency)
     direction = transmitter_direction(scene)
     along = sum(share * undo_mean_of_edges(field.phasor[axis], axis) for axis, share in enumerate(direction) if share)

@@ -30,18 +30,12 @@ LEAST_LEVEL = 0.1
 
 @dataclass(frozen=True)
 class Group:
-    """Frequencies that one run solves together.
+    """Frequencies that one run solves together."""
 
-    Attributes:
-        scene: the scene at the frequency of the run's source. The run has the materials of this scene.
-        further: the scene at the other frequencies, rising.
-        cell: side of the cells, metres.
-        difference: largest relative difference between a material's complex refractive index in the run and its own.
-    """
-
-    scene: Scene
-    further: tuple[Scene, ...]
-    cell: float
+    scene: Scene  # the scene at the frequency of the run's source. The run has the materials of this scene.
+    further: tuple[Scene, ...]  # the scene at the other frequencies, rising
+    cell: float  # side of the cells, metres
+    # largest relative difference between a material's complex refractive index in the run and its own
     difference: float
 
     @property
@@ -64,15 +58,6 @@ class Group:
 
 def frequency_groups(scenes: Sequence[Scene], cell: float, alone: bool = False) -> list[Group]:
     """Divide frequencies into as few runs as serve them.
-
-    Args:
-        scenes: the scene at each frequency, rising.
-        cell: side of the cells of the highest frequency, metres. Those of a run whose highest frequency is lower are
-            larger in proportion, as far as ``plan`` takes them, and rounded down to two digits.
-        alone: every frequency has a run of its own.
-
-    Returns:
-        The groups, the one with the highest frequency first.
 
     Example:
         >>> from scenes.places.closet import closet
@@ -113,11 +98,6 @@ def _group(scenes: list[Scene], cell: float) -> Group | None:
 
 def index_difference(own: Scene, other: Scene, cell: float) -> float:
     """Largest relative difference of a dielectric's complex refractive index in a run from its own one.
-
-    Args:
-        own: the scene whose materials the run has.
-        other: the scene at another frequency that the run solves.
-        cell: side of the cells, metres.
 
     Example:
         >>> from scenes.places.closet import closet

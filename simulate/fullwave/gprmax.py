@@ -32,26 +32,13 @@ PROGRESS = re.compile(r"\|--->:.*?(\d+)/\d+ \[")
 
 
 def installed_gprmax(what: str) -> str:
-    """Name and version of the installed gprMax.
-
-    Args:
-        what: what needs it, as the subject of a sentence.
-
-    Raises:
-        MissingExtraError: gprMax is not installed.
-    """
+    """Name and version of the installed gprMax."""
     require_extra("fullwave", what)
     return f"gprMax {version('gprMax')}"
 
 
 def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> None:
-    """Write the materials of all edges for gprMax, as geometry.h5 and geometry_materials.json.
-
-    Args:
-        folder: existing folder.
-        materials: materials of the edges.
-        grid: the cells.
-    """
+    """Write the materials of all edges for gprMax, as geometry.h5 and geometry_materials.json."""
     import h5py
 
     used, index = np.unique(materials.index, return_inverse=True)
@@ -127,25 +114,7 @@ def run(
     gpu: bool = False,
     report: Callable[[int], None] = lambda done: None,
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """Run gprMax for one source.
-
-    Args:
-        folder: empty folder for the files of this run.
-        geometry: folder with the files of ``write_geometry``.
-        grid: the cells.
-        source: the source.
-        box: first cell, and the cell after the last one, of the box whose field is kept.
-        ends: numbers of time steps after which the field is wanted, the largest one last.
-        gpu: run on an NVIDIA GPU, which needs pycuda, instead of one core.
-        report: gets the number of finished time steps.
-
-    Returns:
-        The phasor of the electric field along x, y, z at the middles of the box's cells, for a source of one
-        ampere-metre, after each number of steps.
-
-    Raises:
-        InputError: gprMax failed. The message has its last lines.
-    """
+    """Run gprMax for one source."""
     iterations = _write_input(folder, geometry, grid, source, box, ends)
     command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars", *(["-gpu"] if gpu else [])]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}

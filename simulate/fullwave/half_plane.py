@@ -31,11 +31,6 @@ def half_plane_response(
 
     It is y = 1.5 λ (1 + ∂²/∂z² / k²) G, and ``|y|²`` is the channel gain.
 
-    Args:
-        source: position of the source, metres; not on the half-plane.
-        positions: positions of the other dipole, metres.
-        frequency: hertz.
-
     Example:
         >>> source = np.array([-1.0, 0.3, 0.0])
         >>> lit_and_shadow = half_plane_response(source, np.array([[1.0, 0.5, 0.0], [1.0, -2.0, 0.0]]), 915e6)
@@ -59,16 +54,7 @@ def half_plane_green(
     wavenumber: float,
     image: Literal[-1, 1] = -1,
 ) -> Complex[np.ndarray, " K"]:
-    """The scalar wave G of a point source beside a half-plane. In free space it would be e^{−jkR}/4πR.
-
-    Args:
-        source: position of the source, metres; not on the half-plane.
-        positions: where the wave is wanted, metres.
-        wavenumber: k, radians per metre.
-        image: sign of g(R′, m′). It is −1 for a wave that vanishes on the half-plane (soft), like the electric field
-            along the edge. It is +1 for a wave whose normal derivative vanishes there (hard), like the magnetic field
-            along the edge.
-    """
+    """The scalar wave G of a point source beside a half-plane. In free space it would be e^{−jkR}/4πR."""
 
     def around_edge(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
         angle = np.arctan2(points[:, 0], -points[:, 1])  # 0 on the half-plane, positive where x > 0

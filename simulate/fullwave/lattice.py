@@ -20,12 +20,6 @@ def source_weights(
     The weights interpolate the field. So, by reciprocity, sources with these weights at these points radiate like one
     source at the position. A position on a lattice point needs only this point.
 
-    Args:
-        position: position relative to the first point of the lattice, in units of its spacing.
-
-    Returns:
-        The points with a weight other than 0, and the weights, which add up to 1.
-
     Example:
         >>> points, weights = source_weights(np.array([5.0, 7.0, 2.5]))
         >>> points.tolist(), weights.tolist()

@@ -25,31 +25,19 @@ from simulate.parallel.compiled import compiled
 
 
 class Cells(NamedTuple):
-    """The fields of several sources, and the coefficients of the cells.
+    """The fields of several sources, and the coefficients of the cells."""
 
-    Attributes:
-        fields: E_x, E_y, E_z, H_x, H_y, H_z; the second axis holds place (x, y, z) and source.
-        row: row of ``keep`` and ``drive``, for each component and (x, y).
-        keep: factor of the old field along z, repeated for every source; equal rows are stored once.
-        drive: factor of the differences, likewise.
-        absorber: the absorbing boundary.
-    """
-
+    # E_x, E_y, E_z, H_x, H_y, H_z; the second axis holds place (x, y, z) and source
     fields: Float32[np.ndarray, "6 points*sources"]
-    row: Int32[np.ndarray, "6 nx+1 ny+1"]
+    row: Int32[np.ndarray, "6 nx+1 ny+1"]  # row of ``keep`` and ``drive``, for each component and (x, y)
+    # factor of the old field along z, repeated for every source; equal rows are stored once
     keep: Float32[np.ndarray, "rows (nz+1)*sources"]
-    drive: Float32[np.ndarray, "rows (nz+1)*sources"]
-    absorber: Absorber
+    drive: Float32[np.ndarray, "rows (nz+1)*sources"]  # factor of the differences, likewise
+    absorber: Absorber  # the absorbing boundary
 
 
 def cells_at_rest(materials: EdgeMaterials, grid: YeeGrid, sources: int) -> Cells:
-    """Cells without any field.
-
-    Args:
-        materials: materials of the cells' edges.
-        grid: the cells.
-        sources: number of sources.
-    """
+    """Cells without any field."""
     conducting = np.arange(len(materials.permittivity)) == CONDUCTOR
     conductivity = np.where(conducting, 0, materials.conductivity)
     loss = conductivity * grid.time_step / (2 * VACUUM_PERMITTIVITY * materials.permittivity)

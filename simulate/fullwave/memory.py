@@ -33,13 +33,7 @@ def machine_memory() -> float:
 
 
 def memory_of_runs(planned: Plan, elements: int, at_once: int) -> int:
-    """Bytes that some runs at a time take.
-
-    Args:
-        planned: the plan of the runs.
-        elements: number of elements.
-        at_once: number of runs at a time.
-    """
+    """Bytes that some runs at a time take."""
     runs = min(at_once, elements)
     return runs * planned.memory(len(groups(list(range(elements)), runs)[0]))
 
@@ -57,18 +51,7 @@ def _fitting(planned: Plan, elements: int, most: int) -> int:
 
 
 def require_memory(scene: Scene, region: Float[np.ndarray, "2 3"], planned: Plan, workers: int | None = None) -> None:
-    """Refuse runs of our solver for which this machine has too little memory, before they start.
-
-    Args:
-        scene: the scene.
-        region: lowest and highest corner of the box in which responses are wanted, metres.
-        planned: the plan of the runs.
-        workers: number of runs at a time. None: as many as fit.
-
-    Raises:
-        ParameterError: fewer runs at a time fit, or larger cells.
-        InputError: no cells are large enough.
-    """
+    """Refuse runs of our solver for which this machine has too little memory, before they start."""
     elements, memory = scene.gateway.count, machine_memory()
     fitting = _fitting(planned, elements, workers or 1)
     if fitting >= min(workers or 1, elements):

@@ -30,13 +30,9 @@ BLOCK = 16
 
 @dataclass(frozen=True)
 class Pulse:
-    """An oscillation with a Gaussian envelope.
+    """An oscillation with a Gaussian envelope."""
 
-    Attributes:
-        frequency: carrier, hertz.
-    """
-
-    frequency: float
+    frequency: float  # carrier, hertz
 
     @property
     def deviation(self) -> float:
@@ -49,11 +45,7 @@ class Pulse:
         return 2 * REACH * self.deviation
 
     def current(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The current, relative to its largest amplitude.
-
-        Args:
-            times: seconds.
-        """
+        """The current, relative to its largest amplitude."""
         after = times - REACH * self.deviation
         envelope = np.exp(-np.square(after / self.deviation) / 2) * (np.abs(after) <= REACH * self.deviation)
         return envelope * np.cos(2 * np.pi * self.frequency * after)
@@ -67,24 +59,12 @@ class Pulse:
         return math.exp(-(((frequency / self.frequency - 1) / WIDTH) ** 2) / 2)
 
     def samples_every(self, time_step: float, highest: float) -> int:
-        """Number q of time steps between two samples of the field.
-
-        Args:
-            time_step: seconds.
-            highest: highest frequency that is wanted, hertz.
-        """
+        """Number q of time steps between two samples of the field."""
         return max(1, math.floor(1 / (((1 + REACH * WIDTH) * self.frequency + highest) * time_step)))
 
 
 class FourierSums:
-    """Running Fourier sums of a field.
-
-    Args:
-        frequencies: of the grid's waves, hertz.
-        points: number of places of the field.
-        time_step: seconds.
-        every: number of time steps between two samples.
-    """
+    """Running Fourier sums of a field."""
 
     def __init__(self, frequencies: Float[np.ndarray, " F"], points: int, time_step: float, every: int):
         self._turn = 2 * np.pi * frequencies * time_step
@@ -116,12 +96,6 @@ class FourierSums:
 def spectrum(
     current: Float[np.ndarray, " steps"], frequencies: Float[np.ndarray, " F"], time_step: float
 ) -> Complex[np.ndarray, " F"]:
-    """The sum Σ_n i e^{−j2πft_n} of a current at the middles of the time steps.
-
-    Args:
-        current: current at each time step.
-        frequencies: hertz.
-        time_step: seconds.
-    """
+    """The sum Σ_n i e^{−j2πft_n} of a current at the middles of the time steps."""
     times = time_step * (np.arange(len(current)) + 0.5)
     return np.exp(-2j * np.pi * np.outer(frequencies, times)) @ current

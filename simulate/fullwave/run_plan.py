@@ -60,43 +60,30 @@ CELLS_PER_SECOND = 120e6
 
 
 class BandPlan(NamedTuple):
-    """The further frequencies of a run: those of a band, or single ones.
+    """The further frequencies of a run: those of a band, or single ones."""
 
-    Attributes:
-        solved: frequencies at which the field is solved, Hz.
-        frequencies: frequencies of the subcarriers, to which it is interpolated, Hz; single ones are those of
-            ``solved``.
-        delay: a typical delay of the field, seconds, which is taken out before the interpolation.
-        watched: number of frequencies, the plan's first, whose fields must have settled before a run ends. Those of a
-            band are so close together that the carrier's stands for all.
-    """
-
-    solved: Float[np.ndarray, " F"]
+    solved: Float[np.ndarray, " F"]  # frequencies at which the field is solved, Hz
+    # frequencies of the subcarriers, to which it is interpolated, Hz; single ones are those of ``solved``
     frequencies: Float[np.ndarray, " subcarriers"]
-    delay: float
+    delay: float  # a typical delay of the field, seconds, which is taken out before the interpolation
+    # number of frequencies, the plan's first, whose fields must have settled before a run ends. Those of a band are
+    # so close together that the carrier's stands for all.
     watched: int = 1
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs for the elements of a scene.
+    """The runs for the elements of a scene."""
 
-    Attributes:
-        grid: the cells.
-        frequency: frequency of the source on the grid, hertz.
-        steps: largest number of time steps.
-        box: first cell, and the cell after the last one, of the box around the region, whose field is kept.
-        earliest: number of time steps before which no field can have settled: the rise of the source, plus twice the
-            time in which a wave crosses the scene.
-        band: further frequencies at which the field is wanted. None: only that of the source is.
-    """
-
-    grid: YeeGrid
-    frequency: float
-    steps: int
+    grid: YeeGrid  # the cells
+    frequency: float  # frequency of the source on the grid, hertz
+    steps: int  # largest number of time steps
+    # first cell, and the cell after the last one, of the box around the region, whose field is kept
     box: Int[np.ndarray, "2 3"]
+    # number of time steps before which no field can have settled: the rise of the source, plus twice the time in
+    # which a wave crosses the scene
     earliest: int = 0
-    band: BandPlan | None = None
+    band: BandPlan | None = None  # further frequencies at which the field is wanted. None: only that of the source is.
 
     def memory(self, sources: int) -> int:
         """Bytes that a run with some sources takes."""
@@ -117,12 +104,6 @@ def default_cell(scene: Scene) -> float:
 
     It is rounded down to two digits. Slabs thinner than λ/28 (1.2 cm at 915 MHz) do not count, since they act as
     equivalent sheets.
-
-    Args:
-        scene: the scene.
-
-    Returns:
-        Metres.
     """
     return two_digits_down(_wavelength_to_resolve(scene, dielectric_slabs(scene)) / CELLS_PER_WAVELENGTH)
 
@@ -159,19 +140,7 @@ def plan(
     band: Band | None = None,
     further: Sequence[Scene] = (),
 ) -> Plan:
-    """Choose the cells and the number of time steps for a scene.
-
-    Args:
-        scene: the scene.
-        region: lowest and highest corner of the box in which responses are wanted, metres.
-        cell: side of the cells, metres, for example ``default_cell``.
-        band: subcarriers at which responses are also wanted. None: only at the carrier.
-        further: the scene at further frequencies at which responses are wanted, instead of a band.
-
-    Raises:
-        ParameterError: the cells are too large for the wavelengths in the scene's materials and in air, larger than
-            half the distance of an element from a conductor, or so small that there are more than ``CELLS_MOST``.
-    """
+    """Choose the cells and the number of time steps for a scene."""
     slabs, conductors = dielectric_slabs(scene), conducting_triangles(scene)
     shortest = min([scene, *further], key=lambda each: each.wavelength)
     to_resolve = slabs if shortest is scene else dielectric_slabs(shortest)

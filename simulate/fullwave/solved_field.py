@@ -26,21 +26,7 @@ def solve(
     gpu: bool,
     progress: Progress,
 ) -> StoredField:
-    """The field of all elements. The same call again continues an interrupted one.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        folder: stores the runs that have ended.
-        solver: ``OURS``, or gprMax and its version.
-        workers: number of runs at a time; by default one per core, as far as memory allows.
-        ray: address of a running Ray cluster to run the solver on.
-        gpu: run gprMax on an NVIDIA GPU.
-        progress: shows the runs.
-
-    Raises:
-        InputError: the solver failed.
-    """
+    """The field of all elements. The same call again continues an interrupted one."""
     count = scene.gateway.count
     at_once = workers or runs_at_once(planned, count)
     ours_here = solver == OURS and ray is None
@@ -62,14 +48,7 @@ def _time(minutes: float) -> str:
 
 
 def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
-    """A sentence for the user on the runs, and on what coarser cells would change.
-
-    Args:
-        scene: the scene.
-        planned: the plan of the runs.
-        at_once: number of runs of our solver at a time on this machine. None if they run elsewhere; then the sentence
-            does not tell their cost.
-    """
+    """A sentence for the user on the runs, and on what coarser cells would change."""
     further = [] if planned.band is None else planned.band.solved.tolist()
     cell, wavelength = planned.grid.cell, SPEED_OF_LIGHT / max([scene.frequency, *further])
     coarser = 1.25 * cell

@@ -21,17 +21,11 @@ FREE_SPACE_IMPEDANCE = VACUUM_PERMEABILITY * SPEED_OF_LIGHT
 
 @dataclass(frozen=True)
 class SourceField:
-    """The field of a source of one ampere-metre.
+    """The field of a source of one ampere-metre."""
 
-    Attributes:
-        phasor: electric field along x, y, z at the middles of the cells of a box, V/m.
-        unsettled: estimated change that is still to come, relative to the field.
-        steps: number of time steps.
-    """
-
-    phasor: Complex[np.ndarray, "3 nx ny nz"]
-    unsettled: float
-    steps: int
+    phasor: Complex[np.ndarray, "3 nx ny nz"]  # electric field along x, y, z at the middles of the cells of a box, V/m
+    unsettled: float  # estimated change that is still to come, relative to the field
+    steps: int  # number of time steps
 
 
 def solve(
@@ -46,15 +40,6 @@ def solve(
     """Advance the fields of some sources of one frequency until each has settled.
 
     The field of a source does not depend on the others.
-
-    Args:
-        cells: cells without any field, for as many sources. They are changed.
-        grid: the places of the cells.
-        sources: the sources.
-        box: first cell, and the cell after the last one, of the box whose fields are kept.
-        steps: largest number of time steps.
-        earliest: number of time steps before which no field can have settled.
-        report: gets the number of finished time steps.
     """
     frequency, time_step = sources[0].frequency, grid.time_step
     current = sources[0].current(time_step * (np.arange(steps) + 0.5))

@@ -59,13 +59,7 @@ class Source:
 
 
 def moments(end: int, frequency: float, time_step: float) -> list[int]:
-    """Numbers of time steps, a quarter of a period apart, to which the phasor after ``end`` steps is fitted.
-
-    Args:
-        end: the last number.
-        frequency: hertz.
-        time_step: seconds.
-    """
+    """Numbers of time steps, a quarter of a period apart, to which the phasor after ``end`` steps is fitted."""
     quarter = round(1 / (SNAPSHOTS * frequency * time_step))
     return [end - number * quarter for number in range(SNAPSHOTS)]
 
@@ -73,14 +67,7 @@ def moments(end: int, frequency: float, time_step: float) -> list[int]:
 def phasor(
     fields: Float[np.ndarray, "moments ..."], steps: Sequence[int], frequency: float, time_step: float
 ) -> Complex[np.ndarray, "..."]:
-    """The phasor E of a field Re(E e^{jωt}) + const, by least squares.
-
-    Args:
-        fields: the field at some moments.
-        steps: numbers of time steps at these moments.
-        frequency: hertz.
-        time_step: seconds.
-    """
+    """The phasor E of a field Re(E e^{jωt}) + const, by least squares."""
     phase = 2 * np.pi * frequency * time_step * np.array(steps)
     design = np.stack([np.cos(phase), -np.sin(phase), np.ones_like(phase)], axis=1)
     real, imaginary, _ = np.tensordot(np.linalg.pinv(design), fields, axes=1)

@@ -120,11 +120,7 @@ class StoredField:
         return interpolated(known.solved, found, known.frequencies, known.delay).astype(np.complex64)
 
     def _places(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 3"]:
-        """Positions in units of the spacing from the origin.
-
-        Raises:
-            InputError: a position is outside the lattice.
-        """
+        """Positions in units of the spacing from the origin."""
         where = ((positions - self.origin) / self.spacing).T
         outside = (where < 0).any(axis=0) | (where > np.array(self.values.shape[1:])[:, None] - 1).any(axis=0)
         if outside.any():
@@ -207,11 +203,7 @@ def _splines_of(values: Complex[np.ndarray, "elements nx ny nz"]) -> NdBSpline:
 
 
 def read_stored_field(path: Path) -> StoredField:
-    """Read a field that ``StoredField.write`` wrote.
-
-    Raises:
-        InputError: the file is missing, damaged, of another kind, or larger than ``LARGEST_FIELD`` bytes.
-    """
+    """Read a field that ``StoredField.write`` wrote."""
     numbers = ("spacing", "steps", "interpolation_error_db")
     expected = {
         "origin": Expected("the first point's place", "f", (3,)),
@@ -252,10 +244,6 @@ def undo_mean_of_edges(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Com
     The mean of two neighbours multiplies a wave of phase step θ by cos(θ/2). With the second difference δ² =
     −4 sin²(θ/2), the inverse of this factor is 1 − δ²/8 + 3δ⁴/128 − …. It is applied along both axes across the
     component.
-
-    Args:
-        field: field component at the middles of cells.
-        axis: axis of the component.
     """
     for across in {0, 1, 2} - {axis}:
         second = _second_difference(field, across)

@@ -22,16 +22,11 @@ class YeeGrid:
 
     Cell (i, j, k) begins at ``origin + (i, j, k) * cell``. The electric field along an axis is known at the middles of
     the cells' edges along this axis.
-
-    Attributes:
-        origin: lowest corner, metres, world frame.
-        cell: side of a cell, metres.
-        shape: number of cells along x, y, z.
     """
 
-    origin: tuple[float, float, float]
-    cell: float
-    shape: tuple[int, int, int]
+    origin: tuple[float, float, float]  # lowest corner, metres, world frame
+    cell: float  # side of a cell, metres
+    shape: tuple[int, int, int]  # number of cells along x, y, z
 
     @property
     def cells(self) -> int:
@@ -59,13 +54,6 @@ def numerical_frequency(wavelength: float, cell: float) -> float:
     which is a little below c times the magnitude of k. A source of the returned frequency radiates waves of the right
     length. A source of the true frequency would radiate waves that are a little too short.
 
-    Args:
-        wavelength: metres.
-        cell: Δ, metres.
-
-    Returns:
-        Hertz.
-
     Example:
         >>> round(numerical_frequency(0.3276, 0.02) / (299792458 / 0.3276), 4)
         0.9984
@@ -77,11 +65,6 @@ def numerical_permittivity(permittivity: float, wavelength: float, cell: float) 
     """The permittivity with which waves on the grid have the right length in a medium, on average over all directions.
 
     Waves in a medium are shorter, so the cells are coarser for them than for waves in air.
-
-    Args:
-        permittivity: ε_r of the medium.
-        wavelength: wavelength in air, metres.
-        cell: side of the cells, metres.
 
     Example:
         >>> round(numerical_permittivity(1.0, 0.3276, 0.02), 3), round(numerical_permittivity(5.24, 0.3276, 0.02), 3)
@@ -106,11 +89,6 @@ def dispersion_residual(wavelength: float, cell: float) -> float:
 
 def wavenumber_error(directions: Float[np.ndarray, "n 3"], wavelength: float, cell: float) -> Float[np.ndarray, " n"]:
     """Relative error of the wavenumber of waves in some directions, at ``numerical_frequency``.
-
-    Args:
-        directions: unit vectors.
-        wavelength: wavelength in air, metres.
-        cell: side of the cells, metres.
 
     Example:
         Along an axis waves are too short, along a space diagonal too long:

@@ -19,15 +19,7 @@ from simulate.dataset.metadata import Metadata, read_metadata_file
 
 
 def begun(folder: Path, metadata: dict[str, Any]) -> bool:
-    """Whether a simulation with the same metadata began a folder; False if it is new or empty.
-
-    Args:
-        folder: the folder.
-        metadata: what the simulation writes into metadata.json before anything else.
-
-    Raises:
-        InputError: the folder holds something else, or a dataset of other settings.
-    """
+    """Whether a simulation with the same metadata began a folder; False if it is new or empty."""
     if not folder.exists() or (folder.is_dir() and not has_other_files(folder)):
         return False
     path = folder / "metadata.json"
@@ -50,15 +42,7 @@ def begun(folder: Path, metadata: dict[str, Any]) -> bool:
 
 @contextmanager
 def continued(folder: Path, metadata: dict[str, Any]) -> Iterator[None]:
-    """Lock a folder within a block, and begin it unless the same simulation did.
-
-    Args:
-        folder: the folder.
-        metadata: as for ``begun``.
-
-    Raises:
-        InputError: as for ``begun``; or another process writes to the folder.
-    """
+    """Lock a folder within a block, and begin it unless the same simulation did."""
     with locked(folder):
         if not begun(folder, metadata):  # again, since another process may have begun in the meantime
             write_metadata(folder / "metadata.json", metadata)

@@ -17,22 +17,7 @@ from simulate.positions.placement import all_the_same, free_places, free_positio
 def chosen_pairs(
     scene: Scene, content: Simulation, offsets: Float[np.ndarray, "elements 3"]
 ) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"], str]:
-    """The places of transmitter and array that the options of a simulation ask for, and how they were chosen.
-
-    Args:
-        scene: the scene that they are in.
-        content: the options, with ``moving`` "both".
-        offsets: where the elements are from the middle of the array, metres, axes of the world frame.
-
-    Returns:
-        The transmitter's place and that of the middle of the array for each spectrum, metres, world frame, rounded as
-        the files have them; and words for metadata.json.
-
-    Raises:
-        InputError: as ``place`` or ``free_places``; or the files do not fit each other.
-        ParameterError: as ``free_places``; or the arrays do not fit each other, have too many transmitters, or have one
-            at an element.
-    """
+    """The places of transmitter and array that the options of a simulation ask for, and how they were chosen."""
     if content.positions is None or content.receivers is None:
         return _drawn(scene, content, offsets)
     transmitters = free_places(content.positions, scene).round(6)

@@ -20,31 +20,16 @@ from simulate.spectra.spectrum import picture
 
 @dataclass(frozen=True)
 class Part:
-    """Responses of consecutive positions, and the contents of their files.
+    """Responses of consecutive positions, and the contents of their files."""
 
-    Attributes:
-        responses: complex element responses, with the receiver's errors; over a band if the request has one.
-        pictures: content of the PNG file of each position.
-        power: content of the TIFF file of each position, in dB; empty if the request asks for none.
-    """
-
+    # complex element responses, with the receiver's errors; over a band if the request has one
     responses: Complex[np.ndarray, "n elements *band"]
-    pictures: list[bytes]
-    power: list[bytes]
+    pictures: list[bytes]  # content of the PNG file of each position
+    power: list[bytes]  # content of the TIFF file of each position, in dB; empty if the request asks for none
 
 
 def make_part(request: Request, sources: Sequence[ResponseSource], start: int, size: int) -> Part:
-    """Compute the responses of consecutive spectra of a request, and make their pictures.
-
-    Args:
-        request: the dataset to make.
-        sources: compute the responses at each of the request's frequencies.
-        start: index of the first spectrum.
-        size: number of spectra; the last part may have fewer.
-
-    Returns:
-        The part.
-    """
+    """Compute the responses of consecutive spectra of a request, and make their pictures."""
     numbers = np.arange(start, min(start + size, len(request)))
     of_frequency, of_position = np.divmod(numbers, len(request.positions))
     parts = [

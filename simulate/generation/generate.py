@@ -46,17 +46,7 @@ LAST_FILE = "test_index.txt"
 
 
 def generate(request: Request, folder: Path, machines: Machines = Machines()) -> None:
-    """Simulate a dataset into a folder, or finish one that the same request began.
-
-    Args:
-        request: the dataset to make.
-        folder: the dataset folder: a new one, an empty one, or one that the same request began.
-        machines: where to run.
-
-    Raises:
-        InputError: the folder holds something else or a dataset of another request, or another process writes to it.
-        ParameterError: there is no Ray cluster at the address.
-    """
+    """Simulate a dataset into a folder, or finish one that the same request began."""
     if not has_work(request, folder, machines):
         return
     with continued(folder, request.metadata()):
@@ -65,18 +55,7 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
 
 
 def has_work(request: Request, folder: Path, machines: Machines) -> bool:
-    """Whether ``generate`` has anything to do. If several datasets are wanted, this is called for all of them first.
-
-    Args:
-        request: the dataset to make.
-        folder: the dataset folder.
-        machines: where to run.
-
-    Raises:
-        InputError: the folder holds something else or a dataset of another request, or the engine cannot run.
-        ParameterError: there is no Ray cluster at the address.
-        OSError: the folder cannot be written to.
-    """
+    """Whether ``generate`` has anything to do. If several datasets are wanted, this is called for all of them first."""
     if begun(folder, request.metadata()) and _is_finished(request, folder):
         return False
     require_writable(folder / LAST_FILE)

@@ -15,16 +15,12 @@ from simulate.spectra.band import Band
 
 @dataclass(frozen=True)
 class AtPairs:
-    """Computes the responses of all elements of an array at some place to a transmitter at one of several places.
+    """Computes the responses of all elements of an array at some place to a transmitter at one of several places."""
 
-    Attributes:
-        places: the places of the transmitter, metres, world frame.
-        sources: for each of them, computes the responses of an antenna that stands there to antennas in the region.
-        offsets: where the elements are from the middle of the array, metres, axes of the world frame.
-    """
-
-    places: Float[np.ndarray, "N 3"]
+    places: Float[np.ndarray, "N 3"]  # the places of the transmitter, metres, world frame
+    # for each of them, computes the responses of an antenna that stands there to antennas in the region
     sources: Sequence[ResponseSource]
+    # where the elements are from the middle of the array, metres, axes of the world frame
     offsets: Float[np.ndarray, "elements 3"]
 
     def responses(self, pairs: Float[np.ndarray, "K 6"]) -> Complex[np.ndarray, "K elements"]:

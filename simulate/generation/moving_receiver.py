@@ -17,13 +17,10 @@ class AtElements:
     """Computes the responses of all elements of an array whose middle is at some position.
 
     By reciprocity, the response of an element to the fixed transmitter is that of the transmitter to the element.
-
-    Attributes:
-        source: computes the responses of one fixed antenna to antennas anywhere in the region.
-        offsets: where the elements are from the middle of the array, metres, axes of the world frame.
     """
 
-    source: ResponseSource
+    source: ResponseSource  # computes the responses of one fixed antenna to antennas anywhere in the region
+    # where the elements are from the middle of the array, metres, axes of the world frame
     offsets: Float[np.ndarray, "elements 3"]
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:

@@ -30,13 +30,6 @@ def element_offsets(gateway: Gateway, wavelength: float) -> np.ndarray:
 def reciprocal(scene: Scene, place: Sequence[float] | None = None) -> Scene:
     """The scene whose gateway is one antenna of the transmitter's kind, and whose transmitter is an element's antenna.
 
-    Args:
-        scene: a scene whose array moves in the region.
-        place: where its transmitter stands, metres, world frame. None: at the gateway's position.
-
-    Returns:
-        The scene with the roles exchanged. Its region contains all elements of an array whose middle is in the region.
-
     Example:
         >>> from scenes.places.closet import closet
         >>> other = reciprocal(closet())

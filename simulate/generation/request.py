@@ -43,36 +43,23 @@ TEST_FRACTION = 0.2
 
 @dataclass(frozen=True)
 class Request:
-    """A dataset to simulate.
+    """A dataset to simulate."""
 
-    Attributes:
-        scene: the scene, with one gateway.
-        positions: places of the end that moves, metres, world frame; if both move, those of the transmitter.
-        placement: how the positions were chosen, for metadata.json: name and seed of a placement, or name of a CSV.
-        engine: computes the responses, with its options for this scene.
-        seed: seed of the engine, and of the 80/20 split in the index files.
-        measurement: errors that the receiver adds to the responses.
-        measurement_seed: seed of these errors.
-        power: also write the absolute power of the spectra.
-        grid: directions of the spectra's rows and columns.
-        band: subcarriers whose responses are also written. None: only those of the carrier.
-        frequencies: frequencies at which each position is simulated, Hz, rising. Empty: that of the scene.
-        moving: whether the transmitter, the receiver or both move.
-        receivers: if both move, the middle of the array for each position, metres, world frame; otherwise None.
-    """
-
-    scene: Scene
+    scene: Scene  # the scene, with one gateway
+    # places of the end that moves, metres, world frame; if both move, those of the transmitter
     positions: Float[np.ndarray, "K 3"]
-    placement: str
-    engine: Engine
-    seed: int
-    measurement: Measurement = Measurement()
-    measurement_seed: int = 0
-    power: bool = False
-    grid: AngularGrid = dataclasses.field(default_factory=AngularGrid)
-    band: Band | None = None
+    placement: str  # how the positions were chosen, for metadata.json: name and seed of a placement, or name of a CSV
+    engine: Engine  # computes the responses, with its options for this scene
+    seed: int  # seed of the engine, and of the 80/20 split in the index files
+    measurement: Measurement = Measurement()  # errors that the receiver adds to the responses
+    measurement_seed: int = 0  # seed of these errors
+    power: bool = False  # also write the absolute power of the spectra
+    grid: AngularGrid = dataclasses.field(default_factory=AngularGrid)  # directions of the spectra's rows and columns
+    band: Band | None = None  # subcarriers whose responses are also written. None: only those of the carrier.
+    # frequencies at which each position is simulated, Hz, rising. Empty: that of the scene.
     frequencies: tuple[float, ...] = ()
-    moving: Moving = "transmitter"
+    moving: Moving = "transmitter"  # whether the transmitter, the receiver or both move
+    # if both move, the middle of the array for each position, metres, world frame; otherwise None
     receivers: Float[np.ndarray, "K 3"] | None = None
 
     def __post_init__(self) -> None:
@@ -182,17 +169,7 @@ class Request:
 
 
 def read_request(folder: Path) -> Request:
-    """Read the request that a simulated dataset folder was made by from the folder itself.
-
-    Args:
-        folder: the dataset folder.
-
-    Returns:
-        The request. Its metadata equal those of the folder.
-
-    Raises:
-        InputError: the folder has no metadata.json of a simulation, or its scene or positions have changed since.
-    """
+    """Read the request that a simulated dataset folder was made by from the folder itself."""
     path = folder / "metadata.json"
     if not path.exists() and (folder / "scene.yaml").exists():
         scene_file = folder / "scene.yaml"

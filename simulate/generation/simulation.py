@@ -102,14 +102,7 @@ def simulate(
 
 
 def made_again(scene: Scene | str | Path) -> TypeGuard[str | Path]:
-    """Whether a scene is a dataset folder, which is made again.
-
-    Args:
-        scene: as ``simulate`` takes it.
-
-    Raises:
-        InputError: it is the name of a built-in scene and of a folder.
-    """
+    """Whether a scene is a dataset folder, which is made again."""
     if isinstance(scene, Scene) or not Path(scene).is_dir():
         return False
     if str(scene) in BUILT_IN:
@@ -121,12 +114,7 @@ def made_again(scene: Scene | str | Path) -> TypeGuard[str | Path]:
 
 
 def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
-    """The name of the engine that will make a dataset.
-
-    Args:
-        scene: as ``simulate`` takes it. A dataset folder already has an engine.
-        engine: as ``simulate`` takes it.
-    """
+    """The name of the engine that will make a dataset."""
     if not isinstance(engine, str | Engine):
         raise ParameterError("engine", f"expected an engine, such as Rays(), or its name, found {shown(engine)}")
     if made_again(scene):
@@ -135,15 +123,7 @@ def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
 
 
 def require_no_options(engine: str, **options: Any) -> None:
-    """Refuse options that belong to another engine.
-
-    Args:
-        engine: name of the engine that is used.
-        options: options of other engines, by name.
-
-    Raises:
-        ParameterError: there are any.
-    """
+    """Refuse options that belong to another engine."""
     for name, value in options.items():
         of = " or ".join(each.name for each in ENGINES.values() if name in _names(each))
         raise ParameterError(name, f"expected none, or the engine {of}, found {shown(value)} for {engine}")
@@ -157,21 +137,7 @@ def _names(options: type) -> set[str]:
 
 
 def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, measurement_seed: int) -> Request:
-    """Collect everything that the content of a dataset folder depends on.
-
-    Args:
-        scene: as ``simulate`` takes it.
-        content: what the dataset holds.
-        engine: computes the responses. A dataset folder already has an engine.
-        measurement_seed: seed of the receiver's errors.
-
-    Returns:
-        The request, for ``generate``.
-
-    Raises:
-        InputError: as ``simulate``.
-        ParameterError: as ``simulate``.
-    """
+    """Collect everything that the content of a dataset folder depends on."""
     if made_again(scene):
         request = read_request(Path(scene))
         return replace(request, engine=engine.again(request.engine).for_scene(request.scene, request.frequencies))

@@ -18,18 +18,7 @@ from simulate.parallel.ray_cluster import RETRIES, ray_cluster
 def parts_of_workers(
     request: Request, sent: list[Any], starts: list[int], size: int, machines: Machines
 ) -> Iterator[tuple[int, Part]]:
-    """Yield parts in the order in which they are finished, each with the index of its first position.
-
-    Args:
-        request: the dataset to make.
-        sent: what the workers need of the engine's sources in each setting, from ``Engine.sent``.
-        starts: first positions of the parts to make.
-        size: number of positions in a part.
-        machines: number of parts to make at a time, by default one for each machine, and address of the cluster.
-
-    Raises:
-        InputError: a part was lost ``RETRIES`` times.
-    """
+    """Yield parts in the order in which they are finished, each with the index of its first position."""
     with ray_cluster(machines.ray) as ray:
         cores = int(ray.cluster_resources().get("CPU", 1))
         workers = machines.workers or len(ray.nodes())

@@ -27,19 +27,7 @@ def picture_names(count: int) -> list[str]:
 
 
 class WrittenParts:
-    """The parts of a dataset folder.
-
-    Args:
-        request: the request that the folder was made by.
-        folder: the dataset folder.
-        size: number of positions in a part.
-
-    Attributes:
-        folder: the dataset folder.
-        names: names of all pictures.
-        starts: index of the first position of each part.
-        damage: after a call of ``whole``, a sentence for each finished part with a damaged file.
-    """
+    """The parts of a dataset folder."""
 
     def __init__(self, request: Request, folder: Path, size: int):
         self.folder, self.names = folder, picture_names(len(request))
@@ -49,12 +37,7 @@ class WrittenParts:
         self._elements, self._band = request.beamformer.array.elements, request.band
 
     def write(self, start: int, part: Part) -> None:
-        """Write the files of a part.
-
-        Args:
-            start: index of its first position.
-            part: its responses and the contents of its files.
-        """
+        """Write the files of a part."""
         for name, picture, power in zip_longest(self._names(start), part.pictures, part.power):
             write_atomically(self._picture(name), picture)
             if power is not None:

@@ -19,10 +19,6 @@ def compiled(kernel: Callable | None = None, **options: Any) -> Any:
 
     The machine code is kept for later processes where numba finds a folder for it: ``NUMBA_CACHE_DIR``, or that of the
     source, or one in the user's home. If none of them can be written to, every process compiles anew.
-
-    Args:
-        kernel: the function.
-        options: of ``numba.njit``.
     """
     if kernel is None:
         return partial(compiled, **options)

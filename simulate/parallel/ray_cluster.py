@@ -21,15 +21,7 @@ RETRIES = 20
 
 
 def require_ray(address: str | None) -> None:
-    """Make sure, before anything is written, that Ray is installed and its cluster answers.
-
-    Args:
-        address: address of a running Ray cluster; None to start Ray on this machine.
-
-    Raises:
-        MissingExtraError: Ray is not installed.
-        ParameterError: nothing listens at the address (host:port or ray://host:port).
-    """
+    """Make sure, before anything is written, that Ray is installed and its cluster answers."""
     require_extra("ray", "simulation by workers or on a cluster")
     if address is None:
         return
@@ -43,14 +35,7 @@ def require_ray(address: str | None) -> None:
 
 @contextmanager
 def ray_cluster(address: str | None) -> Iterator[ModuleType]:
-    """Connect to a cluster. The context manager gives the module ``ray``.
-
-    Args:
-        address: address of a running Ray cluster; None to start Ray on this machine.
-
-    Raises:
-        InputError: a task was lost ``RETRIES`` times.
-    """
+    """Connect to a cluster. The context manager gives the module ``ray``."""
     import ray
 
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # or Ray warns at every start

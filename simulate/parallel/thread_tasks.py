@@ -9,13 +9,7 @@ import numba
 
 
 def in_threads(work: Callable[[slice], None], count: int, task: int) -> None:
-    """Call ``work`` with slices of at most ``task`` of ``count`` items, on as many threads as numba has.
-
-    Args:
-        work: what is done with some items. It spends its time in kernels that are compiled with ``nogil=True``.
-        count: number of items.
-        task: number of items that take so long that it pays to start a thread.
-    """
+    """Call ``work`` with slices of at most ``task`` of ``count`` items, on as many threads as numba has."""
     parts = [slice(first, min(first + task, count)) for first in range(0, count, task)]
     threads = min(numba.get_num_threads(), len(parts))
     if threads < 2:

@@ -37,18 +37,7 @@ FAR = 0.1
 
 
 def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
-    """Read a CSV of positions with the header x,y,z.
-
-    Args:
-        path: the CSV.
-
-    Returns:
-        The positions, metres, world frame.
-
-    Raises:
-        InputError: the file is not a regular file of at most ``LARGEST_CSV`` bytes, has another header, has no rows or
-            more than ``MOST_POSITIONS``, or has a row that is not three finite numbers within ±``FARTHEST``.
-    """
+    """Read a CSV of positions with the header x,y,z."""
     text = read_text(path, "a CSV of positions", LARGEST_CSV)
     try:
         return _points(path, csv.reader(_lines(path, text)))
@@ -92,23 +81,12 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
 
 
 def points_digest(points: Float[np.ndarray, "n 3"]) -> str:
-    """SHA-256 of positions, which tells whether two files hold the same ones.
-
-    Args:
-        points: metres, in double precision, as ``read_points`` returns them.
-    """
+    """SHA-256 of positions, which tells whether two files hold the same ones."""
     return hashlib.sha256(np.ascontiguousarray(points).data).hexdigest()
 
 
 def check_points(positions: ArrayLike, parameter: str = "positions") -> Float[np.ndarray, "n 3"]:
     """Check positions from Python, and return them in double precision.
-
-    Args:
-        positions: metres, world frame.
-        parameter: name of the parameter, for the message.
-
-    Raises:
-        ParameterError: the positions are not 1 to ``MOST_POSITIONS`` rows of three finite numbers within ±``FARTHEST``.
 
     Example:
         >>> check_points([[1, 2, 3]])
@@ -131,12 +109,6 @@ def reach_warning(
     positions: Float[np.ndarray, "K 3"], box: Float[np.ndarray, "2 3"], of: str, consequence: str
 ) -> str | None:
     """A sentence on positions far outside a box; None if there are none.
-
-    Args:
-        positions: metres, world frame.
-        box: lowest and highest corner of the box, metres, world frame.
-        of: what the box encloses.
-        consequence: the end of the sentence.
 
     Example:
         >>> points = np.array([[1.0, 1, 1], [2, 2, 2.3], [9, 2, 1]])

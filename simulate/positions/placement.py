@@ -26,22 +26,7 @@ AT_IT = np.zeros((1, 3))
 def place(
     scene: Scene, kind: str, count: int, seed: int, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
 ) -> Float[np.ndarray, "count 3"]:
-    """Choose positions in the scene's region such that no antenna is inside an object or outside the region.
-
-    Args:
-        scene: the scene that the positions are in.
-        kind: ``uniform`` draws them at random, ``grid`` spaces them evenly, ``path`` follows a smooth random curve
-            through the region, as in a measurement.
-        count: number of positions. ``grid`` returns fewer if some of its positions are inside objects.
-        seed: seed of the random choices.
-        offsets: where the antennas are from a position, metres, world frame: the elements of an array that moves.
-
-    Returns:
-        The positions, metres, world frame.
-
-    Raises:
-        InputError: the region has no free place, or is smaller than the array.
-    """
+    """Choose positions in the scene's region such that no antenna is inside an object or outside the region."""
     generator = np.random.default_rng(seed)
     region = scene.transmitter.region - np.stack([offsets.min(axis=0), offsets.max(axis=0)])
     if (region[0] > region[1]).any():
@@ -64,20 +49,7 @@ def place(
 def chosen_positions(
     scene: Scene, places: Places, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
 ) -> tuple[Float[np.ndarray, "K 3"], str]:
-    """The positions that the options of a simulation ask for, and how they were chosen.
-
-    Args:
-        scene: the scene that the positions are in.
-        places: the options.
-        offsets: as for ``place``.
-
-    Returns:
-        The positions, metres, world frame, rounded as tx_pos.csv has them; and words for metadata.json.
-
-    Raises:
-        InputError: as ``place`` or ``read_positions``; or a grid has fewer than ``LEAST_POSITIONS`` free places.
-        ParameterError: as ``check_positions``.
-    """
+    """The positions that the options of a simulation ask for, and how they were chosen."""
     given = places.positions
     if given is None:
         points = place(scene, places.placement, places.n, places.seed, offsets)
@@ -101,21 +73,7 @@ def free_positions(
     generator: np.random.Generator,
     offsets: Float[np.ndarray, "antennas 3"] = AT_IT,
 ) -> Float[np.ndarray, "count 3"]:
-    """Draw positions in a box uniformly, with all antennas outside every object.
-
-    Args:
-        scene: the scene that the positions are in.
-        region: lowest and highest corner of the box, metres, world frame.
-        count: number of positions.
-        generator: draws the positions.
-        offsets: as for ``place``.
-
-    Returns:
-        The positions, metres, world frame.
-
-    Raises:
-        InputError: fewer than 1 in 100 draws are free.
-    """
+    """Draw positions in a box uniformly, with all antennas outside every object."""
     low, high = region
     free = np.zeros((0, 3))
     for _ in range(100):
@@ -182,19 +140,7 @@ def _smooth_path(
 def check_positions(
     positions: Float[np.ndarray, "n 3"], scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
 ) -> Float[np.ndarray, "n 3"]:
-    """Check that positions from Python are finite, not too far away, and outside every object.
-
-    Args:
-        positions: metres, world frame.
-        scene: the scene that they are in.
-        offsets: as for ``place``.
-
-    Returns:
-        The positions in double precision.
-
-    Raises:
-        ParameterError: ``free_places`` refuses the positions, or they are all the same.
-    """
+    """Check that positions from Python are finite, not too far away, and outside every object."""
     found = free_places(positions, scene, offsets)
     if all_the_same(found):
         raise ParameterError("positions", f"expected at least two different positions, found {len(found)} alike")
@@ -204,19 +150,7 @@ def check_positions(
 def read_positions(
     path: Path, scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
 ) -> Float[np.ndarray, "n 3"]:
-    """Read positions from a CSV, and check that none is inside an object.
-
-    Args:
-        path: a CSV with the header x,y,z; metres, world frame.
-        scene: the scene that the positions are in.
-        offsets: as for ``place``.
-
-    Returns:
-        The positions, metres, world frame.
-
-    Raises:
-        InputError: ``free_places`` refuses the file, or the positions are all the same.
-    """
+    """Read positions from a CSV, and check that none is inside an object."""
     found = free_places(path, scene, offsets)
     if all_the_same(found):
         raise InputError(f"{path}: expected at least two different positions, found {len(found)} alike")
@@ -234,21 +168,7 @@ def free_places(
     offsets: Float[np.ndarray, "antennas 3"] = AT_IT,
     parameter: str = "positions",
 ) -> Float[np.ndarray, "n 3"]:
-    """Positions from a user, of which none is inside an object.
-
-    Args:
-        given: metres, world frame; or a CSV of them with the header x,y,z.
-        scene: the scene that they are in.
-        offsets: as for ``place``.
-        parameter: name of the parameter that gives them.
-
-    Returns:
-        The positions in double precision.
-
-    Raises:
-        InputError: ``read_points`` refuses the file, or a position in it is inside an object.
-        ParameterError: ``check_points`` refuses the positions, or one of them is inside an object.
-    """
+    """Positions from a user, of which none is inside an object."""
     path: Path | None = None
     if isinstance(given, str | Path):
         path = Path(given)

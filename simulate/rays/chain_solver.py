@@ -25,17 +25,13 @@ from simulate.rays.diffraction.solve import EdgeScene, diffracted
 
 
 class Found(NamedTuple):
-    """The chains that a tracer found, for another tracer of the same scene and propagation.
+    """The chains that a tracer found, for another tracer of the same scene and propagation."""
 
-    Attributes:
-        reflected: chains of reflections, which name the scene's planes; None if rays are shot for every batch instead.
-        diffracted: chains with diffractions; None if diffraction is not followed.
-        edges: the edges that the chains with diffractions name, for a scene whose objects have not moved. None: they
-            are found again.
-    """
-
+    # chains of reflections, which name the scene's planes; None if rays are shot for every batch instead
     reflected: Chains | None
-    diffracted: DiffractedChains | None
+    diffracted: DiffractedChains | None  # chains with diffractions; None if diffraction is not followed
+    # the edges that the chains with diffractions name, for a scene whose objects have not moved. None: they are found
+    # again.
     edges: Edges | None = None
 
 
@@ -43,17 +39,6 @@ class ChainSolver:
     """The chains of reflections and diffractions in a scene, and the paths that they give between antennas.
 
     Paths name their chain by its number. Chains without diffraction come first.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        region: lowest and highest corner of the region in which chains must carry power, metres, world frame.
-        seed: seed of the search.
-        report: gets a sentence after each round of the search.
-        found: chains that need not be searched.
-
-    Attributes:
-        found: the chains, with their edges.
-        chains: number of chains.
     """
 
     def __init__(
@@ -78,46 +63,24 @@ class ChainSolver:
             self.chains += len(self._diffracted)
 
     def paths(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
-        """The paths between all sources and targets, in batches: the chain of each path, and the paths.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The paths between all sources and targets, in batches: the chain of each path, and the paths."""
         for solution in self._solved(sources, targets, [self._surfaces]):
             yield solution.arriving()
 
     def terms(self, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
-        """The paths of ``paths``, with their vertices but without those of transmissions.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The paths of ``paths``, with their vertices but without those of transmissions."""
         for solution in self._solved(sources, targets, [self._surfaces]):
             yield solution.terms()
 
     def paths_in(self, others: Sequence[RayScene], sources: Antennas, targets: Antennas) -> Iterator[tuple[int, Paths]]:
-        """The same paths in scenes of other materials, in batches: index of the scene, and the paths in it.
-
-        Args:
-            others: scenes that differ from this one only in their materials.
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The same paths in scenes of other materials, in batches: index of the scene, and the paths in it."""
         for solution in self._solved(sources, targets, [Surfaces(each) for each in others]):
             yield from enumerate(solution.paths)
 
     def band_responses(
         self, sources: Antennas, targets: Antennas, frequencies: Float[np.ndarray, " subcarriers"]
     ) -> Complex[np.ndarray, "targets sources subcarriers"]:
-        """The sum of all paths from each source to each target, at each subcarrier.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-            frequencies: frequencies of the subcarriers, evenly spaced, Hz.
-        """
+        """The sum of all paths from each source to each target, at each subcarrier."""
         # No leg of a path is longer than the scene, and a path has one leg more than interactions.
         antennas = np.vstack([sources.positions, targets.positions, self._ray_scene.description.bounds])
         diagonal = float(np.linalg.norm(np.ptp(antennas, axis=0)))

@@ -16,32 +16,22 @@ from simulate.rays.tracer import Tracer
 
 
 class Derivatives(NamedTuple):
-    """Responses y of M elements to K transmitters, and their derivatives.
+    """Responses y of M elements to K transmitters, and their derivatives."""
 
-    Attributes:
-        responses: y as ``Tracer.responses`` returns it, without diffuse reflection.
-        position: derivative with respect to the gateway's position, 1/m, along the axes of the world frame.
-        rotation: derivative with respect to a rotation of the gateway about its position, 1/rad, about the axes of the
-            world frame.
-        frequency: derivative with respect to the logarithm of the frequency, for an array of fixed size in metres.
-        objects: derivative with respect to the position of each of the given objects, 1/m.
-    """
-
-    responses: Complex[np.ndarray, "K M"]
+    responses: Complex[np.ndarray, "K M"]  # y as ``Tracer.responses`` returns it, without diffuse reflection
+    # derivative with respect to the gateway's position, 1/m, along the axes of the world frame
     position: Complex[np.ndarray, "K M 3"]
+    # derivative with respect to a rotation of the gateway about its position, 1/rad, about the axes of the world
+    # frame
     rotation: Complex[np.ndarray, "K M 3"]
+    # derivative with respect to the logarithm of the frequency, for an array of fixed size in metres
     frequency: Complex[np.ndarray, "K M"]
+    # derivative with respect to the position of each of the given objects, 1/m
     objects: Complex[np.ndarray, "K M objects 3"]
 
 
 def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Sequence[int]) -> Derivatives:
-    """Compute the responses to transmitters, and their derivatives.
-
-    Args:
-        tracer: the tracer of the scene.
-        positions: transmitter positions, metres, world frame.
-        objects: indices of the scene's objects that may move.
-    """
+    """Compute the responses to transmitters, and their derivatives."""
     shape = len(positions), len(tracer.elements)
     result = Derivatives(
         np.zeros(shape, complex),
@@ -72,11 +62,6 @@ def by_rotation(
     """Derivatives of paths' lengths with respect to a rotation of the gateway about its position, m/rad.
 
     The rotation is about the axes of the world frame.
-
-    Args:
-        tracer: the tracer of the scene.
-        sources: index of each path's element.
-        by_element: derivatives with respect to the element's position.
     """
     about = tracer.ray_scene.description.gateway.position + tracer.ray_scene.origin
     return np.cross((tracer.elements.positions - about)[sources], by_element)

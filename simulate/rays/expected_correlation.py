@@ -38,43 +38,27 @@ class PowerShares(NamedTuple):
     """Power of the field that the paths of one kind make, over the power of the whole field.
 
     The shares need not add up to 1: the fields interfere, and that of direct paths is left out.
-
-    Attributes:
-        reflected: of paths with reflections only.
-        at_sheets: of paths diffracted at edges of dielectric sheets only.
-        at_conductors: of paths diffracted at an edge of a conductor.
     """
 
-    reflected: float
-    at_sheets: float
-    at_conductors: float
+    reflected: float  # of paths with reflections only
+    at_sheets: float  # of paths diffracted at edges of dielectric sheets only
+    at_conductors: float  # of paths diffracted at an edge of a conductor
 
 
 class Expected(NamedTuple):
-    """Correlation of rays and full wave to expect: the whole field of one element, 0 to 1.
+    """Correlation of rays and full wave to expect: the whole field of one element, 0 to 1."""
 
-    Attributes:
-        low: nine of ten rooms are better.
-        middle: half of the rooms are.
-        high: one of ten is.
-    """
-
-    low: float
-    middle: float
-    high: float
+    low: float  # nine of ten rooms are better
+    middle: float  # half of the rooms are
+    high: float  # one of ten is
 
 
 class Weights(NamedTuple):
-    """The content of expected_correlation.json.
+    """The content of expected_correlation.json."""
 
-    Attributes:
-        constant: w_0.
-        of_shares: w_k for each of ``PowerShares``.
-        factors: the tenth, fiftieth and ninetieth percentile of 1 − c² over its fit, among the rooms of the fit.
-    """
-
-    constant: float
-    of_shares: tuple[float, float, float]
+    constant: float  # w_0
+    of_shares: tuple[float, float, float]  # w_k for each of ``PowerShares``
+    # the tenth, fiftieth and ninetieth percentile of 1 − c² over its fit, among the rooms of the fit
     factors: tuple[float, float, float]
 
     def expected(self, shares: PowerShares) -> Expected:
@@ -92,15 +76,7 @@ def weights() -> Weights:
 
 
 def power_shares(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> PowerShares:
-    """The power that each kind of path carries to the array's middle element.
-
-    Args:
-        tracer: follows reflections and diffraction.
-        positions: transmitter positions, metres, world frame.
-
-    Returns:
-        The shares; NaN if no power arrives.
-    """
+    """The power that each kind of path carries to the array's middle element."""
     responses = tracer.middle_by_chain(positions)
     reflected, diffracted, _ = tracer.found
     assert reflected is not None
@@ -115,20 +91,7 @@ def power_shares(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> PowerSh
 
 
 def expected_correlation(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Expected | None:
-    """The correlation with full wave to expect from a tracer in a region.
-
-    Args:
-        tracer: the tracer.
-        scene: the scene that it traces, with one gateway.
-        region: lowest and highest corner of the region, metres, world frame.
-
-    Returns:
-        The correlation. None if the tracer follows other mechanisms than the default ones, with which the weights were
-        fitted, or if no power arrives in the region.
-
-    Raises:
-        InputError: there is no free place in the region.
-    """
+    """The correlation with full wave to expect from a tracer in a region."""
     used, default = tracer.ray_scene.propagation, Propagation()
     if replace(used, rays=default.rays, patches=default.patches) != default:
         return None

@@ -24,17 +24,6 @@ class ShootingSolver:
     """The paths between antennas that shooting and bouncing rays find in a scene.
 
     Rays may find other paths for one source alone than for several together.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        sources: largest number of sources.
-        seed: seed of the rays.
-
-    Attributes:
-        chains: 1, since all paths count as one chain.
-
-    Raises:
-        ParameterError: ``propagation`` has so many rays that the paths of one target exceed the memory.
     """
 
     chains = 1
@@ -52,35 +41,19 @@ class ShootingSolver:
             )
 
     def paths(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
-        """The paths between all sources and targets, in batches: the chain 0 for each path, and the paths.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The paths between all sources and targets, in batches: the chain 0 for each path, and the paths."""
         for start, batch, buffer in self._shot(sources, targets):
             paths = fields(self._ray_scene, buffer, sources, batch)
             yield np.zeros(len(paths.targets), np.int64), paths._replace(targets=paths.targets + start)
 
     def terms(self, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
-        """The paths of ``paths``, with their vertices, also those of transmissions.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The paths of ``paths``, with their vertices, also those of transmissions."""
         for start, batch, buffer in self._shot(sources, targets):
             found = terms(self._ray_scene, buffer, sources, batch)
             yield found._replace(targets=found.targets + start)
 
     def paths_in(self, others: Sequence[RayScene], sources: Antennas, targets: Antennas) -> Iterator[tuple[int, Paths]]:
-        """The same paths in scenes of other materials, in batches: index of the scene, and the paths in it.
-
-        Args:
-            others: scenes that differ from this one only in their materials.
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The same paths in scenes of other materials, in batches: index of the scene, and the paths in it."""
         for start, batch, buffer in self._shot(sources, targets):
             for index, other in enumerate(others):
                 paths = fields(other, with_materials_of(buffer, self._ray_scene, other), sources, batch)

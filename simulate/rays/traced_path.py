@@ -24,11 +24,7 @@ class TracedPath(NamedTuple):
 
 
 def strongest_first(batches: Iterable[Terms]) -> list[TracedPath]:
-    """The single paths of some batches, strongest first, without the vertices that paths repeat.
-
-    Args:
-        batches: paths with their vertices, metres, world frame.
-    """
+    """The single paths of some batches, strongest first, without the vertices that paths repeat."""
     found = []
     for batch in batches:
         for vertices, response in zip(batch.vertices, batch.responses, strict=True):

@@ -22,23 +22,14 @@ BELIEVED = 10.0
 
 @dataclass(frozen=True)
 class DistanceLaw:
-    """Powers as P = P_1 − 10 n log10(d / 1 m), fitted for each gateway by least squares.
+    """Powers as P = P_1 − 10 n log10(d / 1 m), fitted for each gateway by least squares."""
 
-    Attributes:
-        exponents: exponent n of each gateway that tells one. Free space has 2.
-        scatter_db: median over the gateways of the standard deviation of what is left, dB.
-    """
-
-    exponents: Float[np.ndarray, " g"]
-    scatter_db: float
+    exponents: Float[np.ndarray, " g"]  # exponent n of each gateway that tells one. Free space has 2.
+    scatter_db: float  # median over the gateways of the standard deviation of what is left, dB
 
     @classmethod
     def of(cls, dataset: RssiDataset) -> DistanceLaw | None:
-        """The law of a dataset; None if no gateway tells one.
-
-        Args:
-            dataset: the dataset.
-        """
+        """The law of a dataset; None if no gateway tells one."""
         exponents, scatter = [], []
         for distance, power in zip(dataset.distances.T, dataset.rssi_dbm.T, strict=True):
             heard = ~np.isnan(power) & (distance > 0)
@@ -61,11 +52,7 @@ class DistanceLaw:
 
 
 def oddities_of_powers(dataset: RssiDataset) -> list[str]:
-    """A sentence for each oddity of received powers.
-
-    Args:
-        dataset: the dataset.
-    """
+    """A sentence for each oddity of received powers."""
     found = []
     powers, heard = dataset.rssi_dbm, ~np.isnan(dataset.rssi_dbm)
     names = np.array(dataset.gateway_names)

@@ -33,19 +33,7 @@ class GatewayEntry(Struct, forbid_unknown_fields=True):
 
 
 def read_gateways(path: Path) -> dict[str, Gateway]:
-    """Read the gateways from a YAML file. gateway_position.yml of a folder of received powers is one, too.
-
-    Args:
-        path: the file. Each entry is a position, or a mapping with ``position`` and, if wanted, ``orientation`` or
-            ``boresight``, ``pattern`` and ``polarization``.
-
-    Returns:
-        Gateways of one element, by name, in the order of the file. ``validate`` checks their values.
-
-    Raises:
-        InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or an entry has an unknown
-            key or a value of the wrong type.
-    """
+    """Read the gateways from a YAML file. gateway_position.yml of a folder of received powers is one, too."""
     return {name: _gateway(value, place) for name, value, place in gateway_entries(path, CONTENT)}
 
 
@@ -67,13 +55,6 @@ def _gateway(value: Any, place: str) -> Gateway:
 
 def gateways_of(given: Path | str | Mapping[str, Gateway | Sequence[float]]) -> dict[str, Gateway]:
     """The gateways that a caller means, each with one element.
-
-    Args:
-        given: a YAML file; or by name a position [x, y, z] or a ``Gateway``, of whose array one element is left.
-
-    Raises:
-        InputError: ``read_gateways`` refuses the file.
-        ParameterError: there is no gateway, or a value is neither a position nor a gateway.
 
     Example:
         >>> gateways_of({"door": (0, 0, 2)})["door"].rows

@@ -80,15 +80,7 @@ def write_rssi(
 
 
 def own_gateways(given: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
-    """Check the positions of gateways from Python.
-
-    Args:
-        given: position by name.
-
-    Raises:
-        ParameterError: there is none, there are more than ``MOST_GATEWAYS``, a name is not one, or a position is not
-            three finite numbers within the range of positions.
-    """
+    """Check the positions of gateways from Python."""
     if not isinstance(given, Mapping) or not given:
         raise ParameterError("gateways", f"expected the position of each gateway by its name, found {shown(given)}")
     if len(given) > MOST_GATEWAYS:
@@ -107,16 +99,7 @@ def own_gateways(given: Mapping[str, Sequence[float]]) -> dict[str, list[float]]
 
 
 def own_powers(given: Float[ArrayLike, "K G"], count: int, gateways: int) -> Float[np.ndarray, "K G"]:
-    """Check powers from Python; the messages name what people most often mix up.
-
-    Args:
-        given: the powers.
-        count: number of positions.
-        gateways: number of gateways.
-
-    Raises:
-        ParameterError: they have another shape, are infinite, or cannot be in dBm.
-    """
+    """Check powers from Python; the messages name what people most often mix up."""
     what = f"powers of {count} positions × {gateways} gateways"
     shape = np.shape(given) if isinstance(given, np.ndarray) else ()
     if shape == (gateways, count) and gateways != count:

@@ -15,13 +15,6 @@ STRONGEST = 60.0
 def fault_of_powers(powers: Float[np.ndarray, "K G"], stated: bool = False) -> str | None:
     """A sentence on powers that cannot be in dBm; None if they can.
 
-    Args:
-        powers: received powers, [K, G]; NaN where nothing was received.
-        stated: the transmit power is stated in dBm, so that all of them may be positive.
-
-    Returns:
-        "expected ..., found ...", without the place.
-
     >>> fault_of_powers(np.array([[-60.0, -71.5]])) is None
     True
     >>> fault_of_powers(np.array([[2e-7, 3e-9]]))

@@ -90,14 +90,7 @@ class RssiCheck(Inspection[RssiDataset]):
 
 
 def check_rssi(folder: Path) -> RssiCheck:
-    """Check a folder of received powers. An invalid folder raises no error; the result lists its faults.
-
-    Args:
-        folder: the folder.
-
-    Returns:
-        All problems and warnings, and a description of the dataset.
-    """
+    """Check a folder of received powers. An invalid folder raises no error; the result lists its faults."""
     inspection = inspect_rssi(folder)
     odd = [] if inspection.dataset is None else oddities_of_powers(inspection.dataset)
     return RssiCheck(inspection.problems, [*inspection.warnings, *odd], inspection.dataset)

@@ -141,14 +141,7 @@ def read_rssi(folder: Path | str) -> RssiDataset:
 
 
 def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
-    """Read a folder and collect every problem, instead of stopping at the first.
-
-    Args:
-        folder: the folder.
-
-    Returns:
-        The problems, the warnings, and the dataset where there are no problems.
-    """
+    """Read a folder and collect every problem, instead of stopping at the first."""
     if not folder.is_dir():
         return Inspection([f"{folder}: expected a folder of received powers, found {what_is_at(folder)}"], [], None)
     if sentence := unfinished(folder):
@@ -211,15 +204,7 @@ def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
 
 
 def require_valid_powers(folder: Path, called: Path) -> None:
-    """Refuse a folder that has just been written and could not be read.
-
-    Args:
-        folder: the folder.
-        called: the folder that it becomes.
-
-    Raises:
-        InputError: there is a problem.
-    """
+    """Refuse a folder that has just been written and could not be read."""
     problems = inspect_rssi(folder).problems
     if problems:
         raise InputError(problems[0].replace(str(folder), str(called)))

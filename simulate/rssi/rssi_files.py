@@ -37,11 +37,7 @@ Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 
 
 def read_gateway_positions(path: Path) -> dict[str, Float[np.ndarray, " 3"]]:
-    """Read gateway_position.yml: the position of each gateway, metres, by its name, in the order of the file.
-
-    Raises:
-        InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or a value is no position.
-    """
+    """Read gateway_position.yml: the position of each gateway, metres, by its name, in the order of the file."""
     return {
         name: np.array(conform(value, tuple[Coordinate, Coordinate, Coordinate], place, numbers_as_text=True), float)
         for name, value, place in gateway_entries(path, "the position [x, y, z] of each gateway by its name")
@@ -49,15 +45,7 @@ def read_gateway_positions(path: Path) -> dict[str, Float[np.ndarray, " 3"]]:
 
 
 def gateway_entries(path: Path, expected: str) -> Iterator[tuple[str, Any, str]]:
-    """The gateways of a YAML file: name, value, and the beginning of a message on it, in the order of the file.
-
-    Args:
-        path: the file.
-        expected: what it should hold, for the message.
-
-    Raises:
-        InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or a name is not valid.
-    """
+    """The gateways of a YAML file: name, value, and the beginning of a message on it, in the order of the file."""
     content = read_yaml(path, expected)
     if not isinstance(content, dict) or not content:
         raise InputError(f"{path}: expected {expected}, found {'nothing' if content is None else shown(content)}")
@@ -69,15 +57,7 @@ def gateway_entries(path: Path, expected: str) -> Iterator[tuple[str, Any, str]]
 
 
 def gateway_name(name: str, where: str) -> str:
-    """Check the name of a gateway.
-
-    Args:
-        name: the name.
-        where: the start of the message.
-
-    Raises:
-        InputError: the name is empty or too long, begins or ends with space, or has control characters.
-    """
+    """Check the name of a gateway."""
     if not (name and name == name.strip() and name.isprintable() and len(name) <= LONGEST_GATEWAY_NAME):
         raise InputError(
             f"{where}: expected a gateway's name of 1 to {LONGEST_GATEWAY_NAME} printable characters, "
@@ -87,17 +67,7 @@ def gateway_name(name: str, where: str) -> str:
 
 
 def read_powers(path: Path) -> tuple[list[str], Float[np.ndarray, "K G"]]:
-    """Read gateway_rssi.csv: the names of the gateways, and a row of powers for each position.
-
-    Args:
-        path: the file.
-
-    Returns:
-        Names of the G gateways, and received powers, dBm, [K, G], as the file has them.
-
-    Raises:
-        InputError: the file cannot be read, has no header, or has a row that is not a finite number for each gateway.
-    """
+    """Read gateway_rssi.csv: the names of the gateways, and a row of powers for each position."""
     text = read_text(path, "a CSV of received powers", LARGEST_POWERS)
     try:
         rows = csv.reader(StringIO(text, newline=""))

@@ -153,17 +153,7 @@ def _is_finished(folder: Path) -> bool:
 def path_gains(
     settings: Sequence[Setting], engine: Rays, positions: Float[np.ndarray, "K 3"], parts: Path
 ) -> Float[np.ndarray, "K G"]:
-    """The path gain 20 log10 ``|y|`` from each position to each gateway.
-
-    Args:
-        settings: scene, region and seed for each gateway, whose array has one element.
-        engine: traces the rays.
-        positions: transmitter positions, metres, world frame.
-        parts: folder that keeps the gains of each ``AT_ONCE`` positions. Those that are there are not traced again.
-
-    Returns:
-        Gains, dB; −∞ where there is no path.
-    """
+    """The path gain 20 log10 ``|y|`` from each position to each gateway."""
     gains = np.zeros((len(positions), len(settings)))
     with progress_bar() as progress:
         bar = progress.add_task("received powers", total=gains.size)

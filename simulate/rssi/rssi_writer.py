@@ -32,17 +32,7 @@ def write_rssi_files(
     metadata: dict[str, Any],
     seed: int = 0,
 ) -> None:
-    """Write the files into an empty folder.
-
-    Args:
-        folder: the empty folder.
-        positions: transmitter positions, metres, world frame.
-        gateways: position of each gateway, metres, world frame, by its name.
-        rssi_dbm: received powers, dBm; NaN where nothing was received. A power that rounds to −100 dBm or less counts
-            as not received, since −100 is the mark of it.
-        metadata: content of metadata.json.
-        seed: seed of the split. A single position has none, and no index files.
-    """
+    """Write the files into an empty folder."""
     write_positions(folder / "tx_pos.csv", positions)
     write_atomically(folder / "gateway_position.yml", positions_yaml(gateways).encode())
     write_atomically(folder / POWERS, powers_csv(list(gateways), rssi_dbm).encode())

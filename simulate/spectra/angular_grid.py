@@ -128,16 +128,6 @@ def direction(
 ) -> Float[np.ndarray, "*shape 3"]:
     """Unit vector of a direction of arrival, u(φ, θ) = (cos θ cos φ, cos θ sin φ, sin θ), in the gateway frame.
 
-    Args:
-        azimuth: φ, radians.
-        elevation: θ, radians.
-
-    Returns:
-        Unit vectors.
-
-    Raises:
-        ParameterError: an angle is not a finite number, or the shapes cannot be broadcast.
-
     Example:
         >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
         [0.0, 1.0, 0.0]

@@ -85,13 +85,6 @@ class Band:
 def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band | None:
     """The band of two options, which need each other.
 
-    Args:
-        bandwidth: hertz, or a text with a unit. None: not given.
-        subcarriers: their number. None: not given.
-
-    Raises:
-        ParameterError: only one of them is given, or one is out of its range.
-
     >>> stated_band("20 MHz", 64)
     Band(bandwidth=20000000.0, subcarriers=64)
     """

@@ -25,11 +25,6 @@ def enough_frequencies(
 
     Responses whose delays span the time T turn at most BT times over a band of the width B.
 
-    Args:
-        frequencies: frequencies of the subcarriers, rising, Hz.
-        delay: T, seconds.
-        more: number of frequencies beyond those that the turns need; it makes the error of the interpolation small.
-
     >>> len(enough_frequencies(np.linspace(0, 20e6, 64), 100e-9, 8)), len(enough_frequencies(np.ones(4), 1.0, 8))
     (12, 4)
     """
@@ -43,14 +38,7 @@ def interpolated(
     frequencies: Float[np.ndarray, " subcarriers"],
     delay: float,
 ) -> Complex[np.ndarray, "*batch subcarriers"]:
-    """Responses at the frequencies of a band, from those at a few frequencies of it.
-
-    Args:
-        at: the few frequencies, Hz, such as ``chebyshev_points``.
-        values: responses there.
-        frequencies: Hz.
-        delay: a typical delay of the paths, seconds, which is taken out before the interpolation.
-    """
+    """Responses at the frequencies of a band, from those at a few frequencies of it."""
     if np.array_equal(at, frequencies):
         return values
     turned = values * np.exp(2j * np.pi * delay * at)

@@ -12,10 +12,6 @@ def delay_spread(responses: Complex[np.ndarray, "K elements subcarriers"], bandw
     It is that of the power over the delays, between the places of an inverse Fourier transform of the subcarriers, all
     elements together. It is no finer than 1 / bandwidth.
 
-    Args:
-        responses: responses over evenly spaced subcarriers.
-        bandwidth: the subcarriers' number times their distance, Hz.
-
     >>> two_paths = 1 + np.exp(-2j * np.pi * np.arange(16) * 4 / 16)  # the second arrives 4 / bandwidth later
     >>> float((1e9 * delay_spread(two_paths[None, None], 16e6)).round(3)[0])
     125.0

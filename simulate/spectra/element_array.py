@@ -205,10 +205,6 @@ class ElementArray(Array):
 def array_of(gateway: Gateway, frequency: float) -> Array:
     """The array of a gateway: a ``PlanarArray``, or an ``ElementArray`` if its element positions are given.
 
-    Args:
-        gateway: the gateway of a scene.
-        frequency: carrier frequency of the scene, Hz.
-
     >>> from scenes.scene.antennas import Gateway
     >>> array_of(Gateway((0, 0, 1), (0, 0, 0, 1), rows=2), 915e6)
     PlanarArray(rows=2, columns=4, spacing=0.5)
@@ -220,9 +216,6 @@ def array_of(gateway: Gateway, frequency: float) -> Array:
 
 def array_kind(stated: object) -> type[Array]:
     """The class of an array as metadata.json or config.json states it.
-
-    Args:
-        stated: the content of the key ``array``.
 
     >>> array_kind({"positions_m": [[0, 0, 0]]}).__name__, array_kind({"rows": 4}).__name__
     ('ElementArray', 'PlanarArray')
@@ -257,15 +250,7 @@ def uniform(array: Array) -> PlanarArray | None:
 
 
 def require_planar(array: Array, what: str) -> PlanarArray:
-    """Return the uniform planar array that an array is, and refuse others.
-
-    Args:
-        array: the array.
-        what: what needs such an array, for the message.
-
-    Raises:
-        InputError: the array is no uniform planar one, however it is given.
-    """
+    """Return the uniform planar array that an array is, and refuse others."""
     planar = uniform(array)
     if planar is not None:
         return planar

@@ -54,17 +54,11 @@ Coarse = dict[Quantity, list[tuple[float, Beamformer]]]
 
 @dataclass(frozen=True)
 class Explanation:
-    """An array, a grid and a quantity that explain pictures.
+    """An array, a grid and a quantity that explain pictures."""
 
-    Attributes:
-        beamformer: the array and the grid.
-        quantity: what the grey levels stand for.
-        residual: median of the root mean square errors that it leaves, grey levels of 255.
-    """
-
-    beamformer: Beamformer
-    quantity: Quantity
-    residual: float
+    beamformer: Beamformer  # the array and the grid
+    quantity: Quantity  # what the grey levels stand for
+    residual: float  # median of the root mean square errors that it leaves, grey levels of 255
 
 
 @threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
@@ -75,14 +69,6 @@ def explain(
 
     Smallest first, since a larger array with a smaller spacing explains the pictures of a smaller one, too, and the
     power of an array looks like the magnitude of one almost twice as large.
-
-    Args:
-        pictures: 8-bit pictures.
-        array: the array, if it is known. Then only the quantity and the grid are looked for.
-        grid: the grid, if it is known.
-
-    Returns:
-        The explanation; None if there is none.
     """
     spectra = examined(pictures)
     if not len(spectra):

@@ -65,13 +65,7 @@ class Identification:
 
 
 def stated_array(metadata: dict[str, Any], frequency: float | None = None) -> Array | None:
-    """The array that metadata.json states; None if it states none.
-
-    Args:
-        metadata: content of metadata.json, from ``read_metadata_file``.
-        frequency: carrier frequency of the folder, Hz, for an array whose element positions are stated in metres.
-            None: such an array has no frequency yet.
-    """
+    """The array that metadata.json states; None if it states none."""
     if "array" not in metadata:
         return None
     if array_kind(metadata["array"]) is ElementArray:
@@ -85,11 +79,7 @@ def can_fit(array: Array) -> bool:
 
 
 def stated_grid(metadata: dict[str, Any]) -> AngularGrid | None:
-    """The grid that metadata.json states; None if it states none.
-
-    Args:
-        metadata: content of metadata.json, from ``read_metadata_file``.
-    """
+    """The grid that metadata.json states; None if it states none."""
     if "grid" in metadata:
         return AngularGrid(**metadata["grid"])
     return METADATA_GRID if "array" in metadata and "scene_file" in metadata else None
@@ -100,9 +90,6 @@ def tells_little(beamformer: Beamformer) -> bool:
 
     So it is if the array has more lags than its pictures have details, as an irregular array within a wavelength: less
     than half of the combinations of its lag functions are larger than the rounding.
-
-    Args:
-        beamformer: the array, with which pictures are fitted (``can_fit``), and the grid.
 
     >>> tells_little(Beamformer())
     False
@@ -129,11 +116,7 @@ def grey_levels(picture: UInt8[np.ndarray, "90 360"]) -> int:
 
 
 def rounding(spectra: Float[np.ndarray, "K 90 360"]) -> float:
-    """Median step between the levels that spectra have, grey levels of 255: 1 for 8 bits, 4 for 6 bits.
-
-    Args:
-        spectra: pictures as numbers from 0 to 1.
-    """
+    """Median step between the levels that spectra have, grey levels of 255: 1 for 8 bits, 4 for 6 bits."""
     pictures = np.round(LARGEST_GREY * spectra).astype(np.uint8)
     return max(1.0, float(np.median([np.ptp(each) / max(grey_levels(each) - 1, 1) for each in pictures])))
 
@@ -144,11 +127,6 @@ def identify(
     """Take the array and the grid that metadata.json states, and find what it does not state by a fit to the pictures.
 
     An array that is not stated is looked for among those of up to 4 × 4 elements.
-
-    Args:
-        pictures: 8-bit pictures.
-        array: from ``stated_array``.
-        grid: from ``stated_grid``.
     """
     spectra = examined(pictures)
     stated = Beamformer(array or PlanarArray(), grid or AngularGrid())
@@ -182,11 +160,6 @@ def with_fewest_elements(
     """The part of an array with the fewest rows and columns that explains spectra as well as the whole.
 
     A 4 × 4 array explains the spectra of a 3 × 4 array with the same spacing, too.
-
-    Args:
-        spectra: pictures as numbers from 0 to 1.
-        beamformer: an array that explains them, and the grid.
-        quantity: what the pictures stand for.
     """
     array = require_planar(beamformer.array, "a search for smaller arrays")
     enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, quantity))

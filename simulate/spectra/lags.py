@@ -91,10 +91,6 @@ def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
 def too_many_lags(array: Array, most: int = MOST_FUNCTIONS) -> str | None:
     """Why pictures cannot be fitted with an array: it has too many lag functions. None: they can.
 
-    Args:
-        array: the array.
-        most: most lag functions.
-
     >>> too_many_lags(PlanarArray(8, 8)) is None
     True
     """
@@ -116,13 +112,7 @@ def _steps(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
 def lag_functions(
     array: Array, azimuth: Float[np.ndarray, " P"], elevation: Float[np.ndarray, " P"]
 ) -> Float[np.ndarray, "P F"]:
-    """The real functions that add up to a squared spectrum: 1, and cos(k u·Δ) and sin(k u·Δ) for each lag Δ.
-
-    Args:
-        array: the array.
-        azimuth: φ, radians.
-        elevation: θ, radians.
-    """
+    """The real functions that add up to a squared spectrum: 1, and cos(k u·Δ) and sin(k u·Δ) for each lag Δ."""
     u = direction(azimuth, elevation)
     if isinstance(array, PlanarArray):
         phase = 2 * np.pi * array.spacing * u[:, :2] @ _steps(array)[1:].T
@@ -133,19 +123,12 @@ def lag_functions(
 
 @dataclass(frozen=True)
 class LagSpace:
-    """The lag functions of an array at some pixels of a grid: the space of the powers that the array can measure.
+    """The lag functions of an array at some pixels of a grid: the space of the powers that the array can measure."""
 
-    Attributes:
-        rows: the rows of these pixels.
-        columns: the columns of these pixels.
-        orthonormal: an orthonormal basis of the space, [pixels, functions].
-        triangular: the lag functions in this basis, [functions, functions].
-    """
-
-    rows: Int[np.ndarray, " r"]
-    columns: Int[np.ndarray, " c"]
-    orthonormal: Float[np.ndarray, "P F"]
-    triangular: Float[np.ndarray, "F F"]
+    rows: Int[np.ndarray, " r"]  # the rows of these pixels
+    columns: Int[np.ndarray, " c"]  # the columns of these pixels
+    orthonormal: Float[np.ndarray, "P F"]  # an orthonormal basis of the space, [pixels, functions]
+    triangular: Float[np.ndarray, "F F"]  # the lag functions in this basis, [functions, functions]
 
     @classmethod
     @lru_cache(maxsize=2)  # one array on one grid is tried for several quantities in turn
@@ -266,15 +249,6 @@ def fit_grids(
     """Find the array spacing that explains the spectra best on each of some grids.
 
     For a 4 × 4 array this takes half a second.
-
-    Args:
-        spectra: min–max normalised spectra, 0…1; about ``EXAMINED`` from a folder are enough.
-        rows: number of the array's elements along y.
-        columns: number of the array's elements along x.
-        grids: the grids to try.
-
-    Returns:
-        The fits on the two best grids, the better one first; one fit if there is only one grid.
     """
 
     by_residual = attrgetter("median_residual")

@@ -29,17 +29,11 @@ DAMPING = 1e-3
 
 @dataclass(frozen=True)
 class _Linearised:
-    """The residuals of some spectra at some unknowns, and their derivatives there.
+    """The residuals of some spectra at some unknowns, and their derivatives there."""
 
-    Attributes:
-        frequencies: the grid of spatial frequencies, of which P are seen.
-        error: residuals |B y| − p − b, [K, P].
-        phase: e^{j arg B y}, [K, P].
-    """
-
-    frequencies: SpatialFrequencies
-    error: Float[np.ndarray, "K P"]
-    phase: Complex[np.ndarray, "K P"]
+    frequencies: SpatialFrequencies  # the grid of spatial frequencies, of which P are seen
+    error: Float[np.ndarray, "K P"]  # residuals |B y| − p − b, [K, P]
+    phase: Complex[np.ndarray, "K P"]  # e^{j arg B y}, [K, P]
 
     @classmethod
     def at(
@@ -78,11 +72,6 @@ def refined(
     frequencies: SpatialFrequencies,
 ) -> tuple[Complex[np.ndarray, "K elements"], Float[np.ndarray, " K"]]:
     """Responses and offsets of least squared error at the visible frequencies; a step that raises an error is undone.
-
-    Args:
-        start: responses near the best ones.
-        magnitude: p, the spectra at the frequencies.
-        frequencies: the grid of spatial frequencies.
     """
     flat = start.reshape(len(start), -1).astype(complex)
     elements = flat.shape[1]

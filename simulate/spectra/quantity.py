@@ -31,12 +31,7 @@ DB = np.log(10) / 10
 
 
 def power_residual(space: LagSpace, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, " K"]:
-    """What an array leaves unexplained of spectra that would be powers: root mean square, grey levels.
-
-    Args:
-        space: the array's lag functions.
-        spectra: pictures as numbers from 0 to 1.
-    """
+    """What an array leaves unexplained of spectra that would be powers: root mean square, grey levels."""
     left = space.remainder(space.sampled(spectra))
     return LARGEST_GREY * np.sqrt((left**2).sum(axis=1) / space.freedom)
 
@@ -48,11 +43,6 @@ def decibel_residual(
 
     The error of a power is divided by the derivative of the power by the grey level. Both are squared and averaged
     first, so that bright pixels count most and the floor, at which many programs cut, counts least.
-
-    Args:
-        space: the array's lag functions.
-        spectra: pictures as numbers from 0 to 1.
-        steps: steps by which the range is refined; 0: only ``RANGES`` are tried.
     """
     values = space.sampled(spectra)
 
@@ -78,14 +68,7 @@ def decibel_residual(
 def median_residual(
     spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, quantity: Quantity, steps: int = RANGE_STEPS
 ) -> float:
-    """Median of the root mean square errors that an array leaves on spectra of a quantity, grey levels.
-
-    Args:
-        spectra: pictures as numbers from 0 to 1.
-        beamformer: the array and the grid.
-        quantity: what the pictures stand for.
-        steps: as for ``decibel_residual``.
-    """
+    """Median of the root mean square errors that an array leaves on spectra of a quantity, grey levels."""
     if quantity == "magnitude":
         return fit_lags(spectra, beamformer).median_residual
     space = LagSpace.of(beamformer)
@@ -98,11 +81,6 @@ def magnitudes(
     spectra: Float[np.ndarray, "K 90 360"], quantity: Quantity, decibels: Float[np.ndarray, " K"] | None = None
 ) -> Float[np.ndarray, "K 90 360"]:
     """Turn pictures of a quantity into normalised magnitudes.
-
-    Args:
-        spectra: pictures as numbers from 0 to 1.
-        quantity: what they stand for.
-        decibels: range of each picture from black to white, for pictures in decibels.
 
     Example:
         >>> power, level = np.array([[[0.25, 0.0, 1.0]]]), np.array([[[0.5, 0.0, 1.0]]])

@@ -56,14 +56,7 @@ Spectra = Float[np.ndarray, "K 90 360"] | UInt8[np.ndarray, "K 90 360"]
 
 @compiled(nogil=True, fastmath=True)
 def _write(factors, functions, starts, spectra, largest):
-    """Write normalised spectra into ``spectra`` [K, 90, 360].
-
-    Args:
-        factors: of the functions, for each spectrum (real, imaginary), [K, F, 2].
-        functions: values at the pixels of the first quadrant, [tiles, F, pixels].
-        starts: where the functions of each of the four sums begin and end, [5].
-        largest: number that stands for 1 in ``spectra``; whole numbers are rounded to if it is above 1.
-    """
+    """Write normalised spectra into ``spectra`` [K, 90, 360]."""
     count, tiles = factors.shape[0], functions.shape[0]
     powers = np.empty((AT_ONCE, 4, tiles * TILE), np.float32)
     real, imaginary = np.zeros((4, TILE), np.float32), np.zeros((4, TILE), np.float32)
@@ -195,9 +188,6 @@ class QuickSpectra:
 @lru_cache(maxsize=4)
 def quick_spectra(beamformer: Beamformer) -> QuickSpectra | None:
     """What computes normalised spectra of an array on a grid quickly. None: the grid's azimuths are not 1° apart.
-
-    Args:
-        beamformer: the array and the grid.
 
     >>> spectra = np.empty((1, 90, 360), np.uint8)
     >>> beamformer = Beamformer()

@@ -28,34 +28,17 @@ WRAPPED = 8
 
 @dataclass(frozen=True)
 class SpatialFrequencies:
-    """A grid of spatial frequencies for an array: ``shape`` frequencies over one period of its transform.
+    """A grid of spatial frequencies for an array: ``shape`` frequencies over one period of its transform."""
 
-    Attributes:
-        beamformer: the array, and the angular grid of its spectra.
-        shape: number of frequencies along y and along x.
-        seen: whether a frequency belongs to a direction within the angular grid, [*shape].
-        row: row of this direction in a spectrum, a fraction, [*shape].
-        column: its column, a fraction, [*shape].
-    """
-
-    beamformer: Beamformer
-    shape: tuple[int, int]
-    seen: Bool[np.ndarray, "y x"]
-    row: Float[np.ndarray, "y x"]
-    column: Float[np.ndarray, "y x"]
+    beamformer: Beamformer  # the array, and the angular grid of its spectra
+    shape: tuple[int, int]  # number of frequencies along y and along x
+    seen: Bool[np.ndarray, "y x"]  # whether a frequency belongs to a direction within the angular grid, [*shape]
+    row: Float[np.ndarray, "y x"]  # row of this direction in a spectrum, a fraction, [*shape]
+    column: Float[np.ndarray, "y x"]  # its column, a fraction, [*shape]
 
     @classmethod
     def of(cls, beamformer: Beamformer, oversampling: int, least: int = 1) -> SpatialFrequencies:
-        """The grid with ``oversampling`` frequencies for each row and column of the array.
-
-        Args:
-            beamformer: the array, and the angular grid of its spectra.
-            oversampling: frequencies for each row and column of the array.
-            least: least number of frequencies along either axis.
-
-        Raises:
-            InputError: the array is not a uniform planar one.
-        """
+        """The grid with ``oversampling`` frequencies for each row and column of the array."""
         array, grid = require_planar(beamformer.array, "a grid of spatial frequencies"), beamformer.grid
         shape = (max(least, oversampling * array.rows), max(least, oversampling * array.columns))
         y, x = (scipy.fft.fftfreq(count) / array.spacing for count in shape)

@@ -16,12 +16,6 @@ def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray,
     """Min–max normalise each spectrum to 0…1, as in NeRF² pictures; a constant spectrum becomes zero.
 
     All spectra of datasets are normalised here, and models are trained and scored on such spectra.
-
-    Args:
-        spectrum: magnitude, any unit.
-
-    Returns:
-        The normalised spectrum.
     """
     low = spectrum.min(axis=(-2, -1), keepdims=True)
     span = spectrum.max(axis=(-2, -1), keepdims=True) - low
@@ -29,22 +23,12 @@ def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray,
 
 
 def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
-    """The 8-bit grey NeRF² picture of a magnitude spectrum.
-
-    Args:
-        spectrum: magnitude, any unit; this function normalises it.
-
-    Returns:
-        Grey levels, rows and columns as in the spectrum.
-    """
+    """The 8-bit grey NeRF² picture of a magnitude spectrum."""
     return grey_levels(normalise(spectrum))
 
 
 def grey_levels(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
     """The nearest grey levels of a normalised spectrum.
-
-    Args:
-        spectrum: numbers from 0 to 1; others become 0 or 1.
 
     >>> grey_levels(np.array([[0, 0.5, 1]])).tolist()
     [[0, 128, 255]]
@@ -55,12 +39,6 @@ def grey_levels(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarra
 def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
     """The normalised spectrum of an 8-bit picture: picture / 255, float32.
 
-    Args:
-        picture: 8-bit grey levels.
-
-    Returns:
-        Numbers from 0 to 1.
-
     >>> spectrum_of(np.array([[0, 255]], np.uint8)).tolist()
     [[0.0, 1.0]]
     """
@@ -69,14 +47,6 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
 
 def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
     """Check spectra that a user gave.
-
-    Args:
-        parameter: name of the parameter, for the message.
-        spectra: a spectrum or a stack of spectra, 0…1.
-
-    Raises:
-        ParameterError: the array is masked, has another shape, or holds whole numbers, such as the grey levels of
-            pictures.
 
     >>> check_spectra("truth", np.zeros((2, 90, 360), np.uint8))
     Traceback (most recent call last):
@@ -97,11 +67,7 @@ def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -
 
 
 def check_stack(parameter: str, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K 90 360"]:
-    """Check spectra that a user gave, as ``check_spectra``, which must be a stack of finite ones.
-
-    Raises:
-        ParameterError: as ``check_spectra``, or there is none or only one without a stack, or a value is not finite.
-    """
+    """Check spectra that a user gave, as ``check_spectra``, which must be a stack of finite ones."""
     stack = check_spectra(parameter, spectra)
     if stack.ndim != 3 or not len(stack):
         raise ParameterError(parameter, f"expected spectra [K, {ROWS}, {COLUMNS}], found shape {stack.shape}")
@@ -113,11 +79,7 @@ def check_stack(parameter: str, spectra: Float[np.ndarray, "K 90 360"]) -> Float
 def check_pictures(
     parameter: str, pictures: UInt8[np.ndarray, "K 90 360"] | Float[np.ndarray, "K 90 360"]
 ) -> UInt8[np.ndarray, "K 90 360"] | Float[np.ndarray, "K 90 360"]:
-    """Check a stack of pictures, grey levels 0…255, or of spectra, 0…1.
-
-    Raises:
-        ParameterError: as ``check_stack``.
-    """
+    """Check a stack of pictures, grey levels 0…255, or of spectra, 0…1."""
     if not (isinstance(pictures, np.ndarray) and pictures.dtype == np.uint8) or np.ma.isMaskedArray(pictures):
         return check_stack(parameter, pictures)
     if pictures.ndim != 3 or pictures.shape[1:] != (ROWS, COLUMNS) or not len(pictures):
@@ -127,10 +89,6 @@ def check_pictures(
 
 def evenly(values: Shaped[np.ndarray, "n *shape"], most: int) -> Shaped[np.ndarray, "m *shape"]:
     """At most ``most`` of the values, spread evenly over all of them.
-
-    Args:
-        values: indices or spectra, in any order.
-        most: largest number of values to return.
 
     >>> evenly(np.arange(10), 3).tolist()
     [0, 4, 9]

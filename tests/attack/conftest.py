@@ -38,12 +38,7 @@ settings.load_profile("attack")
 
 
 class Tally:
-    """What came of the attacks of a group.
-
-    Args:
-        workplace: where they happen.
-        kept: folder for the files of attacks that broke a promise.
-    """
+    """What came of the attacks of a group."""
 
     def __init__(self, workplace: Workplace, kept: Path) -> None:
         self._workplace, self._kept = workplace, kept

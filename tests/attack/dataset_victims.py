@@ -99,11 +99,7 @@ KINDS = {
 
 
 def make_kinds(folder: Path) -> None:
-    """Write the valid files.
-
-    Args:
-        folder: the workplace.
-    """
+    """Write the valid files."""
     generator = np.random.default_rng(1)
     places = generator.uniform((2, -1, 0), (4, 1, 2), (COUNT, 3))
     parts = generator.normal(size=(2, COUNT, 4, 6))

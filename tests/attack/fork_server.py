@@ -57,30 +57,17 @@ simulate.rays.tracer
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended.
+    """How a command ended."""
 
-    Attributes:
-        status: exit status; negative: the signal that ended it.
-        seconds: time of the processor.
-        megabytes: largest memory.
-        said: what it wrote on stderr.
-        hung: whether it was killed, since it took too long.
-    """
-
-    status: int
-    seconds: float
-    megabytes: float
-    said: str
-    hung: bool
+    status: int  # exit status; negative: the signal that ended it
+    seconds: float  # time of the processor
+    megabytes: float  # largest memory
+    said: str  # what it wrote on stderr
+    hung: bool  # whether it was killed, since it took too long
 
 
 class ForkServer:
-    """A process that runs commands for us, as a context.
-
-    Args:
-        temporary: folder in which the commands make temporary files.
-        settings: folder in which libraries keep what they need from one command to the next.
-    """
+    """A process that runs commands for us, as a context."""
 
     def __init__(self, temporary: Path, settings: Path) -> None:
         self._folders = {"TMPDIR": str(temporary), "MPLCONFIGDIR": str(settings)}
@@ -99,13 +86,7 @@ class ForkServer:
         self._process.communicate()
 
     def run(self, arguments: Sequence[str], folder: Path) -> Ended:
-        """Run a command.
-
-        Args:
-            arguments: of ``bisplat``; or "python", the name of a function, and the changes of its arguments as JSON
-                (``tests.attack.python_calls``).
-            folder: the current folder of the command.
-        """
+        """Run a command."""
         assert self._process.stdin is not None and self._process.stdout is not None
         print(json.dumps([list(arguments), str(folder)]), file=self._process.stdin, flush=True)
         return Ended(**json.loads(self._process.stdout.readline()))

@@ -109,15 +109,7 @@ def _transmitter() -> bisplat.Transmitter:
 
 
 def call(name: str, changes: dict[str, str]) -> int:
-    """Call a function or class, and tell what became of it as a command does.
-
-    Args:
-        name: its name in ``bisplat``.
-        changes: names of ``VALUES`` by the names of arguments.
-
-    Returns:
-        0: it returned; 1: it raised an ``InputError``, whose sentence is printed.
-    """
+    """Call a function or class, and tell what became of it as a command does."""
     arguments = CALLS[name]() | {argument: VALUES[value]() for argument, value in changes.items()}
     try:
         getattr(bisplat, name)(**arguments)

@@ -38,30 +38,17 @@ PLACE = "--gateway 0.5 0.5 1 --boresight 1 0 0 --region-min 1 0.2 0.5 --region-m
 
 @dataclass(frozen=True)
 class Victim:
-    """A file, and a command that reads it.
+    """A file, and a command that reads it."""
 
-    Attributes:
-        file: its path in the workplace.
-        command: arguments of ``bisplat``; the workplace is the current folder.
-        ways: strategies that make another content from the valid one.
-        needs: files and folders of the workplace that the command takes.
-        output: files and folders that the command may write.
-        then: another command that reads the file, where the first one took it; None: there is none.
-    """
-
-    file: str
-    command: str
-    ways: Ways
-    needs: tuple[str, ...]
-    output: tuple[str, ...] = ("out",)
-    then: str | None = None
+    file: str  # its path in the workplace
+    command: str  # arguments of ``bisplat``; the workplace is the current folder
+    ways: Ways  # strategies that make another content from the valid one
+    needs: tuple[str, ...]  # files and folders of the workplace that the command takes
+    output: tuple[str, ...] = ("out",)  # files and folders that the command may write
+    then: str | None = None  # another command that reads the file, where the first one took it; None: there is none
 
     def contents(self, whole: Path) -> st.SearchStrategy[Callable[[Path], object]]:
-        """Strategy: a function that makes the changed file at a path.
-
-        Args:
-            whole: folder with all valid files.
-        """
+        """Strategy: a function that makes the changed file at a path."""
         valid = (whole / self.file).read_bytes()
         changed = st.one_of([way(valid) for way in self.ways]).map(corpus.content)
         special = st.sampled_from([make for make, _ in corpus.ANY_FILE.values()])
@@ -276,12 +263,7 @@ def write_powers(folder: Path) -> None:
 
 
 def make_files(folder: Path, field: Path) -> None:
-    """Write the valid files that need no command of ours.
-
-    Args:
-        folder: the workplace.
-        field: folder of a field of the closet.
-    """
+    """Write the valid files that need no command of ours."""
     corners = np.array(hostile.CORNERS)
     write_positions(folder / "places.csv", np.array([[1.5, 1.0, 1.2], [1.7, 1.1, 1.0]]))
     write_recordings(folder / "recordings")

@@ -34,13 +34,7 @@ SIMULATED = ("metadata.json", "channels.npz", "field.npz", "scene")
 
 
 class Workplace:
-    """Valid files, and a folder in which they are changed and read.
-
-    Args:
-        folder: a folder, in which the commands have "temporary" as TMPDIR.
-        server: runs the commands.
-        field: folder of a field of the closet.
-    """
+    """Valid files, and a folder in which they are changed and read."""
 
     def __init__(self, folder: Path, server: ForkServer, field: Path) -> None:
         self.whole, self.here, self.temporary = (
@@ -63,19 +57,7 @@ class Workplace:
     def attack(
         self, victim: Victim, change: Callable[[Path], object], check: Callable[[Path], None] = lambda here: None
     ) -> str:
-        """Run a command on changed files, and another one where the first took them.
-
-        Args:
-            victim: the commands, and the files that they need.
-            change: changes files in the folder.
-            check: asserts what must be true where the first command took the files.
-
-        Returns:
-            "refused" or "accepted" by the first command.
-
-        Raises:
-            AssertionError: a promise was broken; the message says which.
-        """
+        """Run a command on changed files, and another one where the first took them."""
         shutil.rmtree(self.here)
         self.here.mkdir()
         for name in victim.needs:

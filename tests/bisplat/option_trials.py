@@ -11,22 +11,15 @@ FIELD = Path(__file__).parents[1] / "data" / "closet"
 
 
 class Trial(NamedTuple):
-    """Two calls of a command that differ in one option.
+    """Two calls of a command that differ in one option."""
 
-    Attributes:
-        call: arguments of ``bisplat`` without the option, or with another value of it.
-        words: the option with its value.
-        instead_of: the words of the call that ``words`` replace; empty: they are added.
-        stops_at: function, as "module:name", that does the work of the command, which tests of its own cover. The
-            calls stop there, and its arguments are compared. Empty: what the command writes and prints is compared.
-        there: name of a file that exists before both calls.
-    """
-
-    call: str
-    words: str
-    instead_of: str = ""
+    call: str  # arguments of ``bisplat`` without the option, or with another value of it
+    words: str  # the option with its value
+    instead_of: str = ""  # the words of the call that ``words`` replace; empty: they are added
+    # function, as "module:name", that does the work of the command, which tests of its own cover. The calls stop
+    # there, and its arguments are compared. Empty: what the command writes and prints is compared.
     stops_at: str = ""
-    there: str = ""
+    there: str = ""  # name of a file that exists before both calls
 
     @property
     def calls(self) -> tuple[list[str], list[str]]:

@@ -47,19 +47,12 @@ NAMES = ("nearest", 3, [], ["nearst"], [3], np.ones(3), None)
 
 @dataclass(frozen=True)
 class Call:
-    """A public callable with valid arguments, and values that it must refuse, by parameter.
+    """A public callable with valid arguments, and values that it must refuse, by parameter."""
 
-    Attributes:
-        function: the callable.
-        valid: its arguments, of which one at a time is replaced.
-        wrong: the values.
-        exempt: parameters that are not checked, with the reason.
-    """
-
-    function: Callable[..., Any]
-    valid: dict[str, Any] = field(default_factory=dict)
-    wrong: dict[str, tuple[Any, ...]] = field(default_factory=dict)
-    exempt: dict[str, str] = field(default_factory=dict)
+    function: Callable[..., Any]  # the callable
+    valid: dict[str, Any] = field(default_factory=dict)  # its arguments, of which one at a time is replaced
+    wrong: dict[str, tuple[Any, ...]] = field(default_factory=dict)  # the values
+    exempt: dict[str, str] = field(default_factory=dict)  # parameters that are not checked, with the reason
 
 
 CALLBACK = {"report": "a function, called while the work goes on"}

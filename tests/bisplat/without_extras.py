@@ -42,14 +42,7 @@ def hide_extras() -> None:
 
 
 def outcome(command: list[str]) -> tuple[int, str]:
-    """Run a command.
-
-    Args:
-        command: its name and options.
-
-    Returns:
-        Its exit status, and what it said on stderr.
-    """
+    """Run a command."""
     from bisplat.__main__ import main
 
     sys.argv = ["bisplat", *command]

@@ -26,21 +26,13 @@ BLOCK = re.compile(
 
 @dataclass(frozen=True)
 class Block:
-    """A block of commands or a snippet.
+    """A block of commands or a snippet."""
 
-    Attributes:
-        language: bash or python.
-        text: what it says.
-        line: number of its first line in the page.
-        reason: why tests do not run it; empty if they do.
-        file: name of the file that the reader saves it as, instead of running it; empty if the reader does not.
-    """
-
-    language: str
-    text: str
-    line: int
-    reason: str
-    file: str = ""
+    language: str  # bash or python
+    text: str  # what it says
+    line: int  # number of its first line in the page
+    reason: str  # why tests do not run it; empty if they do
+    file: str = ""  # name of the file that the reader saves it as, instead of running it; empty if the reader does not
 
     def commands(self) -> list[str]:
         """The commands of a block of bash, without comments, each on one line."""

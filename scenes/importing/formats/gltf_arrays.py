@@ -20,13 +20,7 @@ TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: 
 
 
 class Arrays:
-    """The arrays of a file. Buffers are read when they are needed.
-
-    Args:
-        header: the file's JSON.
-        binary: the binary chunk of a .glb file, which is the first buffer if that names no file.
-        path: the file, beside which the others are.
-    """
+    """The arrays of a file. Buffers are read when they are needed."""
 
     def __init__(self, header: Header, binary: bytes | None, path: Path) -> None:
         self.header, self.binary, self.path, self.source = header, binary, path, str(path)
@@ -35,18 +29,7 @@ class Arrays:
         self.left = LARGEST_FILE
 
     def read(self, index: int, kind: str) -> np.ndarray:
-        """Return the array of an accessor, with integers that stand for −1 to 1 or 0 to 1 converted.
-
-        Args:
-            index: number of the accessor.
-            kind: the type that it must have: "SCALAR", "VEC3", "VEC4" or "MAT4".
-
-        Returns:
-            [count] for "SCALAR", else [count, components].
-
-        Raises:
-            InputError: the accessor does not exist, has another type, or its data are missing or too short.
-        """
+        """Return the array of an accessor, with integers that stand for −1 to 1 or 0 to 1 converted."""
         accessor = pick(self.header.accessors, index, self.source, "accessors")
         if accessor.type != kind:
             raise InputError(f"{self.source}: accessors[{index}]: expected {kind}, found {named(accessor.type)}")

@@ -33,13 +33,6 @@ def read_gltf(data: bytes, path: Path) -> MeshFile:
 
     Skins and morph targets are applied as in the pose at rest. Where a node mirrors its mesh, the outer sides of the
     triangles stay outside.
-
-    Args:
-        data: content of a .gltf or .glb file.
-        path: the file, beside which the buffers are, and for messages.
-
-    Raises:
-        InputError: the file is damaged or too large, or requires an extension that is not supported.
     """
     header, binary = read_header(data, str(path))
     check_sizes(header, str(path), 2 * LARGEST_FILE, MOST_TRIANGLES)

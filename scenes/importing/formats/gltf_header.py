@@ -154,15 +154,7 @@ class Header(Struct, rename="camel"):
 
 
 def read_header(data: bytes, source: str) -> tuple[Header, bytes | None]:
-    """Read the JSON of a .gltf file, or of a .glb file with the binary chunk beside it.
-
-    Args:
-        data: content of the file.
-        source: the start of every message: the file's name.
-
-    Raises:
-        InputError: the file is damaged or of another version, or requires an extension that is not supported.
-    """
+    """Read the JSON of a .gltf file, or of a .glb file with the binary chunk beside it."""
     text, binary = _chunks(data, source)
     value = parse_json(text, source, "a glTF header")
     version = str(conform(value, Version, source).asset.version)
@@ -179,17 +171,7 @@ def read_header(data: bytes, source: str) -> tuple[Header, bytes | None]:
 
 
 def check_sizes(header: Header, source: str, most_bytes: int, most_triangles: int) -> None:
-    """Refuse a file whose arrays or triangles are too large.
-
-    Args:
-        header: the JSON.
-        source: the start of every message: the file's name.
-        most_bytes: largest size of all its arrays together.
-        most_triangles: largest number of triangles of all its nodes together.
-
-    Raises:
-        InputError: one of them is exceeded, or a reference leads nowhere.
-    """
+    """Refuse a file whose arrays or triangles are too large."""
     size = sum(view.byte_length for view in header.buffer_views)
     size += sum(WIDEST * each.count * COMPONENTS.get(each.type, 16) for each in header.accessors)
     if size > most_bytes:

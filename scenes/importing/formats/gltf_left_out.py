@@ -26,12 +26,7 @@ def has_triangles(part: Primitive) -> bool:
 
 
 def left_out(header: Header, places: Container[int]) -> Iterator[str]:
-    """Yield a sentence for each kind of thing that is not read.
-
-    Args:
-        header: the file's JSON, whose references were checked.
-        places: numbers of the nodes of the scene that is read.
-    """
+    """Yield a sentence for each kind of thing that is not read."""
     without, elsewhere, unknown = [], [], dict[str, str]()
     parents = {child: index for index, node in enumerate(header.nodes) if index in places for child in node.children}
     for index, node in enumerate(header.nodes):

@@ -17,13 +17,6 @@ def node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4
     """Return the transforms to the world of the nodes of the scene, by their numbers.
 
     The scene is the default one, or else the first; without any, all nodes without a parent are taken.
-
-    Args:
-        header: the file's JSON.
-        source: the start of every message: the file's name.
-
-    Raises:
-        InputError: a node does not exist, occurs twice or is nested too deep, or a transform is not affine.
     """
     if header.scenes:
         roots = pick(header.scenes, header.scene, source, "scenes").nodes
@@ -47,16 +40,7 @@ def node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4
 
 
 def instance_places(node: Node, arrays: Arrays, label: str) -> Places:
-    """Return the places of a node's instances relative to the node; one place if it has none.
-
-    Args:
-        node: the node, maybe with the extension EXT_mesh_gpu_instancing.
-        arrays: the arrays of the file.
-        label: the start of messages: the file and the node.
-
-    Raises:
-        InputError: an array cannot be read, or they differ in length.
-    """
+    """Return the places of a node's instances relative to the node; one place if it has none."""
     kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
     entries = instances(node, label)
     found = {name: arrays.read(entries[name], kind) for name, kind in kinds.items() if name in entries}
@@ -71,16 +55,7 @@ def instance_places(node: Node, arrays: Arrays, label: str) -> Places:
 def repeat(
     vertices: Float[np.ndarray, "V 3"], faces: Integer[np.ndarray, "F 3"], places: Places
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Put triangles at several places. Mirrored ones are turned over (glTF 2.0, section 3.7.4).
-
-    Args:
-        vertices: in the frame of the node.
-        faces: vertex numbers.
-        places: transforms to the world.
-
-    Returns:
-        Vertices [n V, 3] in the world, and faces [n F, 3].
-    """
+    """Put triangles at several places. Mirrored ones are turned over (glTF 2.0, section 3.7.4)."""
     moved = np.einsum("nij,vj->nvi", places[:, :3, :3], vertices) + places[:, None, :3, 3]
     repeated = faces + len(vertices) * np.arange(len(places))[:, None, None]
     mirrored = np.linalg.det(places[:, :3, :3]) < 0

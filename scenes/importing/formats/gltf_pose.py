@@ -14,18 +14,7 @@ Used = Integer[np.ndarray, " V"]
 
 
 def morphed(vertices: Vertices, used: Used, part: Primitive, weights: list[float], arrays: Arrays) -> Vertices:
-    """Return vertices moved by the morph targets.
-
-    Args:
-        vertices: those of the primitive that its triangles use.
-        used: their numbers.
-        part: the primitive.
-        weights: how much of each target the pose at rest has.
-        arrays: the arrays of the file.
-
-    Raises:
-        InputError: a target has another number of vertices, or cannot be read.
-    """
+    """Return vertices moved by the morph targets."""
     for target, weight in zip(part.targets, weights, strict=False):
         if weight and "POSITION" in target:
             vertices = vertices + weight * _rows(target["POSITION"], "VEC3", used, arrays)
@@ -44,18 +33,6 @@ def skinned(
     """Return vertices in the world, moved with the joints of a skin: Σ w J B v / Σ w (glTF 2.0, section 3.7.3).
 
     J are the places of the joints and B their inverse bind matrices. The place of the mesh's own node does not count.
-
-    Args:
-        vertices: those of the primitive that its triangles use.
-        used: their numbers.
-        part: the primitive.
-        skin: number of the skin.
-        places: transforms of the nodes of the scene to the world.
-        arrays: the arrays of the file.
-        label: the start of messages: the file and the node.
-
-    Raises:
-        InputError: a joint does not exist or is not in the scene, or an array cannot be read.
     """
     entry = pick(arrays.header.skins, skin, arrays.source, "skins")
     if not all(joint in places for joint in entry.joints):

@@ -13,15 +13,7 @@ LARGEST = 1e10
 
 
 def require_ordinary(vertices: Float[np.ndarray, "V 3"], label: str) -> None:
-    """Refuse coordinates that are not finite or that are absurdly large.
-
-    Args:
-        vertices: positions, in any unit.
-        label: the start of the message.
-
-    Raises:
-        InputError: a coordinate is not within ±``LARGEST``.
-    """
+    """Refuse coordinates that are not finite or that are absurdly large."""
     faulty = np.flatnonzero(~(np.abs(vertices) <= LARGEST).all(axis=1))  # also NaN
     if len(faulty):
         raise InputError(
@@ -31,16 +23,7 @@ def require_ordinary(vertices: Float[np.ndarray, "V 3"], label: str) -> None:
 
 
 def require_corners(faces: Integer[np.ndarray, "F n"], count: int, label: str) -> None:
-    """Refuse faces that refer to vertices that do not exist.
-
-    Args:
-        faces: vertex numbers.
-        count: number of vertices.
-        label: the start of the message.
-
-    Raises:
-        InputError: a vertex number is not from 0 to ``count`` − 1.
-    """
+    """Refuse faces that refer to vertices that do not exist."""
     outside = (faces < 0) | (faces >= count)
     if outside.any():
         row, column = np.argwhere(outside)[0]

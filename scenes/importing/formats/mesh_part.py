@@ -10,43 +10,28 @@ from trimesh import Trimesh
 
 @dataclass(frozen=True)
 class MeshPart:
-    """The triangles of one object that have one material.
+    """The triangles of one object that have one material."""
 
-    Attributes:
-        name: the node's name or, if the node has parts of several materials, "node/material". The same in each import.
-        mesh: the triangles, in the file's own unit and axes, with the transforms of the nodes applied.
-        node: name of the node (glTF), of the object and group (OBJ) or of the solid (STL); empty if there is none.
-        material: name of the material in the file, or None.
-    """
-
+    # the node's name or, if the node has parts of several materials, "node/material". The same in each import.
     name: str
-    mesh: Trimesh
+    mesh: Trimesh  # the triangles, in the file's own unit and axes, with the transforms of the nodes applied
+    # name of the node (glTF), of the object and group (OBJ) or of the solid (STL); empty if there is none
     node: str = ""
-    material: str | None = None
+    material: str | None = None  # name of the material in the file, or None
 
 
 @dataclass(frozen=True)
 class MeshFile:
-    """The content of a mesh file.
+    """The content of a mesh file."""
 
-    Attributes:
-        parts: in the order of their names.
-        left_out: a sentence for each thing in the file that was not read, or not in the only possible way.
-        header: what the file says about the program that wrote it; empty if it says nothing.
-    """
-
-    parts: list[MeshPart]
+    parts: list[MeshPart]  # in the order of their names
+    # a sentence for each thing in the file that was not read, or not in the only possible way
     left_out: tuple[str, ...] = ()
-    header: str = ""
+    header: str = ""  # what the file says about the program that wrote it; empty if it says nothing
 
 
 def parts_of_node(node: str, otherwise: str, meshes: Mapping[str | None, Trimesh]) -> list[MeshPart]:
     """Name the parts of a node.
-
-    Args:
-        node: the node's name, or "".
-        otherwise: what to name the parts after if the node has no name.
-        meshes: the triangles by name of their material, or None.
 
     >>> glass, brick = Trimesh(), Trimesh()
     >>> [part.name for part in parts_of_node("Facade", "house", {"glass": glass, "brick": brick})]

@@ -96,15 +96,7 @@ class _Polygons:
 
 
 def read_obj(data: bytes, path: Path) -> MeshFile:
-    """Read the polygons of an OBJ file, with a part for each object, group and material.
-
-    Args:
-        data: content of the file.
-        path: the file, which names the polygons outside of any object and group, and for messages.
-
-    Raises:
-        InputError: a line is damaged, or ``cut_polygons`` refuses the polygons.
-    """
+    """Read the polygons of an OBJ file, with a part for each object, group and material."""
     read = _Polygons(str(path))
     read.read(data)
     vertices = np.frombuffer(read.positions).reshape(-1, 3)

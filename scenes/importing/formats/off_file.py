@@ -27,16 +27,7 @@ The files of ModelNet have the number of vertices in the same word.
 
 
 def read_off(data: bytes, path: Path) -> MeshFile:
-    """Read the polygons of an OFF file as one part, named after the file.
-
-    Args:
-        data: content of the file.
-        path: the file, for the part's name and for messages.
-
-    Raises:
-        InputError: the file is binary, has four or n coordinates, ends early or is damaged otherwise, or
-            ``cut_polygons`` refuses the polygons.
-    """
+    """Read the polygons of an OFF file as one part, named after the file."""
     label = str(path)
     comments: list[str] = []
     lines = _rows(data, comments)

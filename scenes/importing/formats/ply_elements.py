@@ -39,15 +39,10 @@ class Property:
 
 @dataclass(frozen=True)
 class Column:
-    """The lists of all rows; a number is a list of one.
+    """The lists of all rows; a number is a list of one."""
 
-    Attributes:
-        lengths: number of values in each row.
-        values: those of all rows, one row after the other.
-    """
-
-    lengths: Integer[np.ndarray, " R"]
-    values: np.ndarray
+    lengths: Integer[np.ndarray, " R"]  # number of values in each row
+    values: np.ndarray  # those of all rows, one row after the other
 
 
 @dataclass
@@ -61,18 +56,7 @@ class Element:
 
 
 def read_elements(data: bytes, label: str) -> tuple[dict[str, Element], list[str]]:
-    """Read the elements of a PLY file.
-
-    Args:
-        data: content of the file.
-        label: the start of every message: the file's name.
-
-    Returns:
-        The elements by name, and the comments of the header.
-
-    Raises:
-        InputError: the header is damaged, or the file is shorter or longer than it claims.
-    """
+    """Read the elements of a PLY file."""
     lines, start = _header_lines(data, label)
     order, elements, comments = _parse_header(lines, label)
     body = data[start:]

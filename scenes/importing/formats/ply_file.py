@@ -25,16 +25,7 @@ RESTART = -1
 
 
 def read_ply(data: bytes, path: Path) -> MeshFile:
-    """Read the polygons and triangle strips of a PLY file as one part, named after the file.
-
-    Args:
-        data: content of the file.
-        path: the file, for the part's name and for messages.
-
-    Raises:
-        InputError: ``read_elements`` refuses the file, it has no coordinates or no corners, or ``cut_polygons`` refuses
-            the polygons.
-    """
+    """Read the polygons and triangle strips of a PLY file as one part, named after the file."""
     label = str(path)
     elements, comments = read_elements(data, label)
     vertices = _vertices(elements.get("vertex"), label)

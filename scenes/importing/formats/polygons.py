@@ -34,19 +34,12 @@ Two triangles with a common edge that are folded by 30° are about so far from a
 
 @dataclass(frozen=True)
 class Cut:
-    """Triangles of polygons.
+    """Triangles of polygons."""
 
-    Attributes:
-        triangles: vertex numbers, turning the same way as their polygons, [T, 3].
-        polygons: number of each triangle's polygon, [T].
-        crossing: numbers of the polygons that cross themselves. They have no triangles.
-        bent: numbers of the polygons whose corners are far from a plane.
-    """
-
-    triangles: Integer[np.ndarray, "T 3"]
-    polygons: Integer[np.ndarray, " T"]
-    crossing: list[int]
-    bent: list[int]
+    triangles: Integer[np.ndarray, "T 3"]  # vertex numbers, turning the same way as their polygons, [T, 3]
+    polygons: Integer[np.ndarray, " T"]  # number of each triangle's polygon, [T]
+    crossing: list[int]  # numbers of the polygons that cross themselves. They have no triangles.
+    bent: list[int]  # numbers of the polygons whose corners are far from a plane
 
     def remarks(self) -> list[str]:
         """Return a sentence for each kind of polygon that could not be cut, or not in only one way."""
@@ -71,19 +64,6 @@ def cut_polygons(
     label: str,
 ) -> Cut:
     """Cut polygons into triangles.
-
-    Args:
-        vertices: positions.
-        corners: vertex numbers of the corners of all polygons, one polygon after the other.
-        sizes: number of corners of each polygon, at least 3.
-        label: the start of every message.
-
-    Returns:
-        The triangles in the order of the polygons.
-
-    Raises:
-        InputError: a coordinate is not finite or too large, a corner refers to a vertex that does not exist, a polygon
-            has too many corners, or there are too many triangles.
 
     A square with a notch at corner 1, and a triangle. A fan from corner 0 would fill the notch:
 

@@ -24,13 +24,6 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 
 def read_stl(data: bytes, path: Path) -> MeshFile:
     """Read an STL file: a part for each solid of a text, named as in the file, or one part named after a binary file.
-
-    Args:
-        data: content of the file.
-        path: the file, which names solids without a name, and for messages.
-
-    Raises:
-        InputError: the file is neither text nor binary STL, ends early, or is damaged otherwise.
     """
     count = int.from_bytes(data[HEADER : HEADER + 4], "little") if len(data) >= HEADER + 4 else -1
     size = HEADER + 4 + count * TRIANGLE.itemsize

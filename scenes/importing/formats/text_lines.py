@@ -38,16 +38,7 @@ def comment_header(comments: Sequence[str], most: int = 20) -> str:
 
 
 def coordinates(words: Sequence[str], label: str, line: int) -> list[float]:
-    """Return the first three words as numbers.
-
-    Args:
-        words: the words of a line after its keyword.
-        label: the start of the message: the file's name.
-        line: number of the line.
-
-    Raises:
-        InputError: there are fewer than three words, or one is not a number.
-    """
+    """Return the first three words as numbers."""
     try:
         values = decimals(words[:3])
     except ValueError:

@@ -24,34 +24,23 @@ MOST_INTERACTIONS = 15
 
 
 class PathList(NamedTuple):
-    """Paths from an element, DeepMIMO's transmitter, to positions, its receivers.
+    """Paths from an element, DeepMIMO's transmitter, to positions, its receivers."""
 
-    Attributes:
-        receivers: index of each path's position.
-        responses: a e^{−j2πfτ}.
-        delays: τ, seconds.
-        departures: direction in which the path leaves the element, world frame; not of unit length.
-        arrivals: direction from which the path reaches the position, world frame; not of unit length.
-        codes: DeepMIMO's codes of the interactions, from the element on, as the digits of one number; 0 for the line of
-            sight.
-        points: places of the interactions, metres, world frame; not a number after the last one.
-    """
-
-    receivers: Int[np.ndarray, " paths"]
-    responses: Complex[np.ndarray, " paths"]
-    delays: Float[np.ndarray, " paths"]
+    receivers: Int[np.ndarray, " paths"]  # index of each path's position
+    responses: Complex[np.ndarray, " paths"]  # a e^{−j2πfτ}
+    delays: Float[np.ndarray, " paths"]  # τ, seconds
+    # direction in which the path leaves the element, world frame; not of unit length
     departures: Float[np.ndarray, "paths 3"]
+    # direction from which the path reaches the position, world frame; not of unit length
     arrivals: Float[np.ndarray, "paths 3"]
+    # DeepMIMO's codes of the interactions, from the element on, as the digits of one number; 0 for the line of sight
     codes: Float[np.ndarray, " paths"]
+    # places of the interactions, metres, world frame; not a number after the last one
     points: Float[np.ndarray, "paths depth 3"]
 
 
 def path_list(terms: Terms) -> PathList:
-    """The paths of a batch that contribute to a response, with their first ``MOST_INTERACTIONS`` interactions.
-
-    Args:
-        terms: paths between one element and positions.
-    """
+    """The paths of a batch that contribute to a response, with their first ``MOST_INTERACTIONS`` interactions."""
     carrying = terms.responses != 0
     terms = Terms(*(each[carrying] for each in terms))
     happened = terms.kinds != Interaction.NONE
@@ -75,11 +64,7 @@ def path_list(terms: Terms) -> PathList:
 
 
 def joined(parts: Iterable[PathList]) -> PathList:
-    """Join several lists, or none, into one.
-
-    Args:
-        parts: the lists.
-    """
+    """Join several lists, or none, into one."""
     places = np.zeros((0, 3))
     nothing = PathList(
         np.zeros(0, int), np.zeros(0, complex), np.zeros(0), places, places, np.zeros(0), np.zeros((0, 1, 3), "f4")

@@ -46,11 +46,6 @@ def _between(
     """The factors with which sums of paths at a few frequencies add up to those at the subcarriers.
 
     They are those that fit all delays up to the longest one best.
-
-    Args:
-        few: frequencies of the sums, Hz.
-        frequencies: frequencies of the subcarriers, Hz.
-        longest: seconds.
     """
     delays = np.linspace(0, longest, 8 * len(few))[:, None]
     known, wanted = (np.exp(-2j * np.pi * (each - few[0]) * delays) for each in (few, frequencies))
@@ -61,15 +56,6 @@ class BandSum:
     """Adds up paths to responses at all subcarriers.
 
     The sums are made at fewer frequencies if these tell those of all subcarriers, which depends on the longest path.
-
-    Args:
-        frequencies: frequencies of the subcarriers, evenly spaced, Hz.
-        targets: number of targets.
-        sources: number of sources.
-        longest: length of the longest path that may come, metres.
-
-    Attributes:
-        solved: the frequencies at which paths must be solved, Hz.
     """
 
     def __init__(self, frequencies: Float[np.ndarray, " subcarriers"], targets: int, sources: int, longest: float):

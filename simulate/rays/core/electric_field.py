@@ -17,12 +17,7 @@ Field = tuple[mi.Vector3f, mi.Vector3f]
 
 
 def pattern(antennas: Antennas, towards: mi.Vector3f) -> Field:
-    """The field that antennas radiate in some directions, without phase and spreading.
-
-    Args:
-        antennas: antennas of one pattern and orientation.
-        towards: unit vectors away from them, world frame.
-    """
+    """The field that antennas radiate in some directions, without phase and spreading."""
     # Constants would be part of Dr.Jit's kernels, so a new orientation would compile the kernels again.
     rotation = rt_utils.rotation_matrix(mi.Point3f(*(dr.opaque(mi.Float, float(angle)) for angle in antennas.angles)))
     theta, phi = rt_utils.theta_phi_from_unit_vec(rotation.T @ towards)
@@ -80,21 +75,7 @@ def pass_through(
     passes: mi.UInt,
     blocked: mi.Bool,
 ) -> tuple[Field, mi.UInt, mi.Bool]:
-    """The field behind all objects on a straight line, without the phase and the spreading along the line.
-
-    Args:
-        surfaces: surfaces of the scene.
-        start: where the lines begin, metres.
-        direction: unit vectors along the lines.
-        length: lengths of the lines, metres.
-        field: the field before the objects.
-        passes: how many objects a path may pass through.
-        blocked: whether a path is already blocked.
-
-    Returns:
-        The field, the number of further objects that the path may pass through, and whether the path is blocked. A
-        conductor blocks it, and so do more objects than it may pass through.
-    """
+    """The field behind all objects on a straight line, without the phase and the spreading along the line."""
     real, imaginary = field
     passes, blocked = mi.UInt(passes), mi.Bool(blocked)  # copies, since Dr.Jit changes arrays in place
     travelled = mi.Float(NEAR)

@@ -31,12 +31,6 @@ def llvm_version(library: Path) -> int | None:
     """Major version of a libLLVM, from its resolved file name, such as libLLVM-15.so.1 or libLLVM.so.19.1.
 
     If the name has no version, the library is loaded and ``LLVMGetVersion`` called, which exists since LLVM 16.
-
-    Args:
-        library: path of the library.
-
-    Returns:
-        The major version; None if the library cannot be used.
     """
     for name in (library.name, library.resolve().name):
         found = re.search(r"libLLVM(?:-|\.so\.)(\d+)", name)
@@ -68,11 +62,7 @@ def unpacked_folder() -> Path:
 
 
 def find_libllvm() -> Path:
-    """The libLLVM to use: that of ``DRJIT_LIBLLVM_PATH`` if it is set, otherwise the newest on this machine.
-
-    Raises:
-        InputError: the named library is missing or too old, or none on the machine is new enough.
-    """
+    """The libLLVM to use: that of ``DRJIT_LIBLLVM_PATH`` if it is set, otherwise the newest on this machine."""
     named = os.environ.get("DRJIT_LIBLLVM_PATH")
     if named:
         path = Path(named)
@@ -103,11 +93,7 @@ def use_libllvm() -> None:
 
 
 def install_libllvm() -> None:
-    """Install Debian's libLLVM as root, or else unpack it into the virtual environment.
-
-    Raises:
-        InputError: there is no package manager, or none of the packages can be downloaded.
-    """
+    """Install Debian's libLLVM as root, or else unpack it into the virtual environment."""
     apt = shutil.which("apt-get")
     if apt is None:
         raise InputError(f"this machine has no apt-get to install libLLVM; {FIX}")

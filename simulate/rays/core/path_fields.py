@@ -22,23 +22,18 @@ from simulate.rays.core.surfaces import Surfaces
 
 @dataclass(frozen=True)
 class Ways:
-    """The ways of paths with equal numbers of interactions, in single precision.
+    """The ways of paths with equal numbers of interactions, in single precision."""
 
-    Attributes:
-        sources: index of each path's source.
-        targets: index of each path's target.
-        vertices: places of the interactions, in the order from source to target, metres.
-        faces: number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge.
-        travelled: length of each path, metres; in double precision, since a path is many wavelengths long.
-        spreading: what is left of the amplitude of a wave behind its antenna and edges, per metre: 1 / length for a
-            path without edges.
-    """
-
-    sources: UInt32[np.ndarray, " paths"]
-    targets: UInt32[np.ndarray, " paths"]
+    sources: UInt32[np.ndarray, " paths"]  # index of each path's source
+    targets: UInt32[np.ndarray, " paths"]  # index of each path's target
+    # places of the interactions, in the order from source to target, metres
     vertices: Float32[np.ndarray, "interactions 3 paths"]
+    # number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge
     faces: UInt32[np.ndarray, "interactions paths"]
+    # length of each path, metres; in double precision, since a path is many wavelengths long
     travelled: Float[np.ndarray, " paths"]
+    # what is left of the amplitude of a wave behind its antenna and edges, per metre: 1 / length for a path without
+    # edges
     spreading: Float[np.ndarray, " paths"]
 
 
@@ -71,19 +66,7 @@ def path_amplitudes(
     ways: Ways,
     at_edges: Mapping[int, AtEdge] = {},
 ) -> Complex[np.ndarray, " paths"]:
-    """The amplitude of each path between its source and its target, 0 if it is blocked.
-
-    Args:
-        surfaces: surfaces of the scene, at the frequency of the wave.
-        sources: the antennas where the paths begin.
-        targets: the antennas where the paths end.
-        ways: the ways of the paths.
-        at_edges: what an edge does to the field, for the numbers of the interactions that are diffractions. All others
-            are reflections.
-
-    Returns:
-        The amplitude a of the path's contribution a e^{−j2πfτ}, complex128. It contains the free-space factor λ/4π.
-    """
+    """The amplitude of each path between its source and its target, 0 if it is blocked."""
     interactions = len(ways.vertices)
     passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
     points = [dr.gather(mi.Point3f, sources.points, mi.UInt(ways.sources))]

@@ -24,15 +24,6 @@ def plane_sequences(
     """Sequences of planes that can reflect waves from some points, first the sequence without reflections.
 
     Rays are shot in random directions. A conductor reflects a ray. At other objects it is reflected or goes on.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow, which tells the number of rays.
-        origins: where the rays begin, metres.
-        most: largest number of reflections.
-        generator: draws the directions.
-
-    Returns:
-        Planes in the order of the reflections, −1 after the last one; the sequences are in lexical order.
     """
     planes, propagation = ray_scene.planes, ray_scene.propagation
     conducts = conducting_objects(ray_scene.description)[ray_scene.object_of_face]
@@ -62,12 +53,7 @@ def plane_sequences(
 
 
 def distinct(sequences: Int[np.ndarray, "n most"], planes: int) -> Int[np.ndarray, "k most"]:
-    """The distinct rows, in lexical order. NumPy's own function for rows is much slower.
-
-    Args:
-        sequences: numbers of planes, or −1.
-        planes: number of planes.
-    """
+    """The distinct rows, in lexical order. NumPy's own function for rows is much slower."""
     key = np.zeros(len(sequences), np.int64)
     for column in sequences.T:
         key = np.unique(key * (planes + 1) + column + 1, return_inverse=True)[1].ravel()

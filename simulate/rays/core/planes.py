@@ -32,24 +32,7 @@ class PlaneArrays(NamedTuple):
 
 
 class Planes:
-    """Planes n·x = h, and the triangles in each of them.
-
-    Args:
-        scene: the scene.
-        identifiers: the ray tracer's identifier of each object of the scene.
-
-    Attributes:
-        normals: unit vectors n, [planes, 3].
-        offsets: h in metres, [planes].
-        first: the triangles of plane p are ``first[p]`` … ``first[p + 1] − 1`` of ``sides``, [planes + 1].
-        sides: for each side of each triangle, a unit vector e in the plane that points inwards, and a length g. A point
-            x of the plane is inside if e·x ≥ g for all three sides, [triangles, 3, 4].
-        faces: number of each of these triangles, counted through all objects of the scene, [triangles].
-        boxes: lowest and highest corner of the box around each ``BLOCK`` triangles of a plane, metres, [boxes, 2, 3].
-        first_box: the boxes of plane p are ``first_box[p]`` … ``first_box[p + 1] − 1``, [planes + 1].
-        first_face: for each identifier, number of triangles in the objects before its own, [identifiers].
-        of_face: the plane of each triangle, counted through all objects of the scene.
-    """
+    """Planes n·x = h, and the triangles in each of them."""
 
     def __init__(self, scene: Scene, identifiers: list[int]):
         meshes = [item.mesh for item in scene.objects]
@@ -83,15 +66,7 @@ class Planes:
         return PlaneArrays(*(getattr(self, name) for name in PlaneArrays._fields))
 
     def of(self, shapes: UInt32[np.ndarray, " n"], triangles: UInt32[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """Index of each triangle's plane.
-
-        Args:
-            shapes: identifier of each triangle's object.
-            triangles: index of each triangle in its object.
-
-        Returns:
-            Indices into ``normals`` and ``offsets``.
-        """
+        """Index of each triangle's plane."""
         return self.of_face[self.first_face[shapes] + triangles]
 
 

@@ -26,31 +26,16 @@ from simulate.rays.core.slabs import FaceSlabs, face_slabs
 
 @dataclass(frozen=True)
 class RayScene:
-    """A scene, the same scene in Sionna RT, and the propagation to follow in it.
+    """A scene, the same scene in Sionna RT, and the propagation to follow in it."""
 
-    Attributes:
-        description: the scene as the user described it, in coordinates from ``origin``.
-        sionna: its objects and radio materials in Sionna RT.
-        propagation: the mechanisms to follow, and how far.
-        origin: where the coordinates are counted from, metres, in the user's own coordinates.
-    """
-
-    description: Scene
-    sionna: rt.Scene
-    propagation: Propagation
-    origin: Float[np.ndarray, " 3"]
+    description: Scene  # the scene as the user described it, in coordinates from ``origin``
+    sionna: rt.Scene  # its objects and radio materials in Sionna RT
+    propagation: Propagation  # the mechanisms to follow, and how far
+    origin: Float[np.ndarray, " 3"]  # where the coordinates are counted from, metres, in the user's own coordinates
 
     @classmethod
     def of(cls, scene: Scene, propagation: Propagation) -> RayScene:
-        """Build a scene in Sionna RT.
-
-        Args:
-            scene: the scene's description.
-            propagation: the mechanisms to follow.
-
-        Returns:
-            Both, with the Sionna RT scene.
-        """
+        """Build a scene in Sionna RT."""
         origin = _origin(scene)
         near = shifted(scene, -origin) if origin.any() else scene
         return cls(near, build_scene(near), propagation, origin)
@@ -104,18 +89,7 @@ def _origin(scene: Scene) -> Float[np.ndarray, " 3"]:
 def first_hits(
     ray_scene: RayScene, starts: Float[np.ndarray, "n 3"], steps: Float[np.ndarray, "n 3"], reach: float
 ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """The first triangle that each straight line meets.
-
-    Args:
-        ray_scene: the scene.
-        starts: where the lines begin, metres.
-        steps: directions of the lines.
-        reach: lengths of the lines, in units of the length of ``steps``.
-
-    Returns:
-        Numbers of the triangles, counted through all objects of the description, −1 if a line meets none; and their
-        distances, in units of the length of ``steps``.
-    """
+    """The first triangle that each straight line meets."""
     if not len(starts):  # the ray tracer would abort the process
         return np.zeros(0, np.int64), np.zeros(0)
     points, directions = (np.array(each.T, np.float32, order="C") for each in (starts, steps))

@@ -53,15 +53,6 @@ def find_chains(
     """Find the chains that carry power from the gateway to anywhere in a region.
 
     The result depends only on the arguments.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        region: lowest and highest corner of the region, metres, world frame.
-        seed: seed of the rays and the trial positions.
-        report: gets a sentence on the result.
-
-    Returns:
-        The chains, line of sight first.
     """
     scene, propagation = ray_scene.description, ray_scene.propagation
     if not propagation.specular or not propagation.max_depth:
@@ -95,13 +86,6 @@ def reflected(
     """Solve every chain exactly between every source and target.
 
     The paths are ordered by the number of reflections, then by target, chain and source.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        chains: the chains to solve.
-        sources: where the paths begin.
-        targets: where they end.
-        surfaces: the scene's surfaces, with each of the sets of materials.
     """
     counts = (chains >= 0).sum(axis=1)
     for count in np.unique(counts):

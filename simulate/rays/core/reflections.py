@@ -24,13 +24,7 @@ AT_ONCE = 50_000_000
 
 
 class Images:
-    """The images of sources by chains with equal numbers of reflections.
-
-    Args:
-        planes: the scene's planes.
-        chains: reflecting planes, from source to target.
-        sources: positions of the sources, metres, world frame.
-    """
+    """The images of sources by chains with equal numbers of reflections."""
 
     def __init__(
         self,
@@ -45,11 +39,7 @@ class Images:
         self._arrays = planes.arrays, chains, self._images
 
     def possible_paths(self, targets: Float[np.ndarray, "targets 3"]) -> Int[np.ndarray, "3 paths"]:
-        """Combinations (target, chain, source) whose reflections all lie on a surface, in lexical order.
-
-        Args:
-            targets: positions of the targets, metres, world frame.
-        """
+        """Combinations (target, chain, source) whose reflections all lie on a surface, in lexical order."""
         batch = max(1, AT_ONCE // max(1, len(self._chains) * len(self._sources)))
         found = [np.zeros((3, 0), np.int64)]
         for start in range(0, len(targets), batch):
@@ -62,12 +52,7 @@ class Images:
         return np.concatenate(found, axis=1)
 
     def ways(self, paths: Int[np.ndarray, "3 paths"], targets: Float[np.ndarray, "targets 3"]) -> Ways:
-        """The ways of some of the possible paths.
-
-        Args:
-            paths: combinations from ``possible_paths``.
-            targets: positions of the targets, metres, world frame.
-        """
+        """The ways of some of the possible paths."""
         count, reflections = paths.shape[1], self._chains.shape[1]
         vertices, faces = aligned(np.float32, reflections, 3, count), aligned(np.uint32, reflections, count)
         with ONE_KERNEL:

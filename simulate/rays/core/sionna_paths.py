@@ -36,35 +36,17 @@ NONE = int(rt.InteractionType.NONE)
 
 @dataclass(frozen=True)
 class Interactions:
-    """Chains of interactions, from source to target. Unused depths at the end hold ``NONE``.
+    """Chains of interactions, from source to target. Unused depths at the end hold ``NONE``."""
 
-    Attributes:
-        types: Sionna's ``InteractionType`` of each interaction.
-        shapes: Sionna's identifier of the object.
-        triangles: index of the triangle in the object.
-    """
-
-    types: UInt32[np.ndarray, "n depth"]
-    shapes: UInt32[np.ndarray, "n depth"]
-    triangles: UInt32[np.ndarray, "n depth"]
+    types: UInt32[np.ndarray, "n depth"]  # Sionna's ``InteractionType`` of each interaction
+    shapes: UInt32[np.ndarray, "n depth"]  # Sionna's identifier of the object
+    triangles: UInt32[np.ndarray, "n depth"]  # index of the triangle in the object
 
 
 def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, most_paths: int) -> PathsBuffer:
     """Find candidate paths to the targets by shooting and bouncing rays from the sources.
 
     The same arguments give the same candidates.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        sources: where the rays begin.
-        targets: where the paths end.
-        seed: seed of the rays' directions.
-        most_paths: largest number of candidates kept per source. Above a million it is also the size of the hash table
-            by which Sionna recognises known chains. Two chains that collide in one table rarely collide in a table of
-            another size.
-
-    Returns:
-        The candidates, for ``refine``.
     """
     propagation = ray_scene.propagation
     buffer = SBDeterministicCandidateGenerator()(
@@ -89,17 +71,7 @@ def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, 
 
 
 def refine(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> PathsBuffer:
-    """Turn candidates into exact paths by the image method.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        buffer: the candidates.
-        sources: where the paths begin.
-        targets: where they end.
-
-    Returns:
-        The buffer. Candidates that are blocked or miss their surfaces are marked invalid.
-    """
+    """Turn candidates into exact paths by the image method."""
     return ImageMethod()(
         scene=ray_scene.sionna.mi_scene,
         paths=buffer,
@@ -128,17 +100,7 @@ def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: 
 
 
 def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:
-    """The complex response that each valid path of the buffer contributes.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        buffer: exact paths, from ``refine``.
-        sources: where the paths begin.
-        targets: where they end.
-
-    Returns:
-        The paths, in the buffer's order.
-    """
+    """The complex response that each valid path of the buffer contributes."""
     if buffer.buffer_size == 0:
         nothing = np.zeros(0, np.int64)
         return Paths(nothing, nothing, np.zeros(0, np.complex128))
@@ -163,13 +125,7 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
 
 
 def with_materials_of(buffer: PathsBuffer, ray_scene: RayScene, other: RayScene) -> PathsBuffer:
-    """The buffer's paths in another scene that differs only in its materials.
-
-    Args:
-        buffer: exact paths, from ``refine``; it is not changed.
-        ray_scene: the scene of these paths.
-        other: the other scene.
-    """
+    """The buffer's paths in another scene that differs only in its materials."""
     hit = interactions_of(buffer)
     happened = hit.types != NONE
     shapes = hit.shapes.copy()

@@ -29,14 +29,7 @@ LYING = Rotation.from_euler("x", -90, degrees=True)
 
 
 def build_scene(scene: Scene) -> rt.Scene:
-    """Build a scene's meshes and radio materials in Sionna RT.
-
-    Args:
-        scene: the scene.
-
-    Returns:
-        The Sionna RT scene, whose objects have the names from ``sionna_names``.
-    """
+    """Build a scene's meshes and radio materials in Sionna RT."""
     sionna = rt.Scene()
     sionna.frequency = scene.frequency
     materials: dict[tuple[str, float], rt.RadioMaterial] = {}
@@ -54,11 +47,7 @@ def build_scene(scene: Scene) -> rt.Scene:
 
 
 def sionna_names(scene: Scene) -> list[str]:
-    """Names of the scene's objects in Sionna RT, which does not allow dots, as in Blender's ``Cube.001``.
-
-    Args:
-        scene: the scene.
-    """
+    """Names of the scene's objects in Sionna RT, which does not allow dots, as in Blender's ``Cube.001``."""
     names: list[str] = []
     taken = {item.name for item in scene.objects}
     for item in scene.objects:

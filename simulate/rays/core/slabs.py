@@ -29,22 +29,14 @@ from scenes.scene.permittivity import is_conductor
 
 @dataclass(frozen=True)
 class Slabs:
-    """Triangles of one dielectric, and the place of the slab at each of them.
+    """Triangles of one dielectric, and the place of the slab at each of them."""
 
-    Attributes:
-        material: the dielectric.
-        triangles: corners of the triangles, metres, world frame.
-        normals: unit normals of the triangles.
-        start: where the slab begins along the normal, metres from the triangle.
-        stop: where the slab ends along the normal, metres from the triangle.
-        outer: whether the slab is that of an outer wall, which continues around the corners of the scene.
-    """
-
-    material: RadioMaterial
-    triangles: Float[np.ndarray, "n 3 3"]
-    normals: Float[np.ndarray, "n 3"]
-    start: Float[np.ndarray, " n"]
-    stop: Float[np.ndarray, " n"]
+    material: RadioMaterial  # the dielectric
+    triangles: Float[np.ndarray, "n 3 3"]  # corners of the triangles, metres, world frame
+    normals: Float[np.ndarray, "n 3"]  # unit normals of the triangles
+    start: Float[np.ndarray, " n"]  # where the slab begins along the normal, metres from the triangle
+    stop: Float[np.ndarray, " n"]  # where the slab ends along the normal, metres from the triangle
+    # whether the slab is that of an outer wall, which continues around the corners of the scene
     outer: Bool[np.ndarray, " n"]
 
 
@@ -105,24 +97,16 @@ def _of_sheet(
 
 @dataclass(frozen=True)
 class FaceSlabs:
-    """The slab of every triangle of a scene, counted through its objects.
+    """The slab of every triangle of a scene, counted through its objects."""
 
-    Attributes:
-        fronts: how far the slab reaches in the direction of the mesh's normal, and in the opposite one, metres; 0 for
-            conductors.
-        outer: whether the slab is that of an outer wall.
-    """
-
+    # how far the slab reaches in the direction of the mesh's normal, and in the opposite one, metres; 0 for
+    # conductors
     fronts: Float[np.ndarray, "faces 2"]
-    outer: Bool[np.ndarray, " faces"]
+    outer: Bool[np.ndarray, " faces"]  # whether the slab is that of an outer wall
 
 
 def face_slabs(scene: Scene) -> FaceSlabs:
-    """The slab of every triangle of a scene.
-
-    Args:
-        scene: the scene.
-    """
+    """The slab of every triangle of a scene."""
     fronts, outer, around = [], [], outline(scene)
     for item in scene.objects:
         if is_conductor(_material(scene, item), scene.frequency):

@@ -23,26 +23,17 @@ class Course(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """A batch of paths. The paths of one target do not depend on the other targets.
+    """A batch of paths. The paths of one target do not depend on the other targets."""
 
-    Attributes:
-        chain: index of each path's chain.
-        targets: index of each path's target.
-        sources: index of each path's source.
-        travelled: length of each path, metres.
-        amplitudes: amplitude a of each path with each of several sets of materials, or at several frequencies, 0 if the
-            path is blocked. Its contribution to the response is a e^{−j2πfτ}.
-        wavelengths: that of each of these sets, metres.
-        course: computes where the paths run.
-    """
-
-    chain: Int[np.ndarray, " paths"]
-    targets: Int[np.ndarray, " paths"]
-    sources: Int[np.ndarray, " paths"]
-    travelled: Float[np.ndarray, " paths"]
+    chain: Int[np.ndarray, " paths"]  # index of each path's chain
+    targets: Int[np.ndarray, " paths"]  # index of each path's target
+    sources: Int[np.ndarray, " paths"]  # index of each path's source
+    travelled: Float[np.ndarray, " paths"]  # length of each path, metres
+    # amplitude a of each path with each of several sets of materials, or at several frequencies, 0 if the path is
+    # blocked. Its contribution to the response is a e^{−j2πfτ}.
     amplitudes: Sequence[Complex[np.ndarray, " paths"]]
-    wavelengths: Sequence[float]
-    course: Callable[[], Course]
+    wavelengths: Sequence[float]  # that of each of these sets, metres
+    course: Callable[[], Course]  # computes where the paths run
 
     @property
     def paths(self) -> list[Paths]:
@@ -78,13 +69,7 @@ def _delayed(amplitudes, travelled, wavelength):
 def largest_shares(
     solutions: Iterable[Solution], chains: int, others: Float[np.ndarray, "targets sources"]
 ) -> Float[np.ndarray, " chains"]:
-    """The largest share of the power between two antennas that each chain carries.
-
-    Args:
-        solutions: the paths of the chains.
-        chains: number of chains.
-        others: power between the antennas on paths of other chains.
-    """
+    """The largest share of the power between two antennas that each chain carries."""
     whole, found = others.copy(), []
     for solution in solutions:
         chain, paths = solution.arriving()

@@ -12,19 +12,7 @@ from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 
 
 class Surfaces:
-    """The materials of a scene's triangles, on the ray tracer's device.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        frequency: frequency of the waves, Hz, for materials of the same permittivity and conductivity. None: that of
-            the scene.
-
-    Attributes:
-        wavelength: metres.
-        wavenumber: k, radians per metre, on the device.
-        scene: the triangles.
-        refraction: whether waves pass through objects.
-    """
+    """The materials of a scene's triangles, on the ray tracer's device."""
 
     def __init__(self, ray_scene: RayScene, frequency: float | None = None):
         scene = ray_scene.description
@@ -75,11 +63,6 @@ class Surfaces:
         self, face: mi.UInt, way: mi.Vector3f, active: mi.Bool | bool = True
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
         """Coefficients of a smooth slab (reflection TE, TM, transmission TE, TM), with the phase of the shortened way.
-
-        Args:
-            face: number of the triangle.
-            way: direction of the incident wave.
-            active: lanes to compute.
         """
         along = dr.dot(way, self.normal(face, active))
         r_te, r_tm, t_te, t_tm = self._slab(face, dr.abs(along), active)
@@ -91,12 +74,7 @@ class Surfaces:
     def centred_coefficients(
         self, face: mi.UInt, cosine: mi.Float
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
-        """The same coefficients for a slab whose middle is at the triangle, with the same rule for its phase.
-
-        Args:
-            face: number of the triangle.
-            cosine: cosine of the angle of incidence.
-        """
+        """The same coefficients for a slab whose middle is at the triangle, with the same rule for its phase."""
         thickness = dr.gather(mi.Float, self._thickness, dr.gather(mi.UInt, self._object, face))
         turned = self._turned(cosine, self._counts_once * thickness)
         r_te, r_tm, t_te, t_tm = self._slab(face, cosine)

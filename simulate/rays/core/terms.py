@@ -29,17 +29,12 @@ class Interaction(IntEnum):
 
 
 class Paths(NamedTuple):
-    """The contribution of each path.
+    """The contribution of each path."""
 
-    Attributes:
-        targets: index of each path's target.
-        sources: index of each path's source.
-        responses: a e^{−j2πfτ}, complex128. The amplitude a contains the free-space factor λ/4π. So the sum y of all
-            paths gives the channel gain ``|y|²``.
-    """
-
-    targets: Int[np.ndarray, " paths"]
-    sources: Int[np.ndarray, " paths"]
+    targets: Int[np.ndarray, " paths"]  # index of each path's target
+    sources: Int[np.ndarray, " paths"]  # index of each path's source
+    # a e^{−j2πfτ}, complex128. The amplitude a contains the free-space factor λ/4π. So the sum y of all paths gives
+    # the channel gain ``|y|²``.
     responses: Complex[np.ndarray, " paths"]
 
     def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:

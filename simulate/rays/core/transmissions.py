@@ -11,12 +11,7 @@ from simulate.rays.core.terms import STRAIGHT, Interaction, Terms
 
 
 def with_transmissions(ray_scene: RayScene, terms: Terms) -> Terms:
-    """Paths with a vertex wherever they pass through an object.
-
-    Args:
-        ray_scene: the scene.
-        terms: paths without such vertices, in coordinates of the ray scene.
-    """
+    """Paths with a vertex wherever they pass through an object."""
     count, columns = terms.kinds.shape
     # The place of a vertex along its path is its number. That of a passage is the number of the vertex before it plus
     # the share of the way to the next vertex.

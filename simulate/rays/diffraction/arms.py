@@ -10,15 +10,10 @@ from jaxtyping import Bool, Int
 
 @dataclass(frozen=True)
 class Arms:
-    """Sequences of reflections between an antenna and an edge.
+    """Sequences of reflections between an antenna and an edge."""
 
-    Attributes:
-        planes: planes of the reflections, from the antenna on; −1 after the last one.
-        edges: index of each arm's edge.
-    """
-
-    planes: Int[np.ndarray, "arms most"]
-    edges: Int[np.ndarray, " arms"]
+    planes: Int[np.ndarray, "arms most"]  # planes of the reflections, from the antenna on; −1 after the last one
+    edges: Int[np.ndarray, " arms"]  # index of each arm's edge
 
     def __len__(self) -> int:
         return len(self.edges)

@@ -30,15 +30,7 @@ describe. From this distance to twice as far the wave's weight rises from 0 to 1
 
 @compiled
 def around_one(wedge, begin, end, phi_begin, phi_end):
-    """Length of the way by one edge, its spreading, and the edge's quantities, twice as in ``around_two``.
-
-    Args:
-        wedge: the edge.
-        begin: image of the source.
-        end: image of the target.
-        phi_begin: angle of ``begin`` about the edge.
-        phi_end: angle of ``end`` about it.
-    """
+    """Length of the way by one edge, its spreading, and the edge's quantities, twice as in ``around_two``."""
     before, behind, sine, by_start, by_end, excess = _around_edge(wedge, begin, end, phi_begin, phi_end)
     whole = before + behind
     figures = phi_begin, phi_end, sine, by_start, by_end, excess, before * behind / whole * sine**2
@@ -47,20 +39,7 @@ def around_one(wedge, begin, end, phi_begin, phi_end):
 
 @compiled
 def around_two(first, second, faces, s, t, begin, end, phi_begin, phi_end, wavelength):
-    """Length of the way by two edges, its spreading, and the quantities of each edge.
-
-    Args:
-        first: the edge that the wave reaches first.
-        second: the other edge.
-        faces: the face of each edge along which the way between them runs, or ``THROUGH_SPACE``.
-        s: the point of diffraction along the line of the first edge.
-        t: the point of diffraction along the line of the second edge.
-        begin: image of the source.
-        end: image of the target.
-        phi_begin: angle of ``begin`` about the first edge.
-        phi_end: angle of ``end`` about the second edge.
-        wavelength: metres.
-    """
+    """Length of the way by two edges, its spreading, and the quantities of each edge."""
     p, q = on_edge(first, s), on_edge(second, t)
     if faces[0] == THROUGH_SPACE:
         phi_behind, phi_before = angle_about(first, q), angle_about(second, p)

@@ -42,46 +42,30 @@ BLOCK = 1024
 
 @dataclass(frozen=True)
 class PathGeometry(Ways):
-    """The ways of paths with equal numbers of reflections and diffractions, in single precision.
+    """The ways of paths with equal numbers of reflections and diffractions, in single precision."""
 
-    Attributes:
-        edges: index of each edge.
-        angles: φ′ and φ at each edge, radians.
-        length: L at each edge (wedge.py), metres.
-        sin_beta: sine of the angle β₀ between path and edge.
-        detours: how much longer the ways through the start and the end of the edge are, from the vertex before the edge
-            to the vertex after it, metres; negative if the point of diffraction lies beyond that end.
-        excess: how much longer the way by the edge is than the way of a wave that goes straight or is reflected at a
-            face of the edge, whichever is longest, metres; 0 at a shadow or reflection boundary.
-    """
-
-    edges: UInt32[np.ndarray, "diffractions paths"]
-    angles: Float32[np.ndarray, "diffractions 2 paths"]
-    length: Float32[np.ndarray, "diffractions paths"]
-    sin_beta: Float32[np.ndarray, "diffractions paths"]
+    edges: UInt32[np.ndarray, "diffractions paths"]  # index of each edge
+    angles: Float32[np.ndarray, "diffractions 2 paths"]  # φ′ and φ at each edge, radians
+    length: Float32[np.ndarray, "diffractions paths"]  # L at each edge (wedge.py), metres
+    sin_beta: Float32[np.ndarray, "diffractions paths"]  # sine of the angle β₀ between path and edge
+    # how much longer the ways through the start and the end of the edge are, from the vertex before the edge to the
+    # vertex after it, metres; negative if the point of diffraction lies beyond that end
     detours: Float32[np.ndarray, "diffractions 2 paths"]
+    # how much longer the way by the edge is than the way of a wave that goes straight or is reflected at a face of
+    # the edge, whichever is longest, metres; 0 at a shadow or reflection boundary
     excess: Float32[np.ndarray, "diffractions paths"]
 
 
 @dataclass(frozen=True)
 class Combinations:
-    """Every combination of a target, a chain and a source.
+    """Every combination of a target, a chain and a source."""
 
-    Attributes:
-        planes: the scene's planes.
-        edges: the scene's edges.
-        chains: the chains, all of the same shape.
-        near: the images of the sources by the near arms.
-        far: the images of the targets by the far arms.
-        wavelength: metres.
-    """
-
-    planes: Planes
-    edges: Edges
-    chains: DiffractedChains
-    near: Ends
-    far: Ends
-    wavelength: float
+    planes: Planes  # the scene's planes
+    edges: Edges  # the scene's edges
+    chains: DiffractedChains  # the chains, all of the same shape
+    near: Ends  # the images of the sources by the near arms
+    far: Ends  # the images of the targets by the far arms
+    wavelength: float  # metres
 
     def possible(self) -> Int[np.ndarray, "3 paths"]:
         """The combinations (target, chain, source) whose vertices are all in valid places, in lexical order."""
@@ -91,12 +75,7 @@ class Combinations:
         return np.stack(np.nonzero(possible))
 
     def geometry(self, paths: Int[np.ndarray, "3 paths"], first_target: int) -> PathGeometry:
-        """The ways of some of the possible combinations.
-
-        Args:
-            paths: combinations from ``possible``.
-            first_target: index of target 0 among all targets.
-        """
+        """The ways of some of the possible combinations."""
         before, diffractions, after = (int(number) for number in self.chains.shapes[0])
         interactions, count = before + diffractions + after, paths.shape[1]
         geometry = PathGeometry(

@@ -32,11 +32,6 @@ REACH = 0.5
 def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavenumber: mi.Float | float) -> mi.Complex2f:
     """The share of a wave that both ends of an edge leave.
 
-    Args:
-        detours: q of the start and of the end, metres; negative if the point of diffraction lies beyond that end.
-        excess: p, metres.
-        wavenumber: k, radians per metre.
-
     Example:
         >>> start, end = mi.Float([9.0, 0.0, -9.0]), mi.Float([9.0, 9.0, 9.0])
         >>> end_weight((start, end), mi.Float([1.0, 1.0, 1.0]), 20.0).real.numpy().round(2).tolist()

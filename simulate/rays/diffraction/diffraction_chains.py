@@ -18,21 +18,13 @@ NO_LINK = -1
 
 @dataclass(frozen=True)
 class DiffractedChains:
-    """Pairs of arms that meet at an edge, or at the two edges of a link.
+    """Pairs of arms that meet at an edge, or at the two edges of a link."""
 
-    Attributes:
-        near: the arms from the sources.
-        far: the arms from the targets.
-        links: the links between edges.
-        pairs: index of each chain's near arm and far arm.
-        link: index of each chain's link, or ``NO_LINK``.
-    """
-
-    near: Arms
-    far: Arms
-    links: Links
-    pairs: Int[np.ndarray, "chains 2"]
-    link: Int[np.ndarray, " chains"]
+    near: Arms  # the arms from the sources
+    far: Arms  # the arms from the targets
+    links: Links  # the links between edges
+    pairs: Int[np.ndarray, "chains 2"]  # index of each chain's near arm and far arm
+    link: Int[np.ndarray, " chains"]  # index of each chain's link, or ``NO_LINK``
 
     def __len__(self) -> int:
         return len(self.pairs)
@@ -63,14 +55,7 @@ class DiffractedChains:
 
 
 def chains_of(near: Arms, far: Arms, links: Links, most_reflections: tuple[int, int]) -> DiffractedChains:
-    """All chains up to a number of reflections: pairs of arms at an edge, then pairs at the ends of a link.
-
-    Args:
-        near: arms from the sources.
-        far: arms from the targets.
-        links: the links between edges.
-        most_reflections: most reflections of a chain with one diffraction, and of a chain with two.
-    """
+    """All chains up to a number of reflections: pairs of arms at an edge, then pairs at the ends of a link."""
     edges = np.intersect1d(near.edges, far.edges)
     once, _ = _pairs(near, far, np.column_stack([edges, edges]), most_reflections[0])
     twice, link = _pairs(near, far, links.edges, most_reflections[1])

@@ -89,9 +89,6 @@ class Edges:
 def diffracting_edges(ray_scene: RayScene) -> Edges:
     """The edges of the scene's conductors, then those of its dielectric sheets.
 
-    Args:
-        ray_scene: the scene.
-
     Example:
         >>> from scenes.places.closet import closet
         >>> from simulate.rays.core.propagation import Propagation
@@ -142,11 +139,6 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets:
     """Every edge that belongs to one triangle, or to two triangles that meet at an angle.
 
     Edges of three or more triangles are left out. Where one sheet stands on another, no open angle exceeds 180°.
-
-    Args:
-        mesh: conductors or sheets.
-        numbers: numbers of its triangles in the scene.
-        sheets: whether each face of an edge is a half-plane of its own, surrounded by the whole space.
     """
     corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(index.ravel(), kind="stable")
@@ -280,10 +272,6 @@ def foremost(edges: Edges, scene: Scene) -> Edges:
     The field of a wave behind an edge is about proportional to 1/√(d₁ d₂ (d₁ + d₂)), with the edge's distances d₁ from
     the gateway and d₂ from the transmitter. It grows with the length of the edge up to about √(λ d₁ d₂/(d₁ + d₂)), the
     Fresnel zone.
-
-    Args:
-        edges: all edges of the scene.
-        scene: the scene, for the place of the gateway and the middle of the transmitters' region.
     """
     if len(edges) <= MOST:
         return edges

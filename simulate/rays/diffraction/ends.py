@@ -26,30 +26,18 @@ POINTS = 16
 
 @dataclass(frozen=True)
 class Ends:
-    """The images of antennas by arms, seen from the arms' edges.
+    """The images of antennas by arms, seen from the arms' edges."""
 
-    Attributes:
-        images: antenna mirrored at the first plane, the first two planes and so on of each arm, metres.
-        last: image by all planes, metres.
-        angle: φ of the last image about the edge, from face 0 on, radians.
-        open: whether the direction of the last image is in the open space around the edge.
-    """
-
+    # antenna mirrored at the first plane, the first two planes and so on of each arm, metres
     images: Float[np.ndarray, "antennas arms most 3"]
-    last: Float[np.ndarray, "antennas arms 3"]
-    angle: Float[np.ndarray, "antennas arms"]
+    last: Float[np.ndarray, "antennas arms 3"]  # image by all planes, metres
+    angle: Float[np.ndarray, "antennas arms"]  # φ of the last image about the edge, from face 0 on, radians
+    # whether the direction of the last image is in the open space around the edge
     open: Bool[np.ndarray, "antennas arms"]
 
 
 def ends_of(planes: Planes, edges: Edges, arms: Arms, antennas: Float[np.ndarray, "antennas 3"]) -> Ends:
-    """Mirror antennas at the planes of arms.
-
-    Args:
-        planes: the scene's planes.
-        edges: the scene's edges.
-        arms: the arms.
-        antennas: positions of the antennas, metres, world frame.
-    """
+    """Mirror antennas at the planes of arms."""
     images = np.empty((len(arms), len(antennas), arms.planes.shape[1], 3))
     mirror(planes.normals, planes.offsets, arms.planes, arms.reflections, antennas, images)
     last = np.broadcast_to(antennas[:, None], (len(antennas), len(arms), 3)).copy()
@@ -66,14 +54,7 @@ def ends_of(planes: Planes, edges: Edges, arms: Arms, antennas: Float[np.ndarray
 
 
 def reaches(planes: Planes, edges: Edges, arms: Arms, ends: Ends) -> Bool[np.ndarray, " arms"]:
-    """Whether the reflections of each arm are on surfaces, for one of the antennas and some point of the arm's edge.
-
-    Args:
-        planes: the scene's planes.
-        edges: the scene's edges.
-        arms: the arms.
-        ends: the antennas' images by the arms.
-    """
+    """Whether the reflections of each arm are on surfaces, for one of the antennas and some point of the arm's edge."""
     points = edges.points((np.arange(POINTS) + 0.5) / POINTS)[arms.edges]
     found = np.zeros(len(arms), np.bool_)
     with ONE_KERNEL:

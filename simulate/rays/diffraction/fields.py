@@ -28,17 +28,7 @@ def behind_edge(
     way_in: mi.Vector3f,
     way_out: mi.Vector3f,
 ) -> Field:
-    """The field behind an edge, without the phase and the spreading on the way.
-
-    Args:
-        surfaces: surfaces of the scene.
-        edges: the scene's edges.
-        geometry: the ways of the paths.
-        number: index of the diffraction among those of the path.
-        field: field before the edge.
-        way_in: direction of the wave before the edge.
-        way_out: direction of the wave behind the edge.
-    """
+    """The field behind an edge, without the phase and the spreading on the way."""
     which = geometry.edges[number]
     edge = mi.UInt(which.astype(np.uint32))
     k = surfaces.wavenumber
@@ -86,16 +76,7 @@ def diffracted_amplitudes(
     geometry: PathGeometry,
     first_edge: int,
 ) -> Complex[np.ndarray, " paths"]:
-    """The amplitude of each path between its source and its target, 0 if it is blocked.
-
-    Args:
-        surfaces: surfaces of the scene.
-        edges: the scene's edges.
-        sources: the antennas where the paths begin.
-        targets: the antennas where the paths end.
-        geometry: the ways of the paths.
-        first_edge: index of the first diffraction among the interactions.
-    """
+    """The amplitude of each path between its source and its target, 0 if it is blocked."""
     at_edges = {
         first_edge + number: partial(behind_edge, surfaces, edges, geometry, number)
         for number in range(len(geometry.edges))

@@ -32,15 +32,10 @@ PAIRS_AT_ONCE = 50_000
 
 @dataclass(frozen=True)
 class Links:
-    """Ordered pairs of edges.
+    """Ordered pairs of edges."""
 
-    Attributes:
-        edges: indices of the edges where each link begins and ends.
-        faces: the face along which it runs, as numbered at each of the two edges: 0, or 1 for face n; or
-            ``THROUGH_SPACE``.
-    """
-
-    edges: Int[np.ndarray, "links 2"]
+    edges: Int[np.ndarray, "links 2"]  # indices of the edges where each link begins and ends
+    # the face along which it runs, as numbered at each of the two edges: 0, or 1 for face n; or ``THROUGH_SPACE``
     faces: Int[np.ndarray, "links 2"]
 
     def __len__(self) -> int:
@@ -58,10 +53,6 @@ def links_between(edges: Edges, ray_scene: RayScene) -> Links:
     """The links along which some point of a conductor's edge sees some point of another conductor's edge.
 
     Waves diffracted at dielectric sheets are so weak that a second diffraction does not matter.
-
-    Args:
-        edges: the scene's edges.
-        ray_scene: the scene.
     """
     found = [NO_LINKS]
     conductors = np.nonzero(~edges.sheets)[0]

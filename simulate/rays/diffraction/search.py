@@ -47,15 +47,7 @@ def find_diffracted_chains(
     seed: int,
     report: Callable[[str], None],
 ) -> DiffractedChains:
-    """Find the chains with diffractions that carry power from the gateway to anywhere in a region.
-
-    Args:
-        edge_scene: the scene and its edges.
-        reflecting: the chains without diffraction.
-        region: lowest and highest corner of the region, metres, world frame.
-        seed: seed of the rays and the trial positions.
-        report: gets a sentence on the progress.
-    """
+    """Find the chains with diffractions that carry power from the gateway to anywhere in a region."""
     ray_scene = edge_scene.ray_scene
     scene, propagation = ray_scene.description, ray_scene.propagation
     generator = np.random.default_rng(seed)

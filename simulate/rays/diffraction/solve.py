@@ -27,18 +27,7 @@ AT_ONCE = 50_000_000
 
 
 class EdgeScene:
-    """A scene with its edges.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        edges: the edges of another ``EdgeScene`` with the same objects. None: they are found.
-
-    Attributes:
-        ray_scene: the scene, with the propagation to follow.
-        edges: the diffracting edges that are followed.
-        left_out: number of edges that are not followed, since there are too many.
-        surfaces: the materials of the scene's triangles.
-    """
+    """A scene with its edges."""
 
     def __init__(self, ray_scene: RayScene, edges: Edges | None = None):
         self.ray_scene = ray_scene
@@ -59,13 +48,6 @@ def diffracted(
 
     The paths are ordered by the shapes of their chains (numbers of reflections, diffractions, reflections), then by
     target, chain and source.
-
-    Args:
-        edge_scene: the scene and its edges.
-        chains: the chains to solve.
-        sources: where the paths begin.
-        targets: where they end.
-        surfaces: the scene's surfaces, with each of the sets of materials.
     """
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength

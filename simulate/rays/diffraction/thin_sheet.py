@@ -44,16 +44,7 @@ class Currents(NamedTuple):
 
 
 def currents(way: mi.Vector3f, normal: mi.Vector3f, r_te, r_tm, t_te, t_tm) -> Currents:
-    """The currents of a plane wave.
-
-    Args:
-        way: direction of the wave.
-        normal: unit normal of the sheet.
-        r_te: TE reflection coefficient of the sheet at this angle, whose phase is 0 at the middle of the sheet.
-        r_tm: TM reflection coefficient, likewise.
-        t_te: TE transmission coefficient of the sheet, divided by that of the air that the sheet replaces.
-        t_tm: TM transmission coefficient, likewise.
-    """
+    """The currents of a plane wave."""
     cosine = dr.maximum(dr.abs(dr.dot(way, normal)), GRAZING)
     sine_squared = dr.maximum(1 - cosine**2, GRAZING)
     axis = across(way, normal)
@@ -78,19 +69,7 @@ def behind_sheet(
     pairs: tuple[mi.Complex2f, mi.Complex2f],
     sin_beta: mi.Float,
 ) -> Field:
-    """The field diffracted at the edge of a sheet, over the common factor of wedge.py, without phase and spreading.
-
-    Args:
-        field: field before the edge.
-        way_in: direction of the wave before the edge.
-        way_out: direction of the wave behind the edge.
-        normal: unit normal of the sheet.
-        driven: currents that the wave before the edge drives.
-        sending: currents that send the wave behind the edge.
-        angles: φ′ and φ, radians.
-        pairs: result of ``transition_pairs``.
-        sin_beta: sin β₀.
-    """
+    """The field diffracted at the edge of a sheet, over the common factor of wedge.py, without phase and spreading."""
     te_in = component(field, driven.across)
     first, second = driven.a * te_in, driven.b * component(field, driven.along)
 

@@ -18,15 +18,7 @@ from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 def transition_pairs(
     phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, wavenumber: mi.Float | float
 ) -> tuple[mi.Complex2f, mi.Complex2f]:
-    """The sums d₁ + d₂ and d₃ + d₄. Without F they would be singular at the shadow and the reflection boundary.
-
-    Args:
-        phi: φ, radians.
-        phi_source: φ′, radians.
-        n: open angle over π.
-        length: L, metres.
-        wavenumber: k, radians per metre.
-    """
+    """The sums d₁ + d₂ and d₃ + d₄. Without F they would be singular at the shadow and the reflection boundary."""
 
     def pair(beta: mi.Float) -> mi.Complex2f:
         result = mi.Complex2f(0)
@@ -41,29 +33,14 @@ def transition_pairs(
 
 
 def common_factor(n: mi.Float, sin_beta: mi.Float, wavenumber: mi.Float | float) -> mi.Complex2f:
-    """−e^{−jπ/4} / (2n √(2πk) sin β₀), √metres.
-
-    Args:
-        n: open angle over π.
-        sin_beta: sin β₀.
-        wavenumber: k, radians per metre.
-    """
+    """−e^{−jπ/4} / (2n √(2πk) sin β₀), √metres."""
     return mi.Complex2f(-1, 1) / dr.sqrt(2) / (2 * n * dr.sqrt(2 * dr.pi * wavenumber) * sin_beta)
 
 
 def wedge_coefficients(
     phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, sin_beta: mi.Float, wavenumber: mi.Float | float
 ) -> tuple[mi.Complex2f, mi.Complex2f]:
-    """D_s and D_h, √metres.
-
-    Args:
-        phi: φ, radians.
-        phi_source: φ′, radians.
-        n: open angle over π.
-        length: L, metres.
-        sin_beta: sin β₀.
-        wavenumber: k, radians per metre.
-    """
+    """D_s and D_h, √metres."""
     direct, reflected = transition_pairs(phi, phi_source, n, length, wavenumber)
     factor = common_factor(n, sin_beta, wavenumber)
     return factor * (direct - reflected), factor * (direct + reflected)

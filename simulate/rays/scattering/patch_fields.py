@@ -32,26 +32,17 @@ def _power(amplitude: mi.Complex2f) -> mi.Float:
 
 @dataclass(frozen=True)
 class PatchFields:
-    """The fields that patches scatter from sources, or that targets receive from patches.
+    """The fields that patches scatter from sources, or that targets receive from patches."""
 
-    Attributes:
-        components: components along θ̂ and φ̂, with the amplitude and phase of the way: of the wave that a patch scatters
-            from each source, or of a unit wave from a patch that each target receives; 0 if the way is blocked.
-        side: 1 if the antenna is on the side to which the patch's normal points, otherwise −1.
-    """
-
+    # components along θ̂ and φ̂, with the amplitude and phase of the way: of the wave that a patch scatters from each
+    # source, or of a unit wave from a patch that each target receives; 0 if the way is blocked
     components: Complex[np.ndarray, "antennas patches 2"]
+    # 1 if the antenna is on the side to which the patch's normal points, otherwise −1
     side: Int[np.ndarray, "antennas patches"]
 
 
 class PatchScene:
-    """A scene with the patches of its rough surfaces.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        patches: the patches.
-        frequency: frequency of the waves, Hz. None: that of the scene.
-    """
+    """A scene with the patches of its rough surfaces."""
 
     def __init__(self, ray_scene: RayScene, patches: Patches, frequency: float | None = None):
         scene = ray_scene.description
@@ -62,11 +53,7 @@ class PatchScene:
         self._turn = np.arcsin(np.sqrt(turned[ray_scene.object_of_face[patches.faces]]))
 
     def scattered(self, sources: Antennas) -> PatchFields:
-        """The waves that the patches scatter when each source transmits, with the phases of the patches.
-
-        Args:
-            sources: the antennas that transmit.
-        """
+        """The waves that the patches scatter when each source transmits, with the phases of the patches."""
         field, way, face, cosine = self._at_patches(sources, pattern)
         te, tm, _, _ = self._surfaces.coefficients(face, way)
         axis = across(way, self._surfaces.normal(face))
@@ -80,11 +67,7 @@ class PatchScene:
         return PatchFields(turned * np.exp(-1j * self.patches.phases)[:, None], found.side)
 
     def received(self, targets: Antennas) -> PatchFields:
-        """The field that each target receives from a unit wave that a patch scatters.
-
-        Args:
-            targets: the antennas that receive.
-        """
+        """The field that each target receives from a unit wave that a patch scatters."""
 
         def receiving(antennas: Antennas, towards: mi.Vector3f) -> Field:
             real, imaginary = pattern(antennas, towards)

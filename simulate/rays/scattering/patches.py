@@ -14,19 +14,12 @@ from simulate.rays.core.ray_scene import RayScene
 
 @dataclass(frozen=True)
 class Patches:
-    """Pieces of rough surfaces, all of one area.
+    """Pieces of rough surfaces, all of one area."""
 
-    Attributes:
-        points: middle of each patch, metres, world frame.
-        faces: number of each patch's triangle, counted through the scene's objects.
-        phases: phase by which each patch delays the waves that it scatters, radians.
-        area: area of each patch, m².
-    """
-
-    points: Float[np.ndarray, "patches 3"]
-    faces: Int[np.ndarray, " patches"]
-    phases: Float[np.ndarray, " patches"]
-    area: float
+    points: Float[np.ndarray, "patches 3"]  # middle of each patch, metres, world frame
+    faces: Int[np.ndarray, " patches"]  # number of each patch's triangle, counted through the scene's objects
+    phases: Float[np.ndarray, " patches"]  # phase by which each patch delays the waves that it scatters, radians
+    area: float  # area of each patch, m²
 
     def __len__(self) -> int:
         return len(self.points)
@@ -36,14 +29,6 @@ def patches_of(ray_scene: RayScene, count: int, seed: int) -> Patches:
     """Draw patches at random, uniformly by area, on the objects whose material has a scattering coefficient.
 
     The roughness of a surface is unknown, so the phase of each patch is drawn at random from 0 to 2π.
-
-    Args:
-        ray_scene: the scene.
-        count: number of patches.
-        seed: seed of the points and phases.
-
-    Returns:
-        The patches; none if all surfaces are smooth.
     """
     scene = ray_scene.description
     rough = np.array([scene.materials[item.material].scattering_coefficient > 0 for item in scene.objects])

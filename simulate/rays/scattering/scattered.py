@@ -27,10 +27,6 @@ class Scattering:
     """Waves that are reflected diffusely once, and otherwise go straight, also through objects.
 
     The patches and their phases are drawn once, so the field at a target depends only on its position.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        seed: seed of the patches.
     """
 
     def __init__(self, ray_scene: RayScene, seed: int):
@@ -39,12 +35,7 @@ class Scattering:
         self._objects = ray_scene.object_of_face[patches.faces]
 
     def responses(self, sources: Antennas, targets: Antennas) -> Complex[np.ndarray, "targets sources"]:
-        """The sum of all paths from each source to each target.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The sum of all paths from each source to each target."""
         return self._responses(self._scene, sources, targets)
 
     def band_responses(
@@ -53,11 +44,6 @@ class Scattering:
         """The sum of all paths from each source to each target, at each subcarrier.
 
         The sum is computed at as many frequencies as its delays need, and is interpolated between them.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-            frequencies: frequencies of the subcarriers, rising, Hz.
         """
         points = self._scene.patches.points
         longest = sum(cdist(each.positions, points).max(initial=0) for each in (sources, targets))
@@ -76,12 +62,7 @@ class Scattering:
         return result * scene.wavelength / (4 * np.pi)
 
     def terms(self, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
-        """The single paths whose sum ``responses`` returns, in batches.
-
-        Args:
-            sources: where the paths begin.
-            targets: where they end.
-        """
+        """The single paths whose sum ``responses`` returns, in batches."""
         for start, patches, sent, taken in self._batches(self._scene, sources, targets):
             for number, each in enumerate(taken, start):
                 responses = (sent * each).sum(axis=2) * self._scene.wavelength / (4 * np.pi)

@@ -19,25 +19,15 @@ from learn.reports.score_report import write_score_sweep
 
 @dataclass(frozen=True)
 class Kind:
-    """One of both kinds, with two of its methods, of which the second is the better one.
+    """One of both kinds, with two of its methods, of which the second is the better one."""
 
-    Attributes:
-        dataset: powers or channels.
-        compare: the function that compares methods.
-        worse: name of a method.
-        better: name of a better one.
-        score: key of the score that ranks them.
-        things: what is known and tested.
-        figure: name of the figure without suffix.
-    """
-
-    dataset: Any
-    compare: Any
-    worse: str
-    better: str
-    score: str
-    things: str
-    figure: str
+    dataset: Any  # powers or channels
+    compare: Any  # the function that compares methods
+    worse: str  # name of a method
+    better: str  # name of a better one
+    score: str  # key of the score that ranks them
+    things: str  # what is known and tested
+    figure: str  # name of the figure without suffix
 
 
 @pytest.fixture(params=["powers", "channels"])

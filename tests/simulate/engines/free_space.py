@@ -36,16 +36,9 @@ class FreeSpaceField:
 
 @dataclass(frozen=True)
 class FreeSpace(Engine):
-    """The field in free space, in microseconds.
+    """The field in free space, in microseconds."""
 
-    Attributes:
-        loss: what a cable takes, dB.
-
-    Raises:
-        ParameterError: a loss outside 0 to 100 dB.
-    """
-
-    loss: float = 0.0
+    loss: float = 0.0  # what a cable takes, dB
 
     name: ClassVar[str] = "freespace"
     called: ClassVar[str] = "free space"

@@ -40,12 +40,7 @@ def scene() -> Scene:
 
 
 class Solver:
-    """In place of the solver, the field in free space.
-
-    Attributes:
-        sources: positions of the sources that were run.
-        interrupted_at: number of runs after which Ctrl-C is pressed.
-    """
+    """In place of the solver, the field in free space."""
 
     def __init__(self) -> None:
         self.sources: list[np.ndarray] = []

@@ -42,12 +42,7 @@ def scene() -> Scene:
 
 
 class Solver:
-    """In place of the solver, the field in free space.
-
-    Attributes:
-        runs: frequencies on the grid that each run solved, in MHz, with one run for each element.
-        interrupted_at: number of runs after which Ctrl-C is pressed.
-    """
+    """In place of the solver, the field in free space."""
 
     def __init__(self) -> None:
         self.runs: list[list[int]] = []
