@@ -1,7 +1,7 @@
 """Read a file from the user: a regular one of limited size, not a device or pipe, and numbers that are written in it.
 
-Python's ``float`` and ``int`` read more than numbers: 1_0 is 10 for them, and full-width or Arabic digits count, too. In
-a table of positions these are typing errors.
+Python's ``float`` and ``int`` read more than numbers: 1_0 is 10 for them, and full-width or Arabic digits count, too.
+In a table of positions these are typing errors.
 """
 
 from __future__ import annotations
