@@ -14,7 +14,6 @@ from bisplat.commands.import_options import print_list, read_own_material, read_
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import InputError, printable
-from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
 
@@ -58,8 +57,6 @@ def scene(
     region_min: Triple | None = None,
     region_max: Triple | None = None,
     json: bool = False,
-    view: bool = False,
-    port: int = 8080,
     force: Force = False,
 ) -> None:
     """Draw and describe a scene, or import a mesh as a new scene.
@@ -68,7 +65,7 @@ def scene(
 
     Args:
         scene: built-in name (such as lab), scene YAML, or a file to import; sionna:NAME imports a scene of Sionna RT.
-        output: file of the drawing (default: NAME.png). For an import or --view: folder of the new scene.
+        output: file of the drawing (default: NAME.png). For an import: folder of the new scene.
         list_parts: import only: print the names in the file and the material that each would get, and write nothing.
         material: import only: rules NAME=MATERIAL. NAME is that of an object, node, material or mesh file in the file,
             and may hold * and ?. The first rule that matches an object counts.
@@ -91,14 +88,7 @@ def scene(
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
-        view: edit the gateway, the transmitter region and the materials in the browser.
-        port: with --view: port of the page. If it is taken, the next free port.
     """
-    if view:
-        refuse_given(["--json"], "none beside --view, which prints no description")
-        require_extra("viewer", "the viewer")
-    else:
-        refuse_given(["--port"], "--view beside it, found none")
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
@@ -122,7 +112,7 @@ def scene(
         }
         if list_parts:
             refuse_given(
-                ["--output", "-o", "--walls", "--pattern", "--array", "--view", "--force", *PLACES],
+                ["--output", "-o", "--walls", "--pattern", "--array", "--force", *PLACES],
                 "none beside --list",
             )
             listing = parts_of(scene, **options)
@@ -161,21 +151,8 @@ def scene(
         drawing = output / "scene.png"
     else:
         refuse_given(OF_AN_IMPORT, f"a file to import, found the scene {scene}")
-        if view:
-            refuse_given(["--force"], "none beside --view, which asks before it replaces a scene")
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
         drawing = output or Path(f"{file_stem(place.name)}.png")
-    if view:
-        from scenes.browser.scene_editor import Editor
-        from scenes.browser.served_page import serve
-
-        folder = Path(f"{file_stem(place.name)}-edited") if output is None or importable else output
-
-        def open_tab(client) -> None:
-            Editor(client, place, folder)
-
-        serve(f"bisplat: {place.name}", port, open_tab)
-        return
     if importable:
         failure = _failure_to_draw(place, drawing)
         if failure:

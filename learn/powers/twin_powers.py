@@ -20,7 +20,7 @@ from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
-from scenes.storage.scene_digest import scene_digest
+from scenes.storage.scene_writing import scene_digest
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly

@@ -11,7 +11,7 @@ from msgspec import Meta, Struct
 from scenes.files.errors import InputError, shown
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import Positive, conform
-from scenes.storage.scene_digest import scene_digest
+from scenes.storage.scene_writing import scene_digest
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from scenes.scene.antennas import Gateway

@@ -17,7 +17,7 @@ from scenes.files.errors import InputError, shown
 from scenes.scene.description import Scene
 from scenes.scene.same_array import with_same_array
 from scenes.scene.shapes import bounding_box
-from scenes.storage.scene_digest import scene_digest
+from scenes.storage.scene_writing import scene_digest
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.metadata import band_of, read_metadata_file

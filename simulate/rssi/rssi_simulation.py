@@ -24,8 +24,7 @@ from scenes.files.progress import progress_bar
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
-from scenes.storage.scene_digest import scene_digest
-from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_writing import scene_digest, write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.folder_kinds import PARTS, POWERS
 from simulate.engines.engine import Machines, Setting

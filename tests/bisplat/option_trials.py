@@ -105,8 +105,6 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(IMPORT, ["--shift 1 2 3", "--walls as-drawn"]),
         *_trials(f"{IMPORT} --material wall=wet", ["--own-material wet=15,2,0.1"]),
         *_trials("scene wall.obj", ["--list"]),
-        *_trials("scene closet --view", ["--port 8081"], SERVED),
-        *_trials("scene closet", ["--view"], SERVED),
         *_trials("scene closet --json", ["--frequency 2.4GHz", "--array 8x8", "--array elements.csv"]),
     ],
     "simulate": [

@@ -75,7 +75,6 @@ ADVICE: dict[str, tuple[str, str]] = {
         r"ends in (\.npz)",
         "predict mlp -o out{} --positions tiny/tx_pos.csv",
     ),
-    "scene closet -o out.png --port 8081": (r"expected (--view) beside", "scene closet --port 8081 {}"),
     "simulate closet -n 2 -o out --cell 0.05": (
         r"expected the (engine fullwave)",
         f"simulate closet -n 2 -o out --{{}} --field {FIELD}",
