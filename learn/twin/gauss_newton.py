@@ -21,7 +21,7 @@ from learn.twin.linearised import (
     over_band,
     unlikelihood,
 )
-from learn.twin.starting_values import start_far_away, start_nearby, is_far
+from learn.twin.starting_values import is_far, start_far_away, start_nearby
 from scenes.checks.validation import is_valid
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene

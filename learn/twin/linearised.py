@@ -1,4 +1,4 @@
-"""Responses to first order in what may be wrong with a scene's description, and −2 log of its posterior to second order.
+"""Responses to first order in the errors of a scene's description, and −2 log of their posterior to second order.
 
 The difference between measured and traced responses is assumed to be a Gaussian field plus noise. The scene's unknowns
 have normal priors.
