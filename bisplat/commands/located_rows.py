@@ -13,7 +13,7 @@ from scenes.files.text_tables import print_rows
 from simulate.dataset.folder_kinds import is_rssi
 
 if TYPE_CHECKING:
-    from learn.localisation.places import Place
+    from learn.localisation.located_places import Place
     from simulate.csi.csi_dataset import CsiDataset
     from simulate.rssi.rssi_dataset import RssiDataset
 
@@ -42,8 +42,8 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
     from learn.localisation.baseline_positions import by_channels, by_powers, error_rows
     from learn.localisation.locate_channels import locate_channels
     from learn.localisation.locate_powers import located_by_powers
+    from learn.localisation.located_places import NEW, write_places
     from learn.localisation.observations import ObservedRows, observed_channels, observed_powers
-    from learn.localisation.places import NEW, write_places
     from simulate.csi.csi_dataset import read_csi
     from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 

@@ -155,8 +155,8 @@ def locate(
     refuse_given(OF_TRACKS, "a dataset whose antenna moved, and no run, found a run")
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
+    from learn.localisation.located_places import write_places
     from learn.localisation.observations import observed_pictures, parts_of, require_unseen
-    from learn.localisation.places import write_places
     from learn.training.config import read_config
     from learn.training.fit_progress import FitProgress
     from learn.training.run_folder import load_run

@@ -11,7 +11,7 @@ from jaxtyping import Complex, Float, Int
 from learn.localisation.channel_regression import unlike
 from learn.localisation.locate_channels import fit_regression
 from learn.localisation.locate_powers import points_among
-from learn.localisation.places import Place, share_in_region
+from learn.localisation.located_places import Place, share_in_region
 from learn.powers.known_powers import KnownPowers
 from learn.powers.path_loss import LEAST_DEVIATION
 from simulate.csi.csi_dataset import CsiDataset

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from learn.channels.timing import strongest_ramp, without_ramp
-from learn.localisation.places import Place
+from learn.localisation.located_places import Place
 from learn.planning.candidates import extended_axes
 
 DIRECTIONS = 8

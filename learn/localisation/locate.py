@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from scipy.special import logsumexp
 
 from learn.localisation.fingerprints import Field
-from learn.localisation.places import LEAST_PROBABILITY, Place
+from learn.localisation.located_places import LEAST_PROBABILITY, Place
 from learn.localisation.refine import FARTHEST, MODES, Refined, candidate_points, refine
 from learn.models.base import Report
 from learn.models.geometry import grid_in

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Complex, Int
 
 from learn.localisation.channel_regression import ChannelFingerprints, PositionRegression
-from learn.localisation.places import Place
+from learn.localisation.located_places import Place
 from learn.powers.fit_powers import checked_indices
 from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, ParameterError, require_instance, require_seed

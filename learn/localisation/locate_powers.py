@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
 from scipy.special import log_ndtr, logsumexp, ndtri
 
-from learn.localisation.places import LEAST_PROBABILITY, Place
+from learn.localisation.located_places import LEAST_PROBABILITY, Place
 from learn.models.base import Report
 from learn.powers.fit_powers import fit_powers
 from learn.powers.known_powers import PredictedPowers

@@ -7,7 +7,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import ArrayLike
 
 from learn.localisation.direct_path import DirectPath, Maxima, maximise
-from learn.localisation.places import LEAST_PROBABILITY, Place
+from learn.localisation.located_places import LEAST_PROBABILITY, Place
 from learn.localisation.refine import MODES, candidate_points
 from learn.models.geometry import grid_in
 from scenes.files.array_argument import check_array

@@ -21,7 +21,7 @@ from learn.data.same_receiver import (
     pose_difference,
 )
 from learn.localisation.locate_tags import LEAST_READS, MOST_ANTENNAS
-from learn.localisation.places import NEW
+from learn.localisation.located_places import NEW
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError, named
 from scenes.files.plain_text import say

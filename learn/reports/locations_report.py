@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from learn.evaluation.locations import Locations
-from learn.localisation.places import write_places
+from learn.localisation.located_places import write_places
 from learn.reports.method_styles import THIS_RUN, line_styles
 from learn.reports.paper import COLUMN, at_paper_size, save
 from learn.reports.plots import label_log_axis

@@ -19,8 +19,8 @@ from learn.localisation import locate as locate_module
 from learn.localisation import refine as refine_module
 from learn.localisation.fingerprints import Field, Fingerprints
 from learn.localisation.locate import _places, grid_warning
+from learn.localisation.located_places import HEADER
 from learn.localisation.observations import observed_pictures
-from learn.localisation.places import HEADER
 from learn.localisation.refine import FARTHEST, MODES, candidate_points, refine
 from learn.models.geometry import grid_in
 from learn.reports.locations_report import write_locations

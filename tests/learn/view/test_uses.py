@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.localisation.places import Place, read_places, write_places
+from learn.localisation.located_places import Place, read_places, write_places
 from learn.view.subject import subject
 from learn.view.uses import CLOUD, LOCATIONS, cloud, located
 from scenes.files.errors import InputError
