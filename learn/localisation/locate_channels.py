@@ -11,8 +11,7 @@ from jaxtyping import Complex, Int
 from learn.localisation.channel_regression import ChannelFingerprints, PositionRegression
 from learn.localisation.located_places import Place
 from learn.powers.fit_powers import checked_indices
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, require_instance, require_seed
+from scenes.files.errors import InputError, ParameterError, check_array, require_instance, require_seed
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi

@@ -10,8 +10,7 @@ from learn.localisation.direct_path import DirectPath, Maxima, maximise
 from learn.localisation.located_places import LEAST_PROBABILITY, Place
 from learn.localisation.refine import MODES, candidate_points
 from learn.models.geometry import grid_in
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance
+from scenes.files.errors import ParameterError, check_array, require_instance
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.exchange.recorded_rows import one_way

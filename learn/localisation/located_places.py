@@ -15,8 +15,7 @@ from scipy.stats import chi2
 from learn.planning.candidates import extended_axes
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
 
 LEAST_PROBABILITY = 0.01
 """Places with a smaller probability are left out."""
