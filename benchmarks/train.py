@@ -37,11 +37,11 @@ ONLY_TIMED = ("bisplat-plus", "nerf2", "wrf-gs-plus", "gsrf")
 """Models that are not trained here; the losses of NeRF², WRF-GS+ and GSRF have no few pixels."""
 
 SPLATTED = {
-    "bisplat": "learn.models.bisplat.splat",
-    "bisplat-plus": "learn.models.bisplat.splat",
-    "swiftwrf": "learn.models.swiftwrf.splat_by_conic",
-    "wrf-gs-plus": "learn.models.wrf_gs_plus.splat_by_conic",
-    "gsrf": "learn.models.gsrf.splat_by_conic",
+    "bisplat": "learn.models.networks.bisplat.splat",
+    "bisplat-plus": "learn.models.networks.bisplat.splat",
+    "swiftwrf": "learn.models.peers.swiftwrf.splat_by_conic",
+    "wrf-gs-plus": "learn.models.peers.wrf_gs_plus.splat_by_conic",
+    "gsrf": "learn.models.peers.gsrf.splat_by_conic",
 }
 """What splats primitives, of the models that do."""
 
@@ -58,16 +58,15 @@ SMALL = {
 def spectra_per_minute(
     name: str, dataset: Any, batch_size: int, of: str, options: dict[str, Any], precision: Any = "highest"
 ) -> float:
-    """Thousands of spectra per minute through loss and gradients: the median of five steps, after two. 0: impossible.
-    """
+    """Thousands of spectra per minute through loss and gradients: median of five steps, after two. 0: impossible."""
     # Torch and Lightning take seconds to import, which --help need not wait for.
     import numpy as np
     import torch
 
     from learn.data.splits import split
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
+    from learn.models.model_settings import Steps
     from learn.models.quadrature import quadrature
-    from learn.models.steps import Steps
     from learn.training.by_steps import multiplying
     from learn.training.config import Config
     from learn.training.lightning_module import Spectra, Training
