@@ -22,7 +22,7 @@ CARRIER = (1.0,)
 
 
 def over_band(tracer: Tracer, ratios: Sequence[float]) -> list[Tracer]:
-    """Tracers of one scene at several frequencies. The array keeps its size, the materials their properties."""
+    """Tracers of one scene at several frequencies; the array keeps its size in metres, materials their properties."""
     frequency = [Unknown("frequency", "", 0, 1.0)]
 
     def at(ratio: float) -> Tracer:
