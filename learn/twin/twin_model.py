@@ -20,7 +20,7 @@ from torch import Tensor
 from learn.data.metrics import ssim_of_each
 from learn.models.base import BeamformingLayer
 from learn.models.capabilities import PredictsResponses
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.kriged_field import KrigedField
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
