@@ -54,7 +54,7 @@ def power_by_objects_passed(tracer: Tracer, position: np.ndarray) -> dict[int, f
 @pytest.mark.slow
 @pytest.mark.parametrize(("turned", "polarization"), [(0.0, "V"), (0.3, "H")])
 def test_power_is_sionnas(turned, polarization):
-    """Also of waves that pass through the pane before they are diffuse_reflection. (Sionna has none that pass it afterwards.)"""
+    """Also of waves that pass through the pane before they are scattered. (Sionna has none that pass it afterwards.)"""
     propagation = replace(DIFFUSE, max_depth=2, refraction=True, patches=20_000)
     scene = rough_scene(turned=turned, polarization=polarization)
     ours, theirs = (
