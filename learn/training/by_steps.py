@@ -17,8 +17,8 @@ from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.progress import TextColumn
 
 from learn.models.base import SpectrumModel
+from learn.models.model_settings import MatmulPrecision, Processes, Steps
 from learn.models.quadrature import Quadrature
-from learn.models.steps import MatmulPrecision, Processes, Steps
 from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
 from learn.training.epochs import epochs_of
 from learn.training.lightning_module import Spectra, Training
@@ -103,8 +103,7 @@ def train_by_steps(
     processes: Processes = Processes(),
     seconds_before: float = 0.0,
 ) -> None:
-    """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights.
-    """
+    """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights."""
     spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)

@@ -20,7 +20,7 @@ from learn.data.same_receiver import (
 )
 from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_dataset
-from learn.models.retrieved_field import retrieved_responses
+from learn.models.kriging.retrieved_field import retrieved_responses
 from learn.twin.calibration_table import RECORD, UNIT, changes_of
 from learn.twin.gauss_newton import Calibration, most_likely
 from scenes.files.atomic import write_atomically
@@ -121,8 +121,7 @@ def described_scene(
     tolerances: Tolerances,
     propagation: Propagation,
 ) -> Scene:
-    """The scene that is to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common.
-    """
+    """The scene to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common."""
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
     require_word(SPLITS, split=split)

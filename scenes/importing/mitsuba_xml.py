@@ -17,10 +17,9 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, cut, did_you_mean, named
-from scenes.files.extras import require_extra
-from scenes.files.input_file import beside
-from scenes.files.number_text import parse_number
-from scenes.files.xml_file import read_xml
+from scenes.files.input_file import beside, parse_number
+from scenes.files.json_yaml_xml import read_xml
+from scenes.files.optional_packages import require_extra
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
 from scenes.importing.formats.mesh_checks import require_ordinary
 from scenes.importing.mesh_files import read_mesh_file
@@ -68,8 +67,7 @@ class MitsubaShape:
         return self.bsdf is not None and any(child.get("name") == "thickness" for child in self.bsdf)
 
     def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:
-        """Return the shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number.
-        """
+        """The shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number."""
         if self.bsdf is None:
             return None
         own = own or {}

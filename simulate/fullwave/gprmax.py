@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Int
 
 from scenes.files.errors import InputError
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from simulate.fullwave.cells import AIR, CONDUCTOR, PERMEABILITY, EdgeMaterials, beside_edges
 from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.source import Source, moments, phasor

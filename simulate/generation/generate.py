@@ -22,13 +22,11 @@ import numpy as np
 from jaxtyping import Complex, Float
 from msgspec import to_builtins
 
-from scenes.files.atomic import require_writable, sync_folder
+from scenes.files.atomic import remove_left, require_writable, sync_folder, temporary_folder
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import locked
-from scenes.files.output_folder import has_other_files
+from scenes.files.output_folder import has_other_files, locked
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
-from scenes.files.temporary import remove_left, temporary_folder
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_frequency import FREQUENCIES
 from simulate.dataset.dataset_writer import (

@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from scenes.files.errors import InputError, ParameterError, reason, require_whole, shown
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from scenes.files.options import check_kinds
 
 WORKERS_MOST = 1000
