@@ -54,7 +54,7 @@ class NerfPowers:
         import torch
 
         from learn.models.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, octaves, published_adam, size_here
-        from learn.training.timed_steps import train_steps
+        from learn.training.fit_progress import train_steps
 
         device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         every = np.concatenate([known.positions, known.gateways])

@@ -16,7 +16,7 @@ from learn.models.quadrature import picture_pixels, quadrature
 from learn.models.steps import Steps
 from learn.models.swiftwrf import SwiftWRF
 from learn.models.wrf_gs_plus import WRFGSPlus
-from learn.training.lightning_module import Training
+from learn.training.gradient_steps import Training
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
 

@@ -1,9 +1,4 @@
-"""Responses for a network to learn from: the dataset's own, or those found behind its pictures.
-
-A model that predicts element responses learns more from these than from pictures, which lack the phases. If only
-pictures are known, the responses behind the training pictures are found such that they form one field
-(``learn.models.retrieved_field``). They are used only if kriging of them predicts the validation spectra well.
-"""
+"""When a training by steps is validated, and on which spectra."""
 
 from __future__ import annotations
 
@@ -11,7 +6,7 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float, Int
 
 from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim_of_each
@@ -21,12 +16,101 @@ from learn.models.capabilities import LearnsBand, PredictsResponses
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.steps import Steps
-from learn.training.epochs import validation_sample
+from learn.training.deviation import (
+    LEAST_VALIDATED,
+    Deviation,
+    errors_over_gaps,
+    fit_deviation,
+    interpolates,
+    knowing_nothing,
+    nearest_known,
+    pixel_errors,
+)
 from learn.training.fit_progress import FitProgress
-from learn.training.prediction import predict
+from learn.training.prediction import predict, uncertainty
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
+
+STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
+"""Smallest number of steps between validations, and number of validations of a long training, which has more steps than
+the product of both."""
+
+VALIDATED = 128
+"""Largest number of validation spectra, evenly spread over the validation part."""
+
+
+def epochs_of(steps: int) -> list[int]:
+    """Number of steps between validations, for each validation; they add up to ``steps``.
+
+    >>> epochs_of(250), epochs_of(99), epochs_of(3001)[-2:]
+    ([125, 125], [99], [200, 200])
+    """
+    validations = max(1, min(steps // STEPS_PER_VALIDATION, VALIDATIONS))
+    each, more = divmod(steps, validations)
+    return [each + 1] * more + [each] * (validations - more)
+
+
+def validation_sample(part: Int[np.ndarray, " n"]) -> Int[np.ndarray, " v"]:
+    """The spectra of a validation part on which models are validated.
+
+    >>> len(validation_sample(np.arange(1000))), len(validation_sample(np.arange(50)))
+    (128, 50)
+    """
+    return evenly(part, VALIDATED)
+
+
+class Validation(NamedTuple):
+    """Result of a model on validation spectra."""
+
+    ssim: float  # median SSIM; 0 if there are no validation spectra
+    deviation: Deviation | None  # how far predictions are off. None: there are too few spectra to tell.
+
+
+def validate(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation:
+    """Predict at most ``VALIDATED`` validation spectra, to which the model was not fitted."""
+    validated = validation_sample(parts.validation)
+    if not len(validated):
+        return Validation(0.0, None)
+    positions, truth = dataset.positions[validated], spectrum_of(dataset.pictures[validated])
+    prediction = predict(model, positions).spectra
+    return Validation(
+        float(np.median(ssim_of_each(prediction, truth))), _deviation(model, dataset, parts, validated, prediction)
+    )
+
+
+def _deviation(
+    model: SpectrumModel,
+    dataset: Dataset,
+    parts: Split,
+    validated: Int[np.ndarray, " V"],
+    prediction: Float[np.ndarray, "V 90 360"],
+) -> Deviation | None:
+    """The deviation of the model's predictions. None: there are too few validation spectra."""
+    if len(validated) < LEAST_VALIDATED:
+        return None
+    positions = dataset.positions[validated]
+    error = pixel_errors(prediction, spectrum_of(dataset.pictures[validated]))
+    nothing = knowing_nothing(prediction, positions, dataset, parts.train)
+    variance = uncertainty(model, positions)
+    if variance is not None and not interpolates(model):  # the user's own model states it
+        return fit_deviation(error, variance, "variance", ([0.0, 1.0], [0.0, 1.0]), nothing)
+    gaps = errors_over_gaps(model, dataset, parts.train)
+    by_variance = gaps is not None and gaps.over == "variance"
+    nearest = nearest_known(dataset.positions[parts.train], positions, dataset.wavelength)
+    gap = variance if by_variance else nearest
+    return fit_deviation(error, gap) if gaps is None else fit_deviation(error, gap, gaps.over, gaps.curve(), nothing)
+
+
+def told(deviation: Deviation | None, validated: int) -> None:
+    """Say what the validation spectra told about the deviation of predictions."""
+    if deviation is None:
+        say(
+            f"this run states no deviation of its predictions: {validated} validation spectra cannot tell it, "
+            f"{LEAST_VALIDATED} can"
+        )
+    else:
+        say(deviation.facts())
 
 
 class Learned(NamedTuple):
