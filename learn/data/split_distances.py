@@ -1,4 +1,4 @@
-"""How far the test positions of a split are from the known ones."""
+"""How far the test positions of a split are from the known ones, and how similar their spectra are (leakage)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``bisplat coverage`` writes: the arrays of a map, a GeoTIFF, and figures."""
+"""What ``bisplat coverage`` writes: the arrays of a map, and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files of ``bisplat compare`` and ``sweep`` for received powers and for channels."""
+"""The files of ``bisplat compare`` and ``sweep`` for received powers, channels and folders of rooms."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def draw_score_distribution(
 
 
 def write_room_comparison(comparison: RoomComparison, folder: Path) -> None:
-    """Write results.json, table.tex, table.csv, and rooms.png (and .pdf): mean SSIM over the number of known spectra."""
+    """Write results.json, table.tex, table.csv, and rooms.png (and .pdf): mean SSIM over the number of spectra."""
     averages = comparison.averages()
     made = _provenance(comparison)
     write_scores(comparison, folder, made)

@@ -1,4 +1,7 @@
-"""Settings of a run, and the files config.json and split.json that record them. This module does not import torch."""
+"""Settings of a run, the files config.json and split.json that record them, and whether a dataset is the run's.
+
+This module does not import torch.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress of a fit in closed form on stderr: a bar for each phase in a terminal, and a line for each elsewhere."""
+"""Progress of a fit on stderr (in a terminal a bar for each phase, elsewhere a line), and a loop of steps or minutes."""
 
 from __future__ import annotations
 

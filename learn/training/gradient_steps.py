@@ -1,4 +1,4 @@
-"""A training as Lightning needs it: training and validation step, optimiser with its schedule, and batches."""
+"""Training by gradient steps: loss, optimiser, schedule and batches. Lightning runs the loop and resumes."""
 
 from __future__ import annotations
 
@@ -253,7 +253,7 @@ def train_by_steps(
     processes: Processes = Processes(),
     seconds_before: float = 0.0,
 ) -> None:
-    """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights."""
+    """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights."""
     spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)

@@ -1,4 +1,4 @@
-"""The files of a run folder that say what was learned: training.json and known_positions.csv."""
+"""What a run folder records of its training (training.json, known_positions.csv), and the untrained model of a run."""
 
 from __future__ import annotations
 

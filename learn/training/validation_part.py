@@ -1,4 +1,4 @@
-"""When a training by steps is validated, and on which spectra."""
+"""Validation: when and on which spectra, score and deviation there, and whether responses behind pictures pay."""
 
 from __future__ import annotations
 
