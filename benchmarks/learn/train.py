@@ -68,9 +68,8 @@ def spectra_per_minute(
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
     from learn.models.quadrature import quadrature
     from learn.models.steps import Steps
-    from learn.training.gradient_steps import multiplying
     from learn.training.config import Config
-    from learn.training.gradient_steps import Spectra, Training
+    from learn.training.gradient_steps import Spectra, Training, multiplying
     from learn.training.run_files import box_of, build_model
 
     torch.manual_seed(0)

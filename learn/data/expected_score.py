@@ -1,14 +1,7 @@
-<<<<<<< HEAD:learn/data/expected_score.py
 """How densely known positions lie, and what score to expect from that: a curve of several rooms, expected_score.json.
-
-``benchmarks/spacing.py`` measures the scores and writes the file.
-"""
-=======
-"""What score to expect from known positions of a given density: a curve from several rooms, in expected_score.json.
 
 ``benchmarks/data/spacing.py`` measures the scores and writes the file.
 """
->>>>>>> main:learn/expectation/expected_score.py
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress of a fit on stderr (in a terminal a bar for each phase, elsewhere a line), and a loop of steps or minutes."""
+"""Progress of a fit on stderr (a bar for each phase in a terminal, or a line), and a loop of steps or minutes."""
 
 from __future__ import annotations
 
