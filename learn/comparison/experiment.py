@@ -36,7 +36,7 @@ from learn.training.config import require_same_spectra
 from learn.training.run_files import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_whole, require_within, require_word
-from scenes.files.json_file import plain_number
+from scenes.files.json_yaml_xml import plain_number
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset

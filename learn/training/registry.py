@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from learn.models.model_options import check_options_of
 from learn.models.steps import Steps
 from scenes.files.errors import ParameterError, cut, did_you_mean, reason, shown
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
 
 

@@ -21,7 +21,7 @@ from learn.training.deviation import Deviation
 from learn.training.registry import check_options, model_class, model_entry
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason, shown
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import conform
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset import Dataset
