@@ -16,8 +16,8 @@ from lightning.pytorch.callbacks import Callback
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss
+from learn.models.model_settings import STEPS_MOST, Steps
 from learn.models.quadrature import quadrature
-from learn.models.steps import STEPS_MOST, Steps
 from learn.training.gradient_steps import Spectra, Training, interrupts, multiplying, quiet_trainer
 from learn.training.validation_part import VALIDATED, Learned, epochs_of, learned_responses
 from scenes.files.plain_text import say

@@ -17,7 +17,7 @@ from msgspec import Meta, Struct
 
 from learn.data.same_receiver import in_megahertz, other_array, other_frequency
 from learn.data.splits import PARTS, Split, SplitKind, read_split
-from learn.models.steps import Steps
+from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, require_whole, shown

@@ -20,8 +20,8 @@ from scipy.optimize import brentq, isotonic_regression
 from scipy.spatial import cKDTree
 
 from learn.models.base import SpectrumModel
-from learn.models.deviation_curve import NORMAL, SHARE, size_of
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.deviation_curve import NORMAL, SHARE, size_of
+from learn.models.kriging.kriged_field import KrigedField
 from learn.training.prediction import predict, uncertainty
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of

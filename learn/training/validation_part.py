@@ -13,9 +13,9 @@ from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
 from learn.models.capabilities import LearnsBand, PredictsResponses
-from learn.models.kriged_field import KrigedField
-from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
-from learn.models.steps import Steps
+from learn.models.kriging.kriged_field import KrigedField
+from learn.models.kriging.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
+from learn.models.model_settings import Steps
 from learn.training.deviation import (
     LEAST_VALIDATED,
     Deviation,
