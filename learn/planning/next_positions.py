@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from learn.expectation.expected_score import Expected, is_as_measured, score_curve
-from learn.expectation.mean_spacing import Spacing
+from learn.data.expected_score import Expected, Spacing, is_as_measured, score_curve
 from learn.models.base import Report, SpectrumModel
 from learn.planning.candidates import CANDIDATES, candidates_among, free_candidates
 from learn.planning.greedy import choose
