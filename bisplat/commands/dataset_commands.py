@@ -9,7 +9,7 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, Positional
 
 from bisplat.commands.array_option import array_option
-from bisplat.commands.given_options import refuse_given
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import ParameterError, printable
@@ -40,6 +40,7 @@ def dataset(
         gateway: position of the gateway, metres.
         boresight: direction that the gateway looks in. Its y axis points as far up as possible.
     """
+    options = given_options(dataset, locals())
     from scenes.scene.antennas import Gateway
     from scenes.scene.orientation import facing
     from simulate.exchange.recorded_dataset import record
@@ -50,7 +51,7 @@ def dataset(
     if "rows" in own_array and "spacing" not in own_array:
         raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")
     if recording.moving == "both":
-        refuse_given(["--gateway"], "none beside --moving both, where the receivers' positions are those of the array")
+        refuse_idle(options, ["gateway"], "with --moving both, where the receivers' positions are those of the array")
     receiver = Gateway(gateway, facing(boresight), **own_array)
     for sentence in record(files, output, receiver, frequency, recording):
         print(printable(sentence))

@@ -6,13 +6,12 @@ from pathlib import Path
 
 from tyro.conf import OmitArgPrefixes, Positional
 
-from bisplat.commands.given_options import refuse_given
-from bisplat.commands.given_propagation import refuse_idle_propagation
+from bisplat.commands.idle_options import refuse_idle, refuse_idle_propagation
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
 from scenes.files.atomic import require_writable
 from scenes.files.errors import printable
-from scenes.files.options import checked, unchecked
+from scenes.files.options import changed, checked, unchecked
 from simulate.positions.places import Places
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.power_receiver import PowerReceiver
@@ -50,7 +49,7 @@ def rssi(
     wanted, heard = checked(Places, content), checked(PowerReceiver, receiver)
     followed = checked(Propagation, propagation)
     if wanted.positions is not None:
-        refuse_given(["--placement"], f"none beside --positions, found the positions of {wanted.positions}")
+        refuse_idle(changed(content), ["n", "placement"], f"beside --positions {wanted.positions}")
     require_writable(output / "metadata.json")
     place = changed_scene(load_scene(scene), SceneChanges(frequency=frequency))
     refuse_idle_propagation(followed, [place])
