@@ -9,7 +9,7 @@ from jaxtyping import Complex
 
 from learn.band.known_band import PredictedBand
 from learn.channels.channel_scores import SCORES, correlation, coverage, snr_db
-from simulate.spectra.delay_spread import delay_spread
+from simulate.spectra.band import delay_spread
 
 
 def score_band(

@@ -8,8 +8,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.array import Array, PlanarArray
-from simulate.spectra.few_elements import LEAST_ELEMENTS, too_few_elements
+from simulate.spectra.array import LEAST_ELEMENTS, Array, PlanarArray, too_few_elements
 
 
 def require_scorable(array: Array, place: str) -> None:

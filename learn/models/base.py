@@ -17,7 +17,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:
-    from simulate.spectra.quick_spectra import QuickSpectra
+    from simulate.spectra.compiled_beamformer import CompiledBeamformer
 
 Report = Callable[[str, int, int], None]
 """Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
@@ -203,7 +203,7 @@ class BeamformingLayer(nn.Module):
         quick.write(as_complex(responses), spectra)
         return torch.from_numpy(spectra)
 
-    def quick(self, numbers: Tensor) -> QuickSpectra | None:
+    def quick(self, numbers: Tensor) -> CompiledBeamformer | None:
         """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed.
 
         Args:
@@ -211,9 +211,9 @@ class BeamformingLayer(nn.Module):
         """
         if not runs_compiled(numbers):
             return None
-        from simulate.spectra.quick_spectra import quick_spectra  # compiles, which training does not need
+        from simulate.spectra.compiled_beamformer import compiled_beamformer  # compiles, which training does not need
 
-        return quick_spectra(self._beamformer)
+        return compiled_beamformer(self._beamformer)
 
     def coarse(self, responses: Float[Tensor, "B elements 2"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """The spectra at a few pixels, min–max normalised over these."""
@@ -253,7 +253,6 @@ def power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:
 
 
 def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
-    """The real matrix that multiplies flattened (real, imaginary) pairs as a complex matrix multiplies complex numbers.
-    """
+    """The real matrix that multiplies flattened (real, imaginary) pairs as a complex one multiplies complex numbers."""
     pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
     return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)

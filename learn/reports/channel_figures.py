@@ -14,7 +14,7 @@ from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.provenance import Provenance
 from learn.reports.score_distribution import draw_score_distribution
 from simulate.csi.csi_dataset import CsiDataset
-from simulate.spectra.delay_spread import delay_spread
+from simulate.spectra.band import delay_spread
 
 LEAST_DB = -40.0
 """Magnitudes further below the largest one of an example are drawn there."""

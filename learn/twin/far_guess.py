@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from learn.twin.first_guess import AT_ONCE, COMPARED, misfits
 from learn.twin.linearised import moved, over_band
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.checks.validation import is_valid
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import OF_POSE, Unknown, vary

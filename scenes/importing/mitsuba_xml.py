@@ -22,7 +22,7 @@ from scenes.files.input_file import beside
 from scenes.files.number_text import parse_number
 from scenes.files.xml_file import read_xml
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
-from scenes.importing.formats.mesh_checks import require_ordinary
+from scenes.importing.formats.mesh_part import require_ordinary
 from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import RadioMaterial, material_names
 from scenes.scene.shapes import box, sheet, union
@@ -68,8 +68,7 @@ class MitsubaShape:
         return self.bsdf is not None and any(child.get("name") == "thickness" for child in self.bsdf)
 
     def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:
-        """Return the shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number.
-        """
+        """The shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number."""
         if self.bsdf is None:
             return None
         own = own or {}

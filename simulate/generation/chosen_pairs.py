@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from scenes.checks.array_clearance import TOUCHING
+from scenes.checks.occupancy import TOUCHING
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from simulate.generation.simulation_options import MOST_TRANSMITTERS, Simulation

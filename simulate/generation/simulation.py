@@ -7,8 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TypeGuard, get_type_hints
 
-from scenes.checks.material_frequency import doubts
-from scenes.checks.validation import validate
+from scenes.checks.validation import doubts, validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
@@ -25,8 +24,8 @@ from simulate.generation.reciprocal import element_offsets
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
 from simulate.positions.placement import AT_IT, chosen_positions
+from simulate.spectra.array import too_few_elements
 from simulate.spectra.element_array import array_of
-from simulate.spectra.few_elements import too_few_elements
 
 
 @takes(Simulation, Machines, *ENGINES.values())

@@ -13,8 +13,7 @@ import numpy as np
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_checks import require_few, require_ordinary
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_few, require_ordinary
 from scenes.importing.formats.polygons import cut_polygons
 from scenes.importing.formats.text_lines import coordinates, text_lines
 
@@ -23,8 +22,7 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 
 
 def read_stl(data: bytes, path: Path) -> MeshFile:
-    """Read an STL file: a part for each solid of a text, named as in the file, or one part named after a binary file.
-    """
+    """Read an STL file: a part for each named solid of a text, or one part named after a binary file."""
     count = int.from_bytes(data[HEADER : HEADER + 4], "little") if len(data) >= HEADER + 4 else -1
     size = HEADER + 4 + count * TRIANGLE.itemsize
     if len(data) == size:  # also where the text of the header begins with "solid"

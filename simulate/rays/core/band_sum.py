@@ -17,7 +17,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.parallel import ONE_KERNEL
 from simulate.parallel.compiled import compiled
 from simulate.rays.core.solution import Solution
-from simulate.spectra.band_interpolation import chebyshev_points
+from simulate.spectra.band import chebyshev_points
 
 SHARES = 0.03, 0.08
 """Bandwidths, as shares of the carrier, up to which amplitudes are interpolated between two and between three

@@ -14,7 +14,7 @@ from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.terms import Interaction, Terms
 from simulate.rays.scattering.patch_fields import PatchFields, PatchScene
 from simulate.rays.scattering.patches import patches_of
-from simulate.spectra.band_interpolation import enough_frequencies, interpolated
+from simulate.spectra.band import enough_frequencies, interpolated
 
 FREQUENCIES_MORE = 10
 """Number of frequencies beyond those that the delays need. They make the error of the interpolation negligible."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from simulate.exchange.recorded_dataset import record
 from simulate.exchange.recording import Recording

@@ -12,7 +12,7 @@ import bisplat
 from learn.evaluation.check import check
 from learn.evaluation.engines import compare_engines
 from learn.view.subject import subject
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_folder import read_dataset

@@ -13,7 +13,7 @@ from learn.data.torch_dataset import TorchDataset
 from learn.evaluation.check import check
 from learn.evaluation.engines import compare_engines
 from learn.view.subject import subject
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.progress import progress_bar
 from scenes.scene.description import SPEED_OF_LIGHT, SceneObject

@@ -121,8 +121,8 @@ def _write(factors, functions, starts, spectra, largest):
                     spectra[first + s, row, 360 - c] = min(max(value, zero), top)
 
 
-class QuickSpectra:
-    """Computes the normalised spectra of responses for one array and grid. ``quick_spectra`` makes it.
+class CompiledBeamformer:
+    """Computes the normalised spectra of responses for one array and grid. ``compiled_beamformer`` makes it.
 
     Args:
         beamformer: the array, and a grid whose azimuths are 1° apart.
@@ -186,15 +186,15 @@ class QuickSpectra:
 
 
 @lru_cache(maxsize=4)
-def quick_spectra(beamformer: Beamformer) -> QuickSpectra | None:
+def compiled_beamformer(beamformer: Beamformer) -> CompiledBeamformer | None:
     """What computes normalised spectra of an array on a grid quickly. None: the grid's azimuths are not 1° apart.
 
     >>> spectra = np.empty((1, 90, 360), np.uint8)
     >>> beamformer = Beamformer()
     >>> y = beamformer.array.manifold(np.radians(200.0), np.radians(40.0)).astype(np.complex64)
-    >>> quick_spectra(beamformer).write(y[None], spectra).tolist()
+    >>> compiled_beamformer(beamformer).write(y[None], spectra).tolist()
     [True]
     >>> spectra.min().item(), spectra.max().item(), spectra[0, 40, 200].item()
     (0, 255, 255)
     """
-    return QuickSpectra(beamformer) if abs(beamformer.grid.azimuth_step_deg) == 1 else None
+    return CompiledBeamformer(beamformer) if abs(beamformer.grid.azimuth_step_deg) == 1 else None

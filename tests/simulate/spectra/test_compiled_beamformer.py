@@ -6,12 +6,12 @@ import numba
 import numpy as np
 import pytest
 
-from simulate.spectra import quick_spectra as module
+from simulate.spectra import compiled_beamformer as module
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.compiled_beamformer import compiled_beamformer
 from simulate.spectra.element_array import ElementArray
-from simulate.spectra.quick_spectra import quick_spectra
 from simulate.spectra.spectrum import normalise
 
 FREQUENCY = 2.4e9
@@ -34,7 +34,7 @@ def responses_of(array, count, seed=0):
 
 def written(beamformer, responses, dtype=np.float32):
     spectra = np.full((len(responses), 90, 360), 77, dtype)
-    assert quick_spectra(beamformer).write(responses, spectra).all()
+    assert compiled_beamformer(beamformer).write(responses, spectra).all()
     return spectra
 
 
@@ -54,7 +54,7 @@ def test_of_any_elevations_and_either_sense_of_azimuth(grid):
 
 
 def test_other_azimuths_have_no_mirror_images():
-    assert quick_spectra(Beamformer(grid=AngularGrid(azimuth_step_deg=0.5))) is None
+    assert compiled_beamformer(Beamformer(grid=AngularGrid(azimuth_step_deg=0.5))) is None
 
 
 @pytest.mark.parametrize("count", [0, 1, 5, module.TASK + 1, 3 * module.TASK - 2])
@@ -89,7 +89,7 @@ def test_responses_of_zero_are_black_and_others_that_are_not_finite_are_named():
     responses[1], responses[2, 3], responses[3, 0] = 0, np.nan, 1j * np.inf
     for dtype in (np.float32, np.uint8):
         spectra = np.full((4, 90, 360), 77, dtype)
-        assert quick_spectra(beamformer).write(responses, spectra).tolist() == [True, True, False, False]
+        assert compiled_beamformer(beamformer).write(responses, spectra).tolist() == [True, True, False, False]
         assert not spectra[1].any() and spectra[0].max() == (1 if dtype == np.float32 else 255)
         assert np.isnan(spectra[2:]).all() if dtype == np.float32 else not spectra[2:].any()
 
@@ -97,9 +97,9 @@ def test_responses_of_zero_are_black_and_others_that_are_not_finite_are_named():
 def test_an_array_in_metres_has_as_few_functions_as_the_planar_array():
     planar = PlanarArray(4, 4, 0.5)
     metres = ElementArray(planar.positions * 0.125).at(299_792_458 / 0.125)
-    pair = [quick_spectra(Beamformer(array))._functions.shape[1] for array in (planar, metres)]
+    pair = [compiled_beamformer(Beamformer(array))._functions.shape[1] for array in (planar, metres)]
     assert pair == [16, 16]
 
 
 def test_equal_beamformers_share_the_functions():
-    assert quick_spectra(Beamformer()) is quick_spectra(replace(Beamformer()))
+    assert compiled_beamformer(Beamformer()) is compiled_beamformer(replace(Beamformer()))

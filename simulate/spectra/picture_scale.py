@@ -16,7 +16,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.lags import LagSpace, fit_lags
 from simulate.spectra.spectrum import LARGEST_GREY, normalise
 
-Quantity = Literal["magnitude", "power", "decibels"]
+PictureScale = Literal["magnitude", "power", "decibels"]
 
 RANGES = np.array([10.0, 15, 20, 25, 30, 35, 40, 50, 60])
 """Ranges from black to white to try for pictures in decibels. At larger ones few pixels count, and any array fits."""
@@ -66,21 +66,21 @@ def decibel_residual(
 
 
 def median_residual(
-    spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, quantity: Quantity, steps: int = RANGE_STEPS
+    spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, scale: PictureScale, steps: int = RANGE_STEPS
 ) -> float:
-    """Median of the root mean square errors that an array leaves on spectra of a quantity, grey levels."""
-    if quantity == "magnitude":
+    """Median of the root mean square errors that an array leaves on spectra of a scale, grey levels."""
+    if scale == "magnitude":
         return fit_lags(spectra, beamformer).median_residual
     space = LagSpace.of(beamformer)
-    if quantity == "power":
+    if scale == "power":
         return float(np.median(power_residual(space, spectra)))
     return float(np.median(decibel_residual(space, spectra, steps)[0]))
 
 
 def magnitudes(
-    spectra: Float[np.ndarray, "K 90 360"], quantity: Quantity, decibels: Float[np.ndarray, " K"] | None = None
+    spectra: Float[np.ndarray, "K 90 360"], scale: PictureScale, decibels: Float[np.ndarray, " K"] | None = None
 ) -> Float[np.ndarray, "K 90 360"]:
-    """Turn pictures of a quantity into normalised magnitudes.
+    """Turn pictures of a scale into normalised magnitudes.
 
     Example:
         >>> power, level = np.array([[[0.25, 0.0, 1.0]]]), np.array([[[0.5, 0.0, 1.0]]])
@@ -89,9 +89,9 @@ def magnitudes(
         >>> magnitudes(level, "decibels", np.array([40.0])).round(4).tolist()
         [[[0.0909, 0.0, 1.0]]]
     """
-    if quantity == "magnitude":
+    if scale == "magnitude":
         return spectra
-    if quantity == "power":
+    if scale == "power":
         return np.sqrt(spectra)
     assert decibels is not None
     return normalise(10 ** ((spectra - 1) * decibels[:, None, None] / 20))
