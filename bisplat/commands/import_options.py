@@ -8,7 +8,7 @@ from scenes.files.errors import InputError, shown
 from scenes.files.number_text import parse_number
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
-from scenes.importing.import_unit import plain
+from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # slow imports that the help of the command line does not need
     from scenes.scene.materials import RadioMaterial

@@ -15,10 +15,10 @@ from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, require_word, shown
 from scenes.importing.drawn_walls import Walls, drawn_walls
 from scenes.importing.formats.mesh_part import LARGEST
-from scenes.importing.import_place import antenna_warnings, far_from_origin
-from scenes.importing.import_unit import METRES, unit_doubt
+from scenes.importing.import_doubts import antenna_warnings, far_from_origin, unit_doubt
 from scenes.importing.imported_file import ImportedFile, plain_name, read_file
 from scenes.importing.imported_objects import ImportReport, import_objects, size_of
+from scenes.importing.lengths import METRES
 from scenes.importing.material_rules import Rule
 from scenes.importing.up_axis import up_doubt
 from scenes.scene.antennas import Gateway, Transmitter

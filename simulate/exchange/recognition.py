@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.files.errors import InputError, ParameterError, shown
-from scenes.importing.import_unit import METRES
+from scenes.importing.lengths import METRES
 from simulate.exchange.array_files import Arrays
 from simulate.exchange.polar import has_phases, polar_responses
 from simulate.exchange.recorded_rows import complete_rows, one_way, rows_of_frequency
