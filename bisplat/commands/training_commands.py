@@ -17,8 +17,7 @@ from learn.training.presets import PRESETS, PresetName
 from learn.training.registry import DEFAULT_MODEL, MODELS, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
 from scenes.files.options import changed, optional, unchecked
-from scenes.files.plain_text import say
-from scenes.files.text_tables import print_table
+from scenes.files.plain_text import print_table, say
 
 ModelName = Annotated[str, arg(metavar=f"{{{','.join(MODELS)},MODULE:CLASS}}")]
 

@@ -16,7 +16,7 @@ from learn.models.model_options import check_options_of
 from learn.models.steps import Steps
 from learn.training.own_class import own_class
 from scenes.files.errors import ParameterError, cut, did_you_mean, shown
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel

@@ -11,8 +11,15 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.checks.validation import validate
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, require_instance, require_path, require_word, shown
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    check_array,
+    require_instance,
+    require_path,
+    require_word,
+    shown,
+)
 from scenes.importing.drawn_walls import Walls, drawn_walls
 from scenes.importing.formats.mesh_part import LARGEST
 from scenes.importing.import_doubts import antenna_warnings, far_from_origin, unit_doubt

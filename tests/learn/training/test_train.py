@@ -36,7 +36,7 @@ from learn.training.registry import model_class
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import LOCK, locked
+from scenes.files.output_folder import LOCK, locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_gateway, write_index
 from simulate.spectra.beamformer import Beamformer

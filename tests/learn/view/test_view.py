@@ -22,7 +22,7 @@ from learn.view.subject import Spectrum, subject
 from learn.view.tab import Tab
 from learn.view.tracing import Tracing
 from scenes.files.errors import InputError
-from scenes.files.extras import MissingExtraError
+from scenes.files.optional_packages import MissingExtraError
 from simulate.rays import tracer
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.angular_grid import AngularGrid, direction

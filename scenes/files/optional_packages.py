@@ -1,4 +1,4 @@
-"""Extras: packages that only some commands need, which ``pip install 'bisplat-wrf[NAME]'`` adds to the core.
+"""Optional packages, in extras: what only some commands need, and ``pip install 'bisplat-wrf[NAME]'`` adds to the core.
 
 Whoever learns from measured data needs none of them. What does need one calls ``require_extra`` before it imports or
 writes anything.

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from scenes.files import extras
+from scenes.files import optional_packages
 from scenes.files.errors import InputError
-from scenes.files.extras import EXTRAS, MissingExtraError, require_extra
+from scenes.files.optional_packages import EXTRAS, MissingExtraError, require_extra
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -71,7 +71,7 @@ def test_everything_that_pyproject_names_is_pinned():
 
 
 def test_a_missing_extra_is_one_sentence(monkeypatch):
-    monkeypatch.setattr(extras, "find_spec", lambda module: None if module == "websockets" else object())
+    monkeypatch.setattr(optional_packages, "find_spec", lambda module: None if module == "websockets" else object())
     require_extra("rays", "ray tracing")
     with pytest.raises(InputError) as caught:
         require_extra("viewer", "the viewer")
