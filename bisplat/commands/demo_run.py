@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from bisplat.commands.first_look import draw_first_look, draw_first_spectra
-from learn.models.steps import STEPS_MOST
+from learn.models.model_settings import STEPS_MOST
 from learn.reports.demo_report import DemoReport
 from learn.training.registry import DEFAULT_MODEL
 from scenes.drawing.scene_drawing import draw_scene

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from learn.data.splits import Split, SplitKind
-from learn.models.steps import Steps
+from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, require_whole, shown

@@ -12,7 +12,7 @@ import torch
 from jaxtyping import Float
 from msgspec import Meta, Struct, to_builtins
 
-from learn.models.steps import STEPS_MOST
+from learn.models.model_settings import STEPS_MOST
 from learn.training.deviation import Deviation
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
