@@ -31,6 +31,7 @@ from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import MOST_TRANSMITTERS, Simulation
 from simulate.parallel.machines import Machines
 from simulate.positions.placement import AT_IT, all_the_same, chosen_positions, free_places, free_positions, place
+from simulate.spectra.array import too_few_elements
 from simulate.spectra.element_array import array_of
 
 
