@@ -10,7 +10,6 @@ from typing import Any
 
 from ledger.entry import Measured
 from ledger.experiments import experiment
-from ledger.leaderboard import leaderboard, scores
 from scenes.files.errors import InputError
 
 
@@ -160,8 +159,6 @@ READERS: dict[str, Callable[[Path, str], Measured | None]] = {
     "benchmark": benchmark,
     "experiment": experiment,
     "ladder": ladder,
-    "leaderboard": leaderboard,
-    "scores": scores,
     "table": table,
     "crossvalidation": crossvalidation,
     "scale": scale,
