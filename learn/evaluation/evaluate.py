@@ -271,8 +271,7 @@ def evaluate(
 
 
 def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
-    """Refuse another dataset whose spectra are not what a run predicts. Warn if the end that stands still is elsewhere.
-    """
+    """Refuse a dataset whose spectra are not what a run predicts. Warn if the end that stands still is elsewhere."""
     wavelength, array = float(run.model.wavelength), run.beamformer.array
     if other_frequency(wavelength, tested.wavelength):
         assumed = "the assumed " if tested.frequency.source == "assumed" else ""

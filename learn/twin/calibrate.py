@@ -121,8 +121,7 @@ def described_scene(
     tolerances: Tolerances,
     propagation: Propagation,
 ) -> Scene:
-    """The scene that is to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common.
-    """
+    """The scene to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common."""
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
     require_word(SPLITS, split=split)
