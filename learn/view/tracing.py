@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from learn.view.subject import Position, Spectrum
-from scenes.files.extras import MissingExtraError
+from scenes.files.optional_packages import MissingExtraError
 from scenes.scene.description import Scene
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Int
 
 from scenes.files.errors import InputError, shown
-from scenes.files.input_file import read_text
-from scenes.files.number_text import parse_whole
+from scenes.files.input_file import parse_whole, read_text
 from simulate.dataset.index_files import LARGEST_INDEX
 
 

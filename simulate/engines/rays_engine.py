@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from scenes.files.options import check_kinds
 from scenes.files.plain_text import say
 from scenes.files.schema import Count, recorded

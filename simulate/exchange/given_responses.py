@@ -13,9 +13,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import ArrayLike
 
-from scenes.files.array_argument import check_array
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, require_instance, require_path, require_word
+from scenes.files.errors import InputError, ParameterError, check_array, require_instance, require_path, require_word
 from scenes.files.output_folder import new_folder
 from scenes.scene.antennas import Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Int
 
 from scenes.files.errors import InputError
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from simulate.fullwave.absorber import ABSORBER
 from simulate.fullwave.cells import AIR, CONDUCTOR, EdgeMaterials
 from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges

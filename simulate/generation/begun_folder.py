@@ -10,10 +10,9 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from scenes.files.atomic import remove_left
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import locked
-from scenes.files.output_folder import has_other_files
-from scenes.files.temporary import remove_left
+from scenes.files.output_folder import has_other_files, locked
 from simulate.dataset.dataset_writer import write_metadata
 from simulate.dataset.metadata import Metadata, read_metadata_file
 

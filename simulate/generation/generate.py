@@ -15,11 +15,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.files.atomic import require_writable, sync_folder
+from scenes.files.atomic import require_writable, sync_folder, temporary_folder
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
-from scenes.files.temporary import temporary_folder
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_frequency import FREQUENCIES
 from simulate.dataset.dataset_writer import (

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from scenes.files.errors import InputError, ParameterError, reason, shown
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 
 OWN_PACKAGES = {"worker_process_setup_hook": "bisplat.own_packages.claim"}
 """Workers search the user's folder for modules first, where a file may have the name of one of our packages."""

@@ -12,10 +12,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, reason, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number
+from scenes.files.errors import InputError, ParameterError, check_array, reason, shown
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
 
 FARTHEST = 1e5
 """Metres; largest magnitude of a coordinate. Models store positions in single precision, which is exact to 4 mm there:

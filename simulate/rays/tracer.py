@@ -13,8 +13,7 @@ from itertools import chain
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance, require_seed, shown
+from scenes.files.errors import ParameterError, check_array, require_instance, require_seed, shown
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
 from simulate.positions.given_positions import check_points

@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, named, require_path, require_within, shown
+from scenes.files.errors import InputError, ParameterError, check_array, named, require_path, require_within, shown
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency

@@ -17,10 +17,9 @@ from jaxtyping import Float
 from msgspec import Meta
 
 from scenes.files.errors import InputError, named, reason, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
+from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.schema import conform
-from scenes.files.yaml_file import read_yaml
 from simulate.positions.given_positions import FARTHEST, MOST_POSITIONS
 from simulate.rssi.power_range import NOT_RECEIVED
 

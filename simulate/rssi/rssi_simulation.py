@@ -15,13 +15,12 @@ from jaxtyping import Float
 
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
-from scenes.files.atomic import require_writable, write_atomically
+from scenes.files.atomic import require_writable, temporary_folder, write_atomically
 from scenes.files.errors import named, require_instance, require_path
 from scenes.files.options import taken, takes
 from scenes.files.output_folder import move_content
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
-from scenes.files.temporary import temporary_folder
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box

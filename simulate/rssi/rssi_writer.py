@@ -14,7 +14,7 @@ import yaml
 from jaxtyping import Float, Int
 
 from scenes.files.atomic import write_atomically
-from scenes.files.yaml_file import PlainDumper
+from scenes.files.json_yaml_xml import PlainDumper
 from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
 from simulate.dataset.folder_kinds import POWERS
 from simulate.generation.request import TEST_FRACTION

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from scenes.checks.array_clearance import element_positions
-from scenes.files import extras
+from scenes.files import optional_packages
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
@@ -287,7 +287,7 @@ def test_dataset_is_made_once_more_by_its_own_settings(scene, solver, tmp_path):
 
 
 def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(scene, solver, monkeypatch, tmp_path):
-    monkeypatch.setattr(extras, "find_spec", lambda name: None)
+    monkeypatch.setattr(optional_packages, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="full wave on a GPU needs gprMax, which is not installed"):
         simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, gpu=True)
     assert not (tmp_path / "small").exists()

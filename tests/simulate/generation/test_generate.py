@@ -16,7 +16,7 @@ import simulate.rays.expected_correlation
 import simulate.rays.tracer
 from scenes.files import atomic
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import locked
+from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import inspect
 from simulate.engines.rays_engine import Rays
 from simulate.generation import generate as module
