@@ -1,23 +1,94 @@
-"""The files of a dataset's parts: which of them are whole, and how a new part is written."""
+"""A part of a dataset: the responses and pictures of consecutive positions, with the same bytes on every machine.
+
+The files of a dataset's parts: which of them are whole, and how a new part is written.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from io import BytesIO
 from itertools import zip_longest
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float, Int
 from PIL import Image
 
 from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
+from simulate.dataset.dataset_writer import encode_picture, encode_power
 from simulate.dataset.folder_kinds import PARTS
 from simulate.dataset.responses_file import read_responses
-from simulate.generation.dataset_part import Part
+from simulate.engines.engine import BandSource, ResponseSource
 from simulate.generation.request import Request
 from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
+from simulate.spectra.spectrum import picture
+
+
+@dataclass(frozen=True)
+class Part:
+    """Responses of consecutive positions, and the contents of their files."""
+
+    # complex element responses, with the receiver's errors; over a band if the request has one
+    responses: Complex[np.ndarray, "n elements *band"]
+    pictures: list[bytes]  # content of the PNG file of each position
+    power: list[bytes]  # content of the TIFF file of each position, in dB; empty if the request asks for none
+
+
+def make_part(request: Request, sources: Sequence[ResponseSource], start: int, size: int) -> Part:
+    """Compute the responses of consecutive spectra of a request, and make their pictures."""
+    numbers = np.arange(start, min(start + size, len(request)))
+    of_frequency, of_position = np.divmod(numbers, len(request.positions))
+    parts = [
+        _part_of_one_frequency(request, sources[which], which, numbers[chosen], request.places[of_position[chosen]])
+        for which in np.unique(of_frequency).tolist()
+        for chosen in [of_frequency == which]
+    ]
+    return Part(
+        np.concatenate([part.responses for part in parts]),
+        [picture for part in parts for picture in part.pictures],
+        [power for part in parts for power in part.power],
+    )
+
+
+def _part_of_one_frequency(
+    request: Request,
+    source: ResponseSource,
+    which: int,
+    numbers: Int[np.ndarray, " n"],
+    places: Float[np.ndarray, "n coordinates"],
+) -> Part:
+    if request.band is None:
+        ideal = source.responses(places)
+    else:
+        ideal = cast(BandSource, source).band_responses(places, request.band)
+    measured = request.measurement.apply(ideal, numbers, request.measurement_seed)
+    responses = measured if request.band is None else measured[..., request.band.carrier]
+    beamformer = Beamformer(array_of(request.scenes[which].gateway, request.scenes[which].frequency), request.grid)
+    with ThreadPoolExecutor() as pool:
+        pictures = list(pool.map(encode_picture, picture(beamformer.spectrum(responses))))
+        power = list(pool.map(encode_power, beamformer.power_db(responses))) if request.power else []
+    return Part(measured, pictures, power)
+
+
+_sources: dict[str, list[ResponseSource]] = {}
+"""What this worker computes responses with, by the request's metadata."""
+
+
+def part_by_worker(shared: tuple[Request, list[Any], int, str], threads: int, start: int) -> Part:
+    """Make one part in a Ray worker, which makes its sources when its first part arrives, and keeps them."""
+    request, sent, size, name = shared
+    if name not in _sources:
+        _sources.clear()
+        received = request.engine.received
+        sources = [received(setting, each, threads) for setting, each in zip(request.settings, sent, strict=True)]
+        _sources[name] = request.of_array(sources)
+    return make_part(request, _sources[name], start, size)
 
 
 def picture_names(count: int) -> list[str]:
@@ -38,8 +109,8 @@ class WrittenParts:
 
     def write(self, start: int, part: Part) -> None:
         """Write the files of a part."""
-        for name, picture, power in zip_longest(self._names(start), part.pictures, part.power):
-            write_atomically(self._picture(name), picture)
+        for name, png, power in zip_longest(self._names(start), part.pictures, part.power):
+            write_atomically(self._picture(name), png)
             if power is not None:
                 write_atomically(self._level(name), power)
         sync_folder(self.folder / "spectrum")

@@ -11,9 +11,8 @@ import numba
 import numpy as np
 from jaxtyping import Float, Int
 
-from simulate.parallel import ONE_KERNEL
-from simulate.parallel.compiled import compiled
-from simulate.rays.core.path_fields import Ways, aligned
+from simulate.parallel.compiled import ONE_KERNEL, compiled
+from simulate.rays.core.electric_field import Ways, aligned
 from simulate.rays.core.planes import BLOCK, Planes
 
 MARGIN = 1e-6

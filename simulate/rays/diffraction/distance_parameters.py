@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from simulate.parallel.compiled import compiled
-from simulate.rays.diffraction.cylindrical import (
+from simulate.rays.diffraction.diffraction_chains import THROUGH_SPACE
+from simulate.rays.diffraction.diffraction_points import (
     about,
     angle_about,
     cross,
@@ -21,7 +22,6 @@ from simulate.rays.diffraction.cylindrical import (
     minus,
     on_edge,
 )
-from simulate.rays.diffraction.links import THROUGH_SPACE
 
 APART = 1 / 4
 """Wavelengths. Two points of diffraction that are nearer to each other belong to a corner, which two edges do not

@@ -5,8 +5,8 @@ import pytest
 
 from scenes.places.lab import lab
 from scenes.scene.shapes import sheet
+from simulate.rays.core.image_method import Images
 from simulate.rays.core.planes import Planes
-from simulate.rays.core.reflections import Images
 
 
 def possible_paths(planes, chains, sources, targets):

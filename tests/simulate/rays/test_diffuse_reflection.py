@@ -11,11 +11,11 @@ from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
-from simulate.generation.reciprocal import element_offsets
+from simulate.generation.reciprocity import element_offsets
+from simulate.rays import diffuse_reflection
+from simulate.rays.core.multipath import Interaction
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.sionna_paths import fields
-from simulate.rays.core.terms import Interaction
-from simulate.rays.scattering import scattered
+from simulate.rays.sionna_solver import fields
 from simulate.rays.tracer import Tracer
 
 POSITIONS = np.array([[-3.0, 0.3, 1.2], [-2.4, -0.5, 0.8], [-3.6, 0.8, 0.6]])
@@ -43,7 +43,7 @@ def rough_scene(scattering=0.6, turned=0.0, polarization="V") -> Scene:
 def power_by_objects_passed(tracer: Tracer, position: np.ndarray) -> dict[int, float]:
     """Sum of the paths' powers, by the objects that they pass on the way to their patch, if they pass none after it."""
     powers: dict[int, float] = defaultdict(float)
-    for batch in tracer.middle_terms(position[None]):
+    for batch in tracer.middle_multipath(position[None]):
         for kinds, response in zip(batch.kinds, batch.responses, strict=True):
             before, after = np.split(kinds, np.flatnonzero(kinds == Interaction.SCATTERING))
             if Interaction.TRANSMISSION not in after:
@@ -87,7 +87,7 @@ def test_field_is_a_function_of_the_position(monkeypatch):
     near = tracer.responses(POSITIONS + np.array([0, 0, 1e-3]))
     assert 0 < np.abs(near / found - 1).max() < 0.2
     assert np.abs(Tracer(rough_scene(), DIFFUSE, seed=2).responses(POSITIONS) / found - 1).min() > 0.2
-    monkeypatch.setattr(scattered, "LANES", 1)
+    monkeypatch.setattr(diffuse_reflection, "LANES", 1)
     assert (Tracer(rough_scene(), DIFFUSE).responses(POSITIONS[::-1])[::-1] == found).all()
 
 

@@ -21,7 +21,7 @@ PYPROJECT = Path(__file__).parents[4] / "pyproject.toml"
 
 @pytest.mark.parametrize("package", ["sionna-rt", "mitsuba", "drjit"])
 def test_installed_ray_tracer_is_the_pinned_one(package):
-    """simulate/rays/core/sionna_paths.py calls internals of one version; another one must be looked at first."""
+    """simulate/rays/sionna_solver.py calls internals of one version; another one must be looked at first."""
     pinned = re.search(rf'"{package}==([\d.]+)"', PYPROJECT.read_text())
     assert pinned
     assert version(package) == pinned[1]

@@ -13,12 +13,11 @@ import psutil
 import pytest
 
 from scenes.scene.materials import p2040_materials
-from simulate.engines.engine import Machines
 from simulate.engines.rays_engine import Rays
 from simulate.generation import generate as module
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
-from simulate.parallel.ray_cluster import ray_cluster
+from simulate.parallel.machines import Machines, ray_cluster
 from simulate.rays.core.propagation import Propagation
 from tests.folders import contents
 
@@ -44,8 +43,10 @@ def request_of(room) -> Request:
 def kill_a_worker(found: list[int]) -> None:
     """Wait until Ray's workers trace, then kill one of them, as a machine that goes down would."""
     for _ in range(600):
-        busy = [p for p in psutil.process_iter(["name"]) if "_make_part" in (p.info["name"] or "")]
-        busy = busy or [p for p in psutil.process_iter() if p.is_running() and "ray::_make_part" in " ".join(_line(p))]
+        busy = [p for p in psutil.process_iter(["name"]) if "part_by_worker" in (p.info["name"] or "")]
+        busy = busy or [
+            p for p in psutil.process_iter() if p.is_running() and "ray::part_by_worker" in " ".join(_line(p))
+        ]
         if busy:
             time.sleep(1.0)
             os.kill(busy[0].pid, signal.SIGKILL)

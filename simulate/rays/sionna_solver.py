@@ -1,21 +1,26 @@
-"""All code that uses internals of Sionna RT: from candidate chains to element responses.
+"""Paths as Sionna RT finds them: rays are shot from every element anew for each batch of transmitters.
+
+All code that uses internals of Sionna RT: from candidate chains to element responses.
 
 ``PathSolver`` works in three steps. A generator shoots rays to find candidate chains of interactions. The image method
 turns each candidate into an exact path or discards it. The field calculator gives the path's coefficient and delay. We
 call these steps one by one, so that other materials can be tried on the same paths.
 
-Sionna RT is pinned to 2.2.0 because of this file. tests/simulate/rays/core/test_sionna_paths.py compares the results
+Sionna RT is pinned to 2.2.0 because of this file. tests/simulate/rays/test_sionna_solver.py compares the results
 with those of the public ``PathSolver``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, UInt32
+from jaxtyping import Float, Int, UInt32
 
+from scenes.files.errors import ParameterError
+from simulate.rays.core.multipath import STRAIGHT, Multipath, Paths
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import (
     FieldCalculator,
@@ -27,7 +32,63 @@ from simulate.rays.core.ray_tracer import (
     rt,
 )
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.terms import STRAIGHT, Paths, Terms
+
+MEMORY = 2_000_000_000
+"""Most bytes of candidate paths where rays are shot for each batch of transmitters."""
+
+BYTES_PER_CANDIDATE = 250
+
+
+class ShootingSolver:
+    """The paths between antennas that shooting and bouncing rays find in a scene.
+
+    Rays may find other paths for one source alone than for several together.
+    """
+
+    chains = 1
+
+    def __init__(self, ray_scene: RayScene, sources: int, seed: int):
+        self._ray_scene, self._seed = ray_scene, seed
+        propagation = ray_scene.propagation
+        bytes_per_ray = BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * sources
+        self._batch_size = MEMORY // (bytes_per_ray * propagation.rays)
+        if not self._batch_size:
+            raise ParameterError(
+                "rays",
+                f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since with "
+                f"Sionna's path solver every ray may become a path, found {propagation.rays:,}",
+            )
+
+    def paths(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
+        """The paths between all sources and targets, in batches: the chain 0 for each path, and the paths."""
+        for start, batch, buffer in self._shot(sources, targets):
+            paths = fields(self._ray_scene, buffer, sources, batch)
+            yield np.zeros(len(paths.targets), np.int64), paths._replace(targets=paths.targets + start)
+
+    def multipath(self, sources: Antennas, targets: Antennas) -> Iterator[Multipath]:
+        """The paths of ``paths``, with their vertices, also those of transmissions."""
+        for start, batch, buffer in self._shot(sources, targets):
+            found = multipath(self._ray_scene, buffer, sources, batch)
+            yield found._replace(targets=found.targets + start)
+
+    def paths_in(self, others: Sequence[RayScene], sources: Antennas, targets: Antennas) -> Iterator[tuple[int, Paths]]:
+        """The same paths in scenes of other materials, in batches: index of the scene, and the paths in it."""
+        for start, batch, buffer in self._shot(sources, targets):
+            for index, other in enumerate(others):
+                paths = fields(other, with_materials_of(buffer, self._ray_scene, other), sources, batch)
+                yield index, paths._replace(targets=paths.targets + start)
+
+    def _shot(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[int, Antennas, PathsBuffer]]:
+        """The valid paths that rays from every source find, in batches: index of the first target, targets, paths."""
+        propagation = self._ray_scene.propagation
+        for start in range(0, len(targets), self._batch_size):
+            batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
+            most_paths = propagation.rays * max(1, propagation.max_depth) * len(batch)
+            buffer = shoot(self._ray_scene, sources, batch, self._seed, most_paths)
+            buffer = refine(self._ray_scene, buffer, sources, batch)
+            buffer.discard_invalid()
+            yield start, batch, buffer
+
 
 SPECULAR = int(rt.InteractionType.SPECULAR)
 REFRACTION = int(rt.InteractionType.REFRACTION)
@@ -87,7 +148,7 @@ def interactions_of(buffer: PathsBuffer) -> Interactions:
     return Interactions(buffer.interaction_types.numpy(), buffer.shapes.numpy(), buffer.primitives.numpy())
 
 
-def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Terms:
+def multipath(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Multipath:
     """The contribution and the vertices of each valid path, with the arguments and in the order of ``fields``."""
     paths = fields(ray_scene, buffer, sources, targets)
     hit = interactions_of(buffer)
@@ -96,7 +157,7 @@ def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: 
     vertices = np.concatenate([starts, np.where(happened[..., None], _vertices(buffer), ends), ends], axis=1)
     objects = np.full(hit.types.shape, STRAIGHT)
     objects[turned] = ray_scene.object_of_identifier[hit.shapes[turned]]
-    return Terms(paths.targets, paths.sources, paths.responses, vertices, objects, hit.types.astype(np.int64))
+    return Multipath(paths.targets, paths.sources, paths.responses, vertices, objects, hit.types.astype(np.int64))
 
 
 def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:
