@@ -15,7 +15,7 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
 from simulate.exchange.csi_export import export_csi
-from simulate.generation.reciprocal import element_offsets
+from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import simulate
 from simulate.positions.placement import AT_IT, place
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
