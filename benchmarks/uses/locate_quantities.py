@@ -31,7 +31,7 @@ SIZES, SPLITS = (50, 200, 800), ("random", "blocked")
 
 def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> dict[str, Any]:
     """Errors of all methods for one split and one number of training positions."""
-    from learn.localisation.judged_places import by_channels, by_powers, error_rows
+    from learn.localisation.baseline_positions import by_channels, by_powers, error_rows
     from learn.localisation.locate_channels import locate_channels
     from learn.localisation.locate_powers import locate_powers
 
