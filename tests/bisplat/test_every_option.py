@@ -43,7 +43,7 @@ pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 DRAWN = (
     "scenes.drawing.scene_drawing:draw_scene",
     "learn.reports.evaluation_report:write_evaluation",
-    "learn.reports.crossvalidation_report:write_crossvalidation",
+    "learn.reports.evaluation_report:write_crossvalidation",
     "learn.reports.comparison_report:write_comparison",
     "learn.reports.comparison_report:write_ablation",
     "learn.reports.comparison_report:write_sweep",
@@ -163,7 +163,6 @@ def outcome(place, outcomes, monkeypatch, capsys) -> Iterator[Callable]:
     _patch(monkeypatch, "simulate.fullwave.gprmax:installed_gprmax", lambda what: "gprMax")
     retrieved = Retrieval(np.zeros((12, 16), complex), np.zeros(12))
     _patch(monkeypatch, "simulate.dataset.response_retrieval:retrieve", lambda dataset: retrieved)
-    _patch(monkeypatch, "learn.benchmark.score_predictions:score_predictions", lambda *arguments: {"ssim_median": 0.5})
     _patch(monkeypatch, "learn.comparison.ablate:ablate", lambda *arguments: SimpleNamespace(averages=list, remark=str))
 
     def clean() -> None:
