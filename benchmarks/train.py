@@ -58,8 +58,7 @@ SMALL = {
 def spectra_per_minute(
     name: str, dataset: Any, batch_size: int, of: str, options: dict[str, Any], precision: Any = "highest"
 ) -> float:
-    """Thousands of spectra per minute through loss and gradients: the median of five steps, after two. 0: impossible.
-    """
+    """Thousands of spectra per minute through loss and gradients: median of five steps, after two. 0: impossible."""
     # Torch and Lightning take seconds to import, which --help need not wait for.
     import numpy as np
     import torch

@@ -62,7 +62,7 @@ from simulate.dataset.dataset_folder import read_dataset as read_dataset
 from simulate.engines.fullwave_engine import FullWave as FullWave
 from simulate.engines.rays_engine import Rays as Rays
 from simulate.exchange.csi_export import export_csi as export_csi
-from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo as export_deepmimo
+from simulate.exchange.deepmimo_export import export_deepmimo as export_deepmimo
 from simulate.exchange.given_responses import write_dataset as write_dataset
 from simulate.exchange.hdf5_export import export_hdf5 as export_hdf5
 from simulate.generation.simulated_rooms import simulate_rooms as simulate_rooms

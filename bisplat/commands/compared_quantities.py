@@ -15,7 +15,7 @@ from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
-from simulate.dataset.folder_kinds import is_rssi
+from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:
     from learn.comparison.score_table import ScoreTable

@@ -13,8 +13,7 @@ from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import ParameterError, printable
-from simulate.exchange.conversion import Conversion
-from simulate.exchange.recording import Recording
+from simulate.exchange.reading_options import Conversion, Recording
 
 
 def dataset(
@@ -42,7 +41,7 @@ def dataset(
     """
     from scenes.scene.antennas import Gateway
     from scenes.scene.orientation import facing
-    from simulate.exchange.recorded_dataset import record
+    from simulate.exchange.recorded_responses import record
 
     if not files:
         raise ParameterError("files", "expected at least one file, found none")

@@ -10,7 +10,7 @@ from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, printable
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
-from simulate.dataset.folder_kinds import is_rssi
+from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:
     from learn.localisation.locate import Place

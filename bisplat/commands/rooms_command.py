@@ -14,7 +14,7 @@ from learn.comparison.protocol import PROTOCOL
 from scenes.files.errors import printable
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
-from simulate.dataset.room_settings import Outline, Setting
+from simulate.dataset.dataset_kinds import Outline, Setting
 
 
 def rooms(

@@ -271,7 +271,7 @@ def export(
     if len(given) != 1:
         raise InputError(f"expected one of {', '.join(outputs)}, found {' and '.join(given) or 'none'}")
     if deepmimo is not None:
-        from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
+        from simulate.exchange.deepmimo_export import export_deepmimo
 
         export_deepmimo(what, deepmimo, force)
         print(printable(f"scenario: {deepmimo}"))

@@ -21,7 +21,7 @@ from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
 from scenes.scene.tolerances import Tolerances
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it

@@ -9,7 +9,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from scenes.files.extras import require_extra
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 
 
 def view(

@@ -16,7 +16,7 @@ from learn.benchmark.folder_files import PARTS, task_file
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError
 from simulate.csi.csi_dataset import inspect_csi
-from simulate.dataset.folder_kinds import CHANNELS, POWERS
+from simulate.dataset.dataset_kinds import CHANNELS, POWERS
 from simulate.dataset.picture_files import read_pictures
 from simulate.rssi.rssi_dataset import inspect_rssi
 
@@ -34,8 +34,7 @@ Machines and versions of the ray tracer differ by less; another scene or other p
 
 
 def freeze(name: str, folder: Path) -> None:
-    """Keep the facts of a set that has just been defined. Once published they never change: a change gets a new name.
-    """
+    """Keep the facts of a set that has just been defined. Published ones never change: a change gets a new name."""
     facts = {**frozen(), name: facts_of(name, folder)}
     text = json.dumps({each: facts[each] for each in SETS if each in facts}, indent=None, separators=(",", ":"))
     write_atomically(FACTS, (text.replace('},"', '},\n"') + "\n").encode())

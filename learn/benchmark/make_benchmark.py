@@ -18,8 +18,8 @@ from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_kinds import CHANNELS, POWERS
 from simulate.dataset.dataset_writer import write_index
-from simulate.dataset.folder_kinds import CHANNELS, POWERS
 from simulate.exchange.csi_export import export_csi
 from simulate.generation.reciprocal import element_offsets
 from simulate.generation.simulation import simulate

@@ -128,8 +128,7 @@ def split(
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
     from simulate.csi.csi_dataset import CsiDataset  # these are slow to import
-    from simulate.dataset.dataset import Dataset
-    from simulate.dataset.fixed_array import require_fixed_end
+    from simulate.dataset.dataset import Dataset, require_fixed_end
     from simulate.rssi.rssi_dataset import RssiDataset
 
     require_instance(Dataset, RssiDataset, CsiDataset, dataset=dataset)

@@ -28,9 +28,8 @@ from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset
-from simulate.dataset.fixed_array import require_fixed_array
-from simulate.dataset.recorded_scene import at_its_frequency
+from simulate.dataset.dataset import Dataset, require_fixed_array
+from simulate.dataset.dataset_folder import at_its_frequency
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave

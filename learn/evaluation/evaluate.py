@@ -31,9 +31,8 @@ from learn.training.deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
-from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset import Dataset, require_fixed_end
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.fixed_array import require_fixed_end
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -271,8 +270,7 @@ def evaluate(
 
 
 def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
-    """Refuse another dataset whose spectra are not what a run predicts. Warn if the end that stands still is elsewhere.
-    """
+    """Refuse a dataset whose spectra are not what a run predicts. Warn if the end that stands still is elsewhere."""
     wavelength, array = float(run.model.wavelength), run.beamformer.array
     if other_frequency(wavelength, tested.wavelength):
         assumed = "the assumed " if tested.frequency.source == "assumed" else ""

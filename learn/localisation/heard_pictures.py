@@ -20,8 +20,8 @@ from learn.training.run_folder import Run
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_frequency import frequency_of
+from simulate.dataset.dataset_kinds import not_spectra
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
-from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.picture_files import read_all
 from simulate.spectra.identification import EXPLAINED, can_fit, examined, stated_array, stated_grid
 from simulate.spectra.lags import fit_lags

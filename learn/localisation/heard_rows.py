@@ -12,7 +12,7 @@ from learn.data.same_receiver import other_frequency
 from scenes.files.errors import InputError, named
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
-from simulate.rssi.power_range import NOT_RECEIVED, fault_of_powers
+from simulate.rssi.power_receiver import NOT_RECEIVED, fault_of_powers
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.rssi.rssi_files import read_powers
 

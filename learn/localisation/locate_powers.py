@@ -18,7 +18,7 @@ from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance, require_seed, require_within
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
-from simulate.rssi.power_range import NOT_RECEIVED, fault_of_powers
+from simulate.rssi.power_receiver import NOT_RECEIVED, fault_of_powers
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.spectrum import evenly
 
@@ -168,8 +168,7 @@ def located_by_powers(
 
 
 def points_among(known: Float[np.ndarray, "n 3"], seed: int) -> Float[np.ndarray, "N 3"]:
-    """Points drawn uniformly in the box around known positions, metres. The hull of few positions would be too small.
-    """
+    """Points drawn uniformly in the box around known positions, metres. The hull of few would be too small."""
     low, high = bounding_box(known)
     return np.random.default_rng(seed).uniform(low, high, (POINTS, 3))
 

@@ -15,7 +15,7 @@ from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
-from simulate.exchange.recorded_rows import one_way
+from simulate.exchange.named_arrays import one_way
 from simulate.positions.given_positions import check_points
 
 LEAST_READS = 4

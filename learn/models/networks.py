@@ -69,8 +69,7 @@ class ResidualFFN(nn.Module):
 
 
 class SkipNetwork(nn.Module):
-    """Linear layers, each with a ReLU after it. One of them sees the inputs again. Heads are those of the subclasses.
-    """
+    """Linear layers, each with a ReLU after it. One of them sees the inputs again. Subclasses add heads."""
 
     def __init__(self, inputs: int, width: int, layers: int, again: int):
         super().__init__()

@@ -39,6 +39,5 @@ class RadianceField(nn.Module):
     def signals(
         self, feature: Float[Tensor, "*voxels width"], *others: Float[Tensor, "*#batch _inputs"]
     ) -> Float[Tensor, "*batch outputs"]:
-        """Unconstrained amplitudes and phases of the signals that voxels send back: first all amplitudes, then phases.
-        """
+        """Unconstrained amplitudes and phases of the signals that voxels send back: amplitudes first."""
         return self.signal(self.radiance(feature, *others))

@@ -73,8 +73,7 @@ def fit_covariance(
 def negative_log_likelihood(
     given: Float[np.ndarray, " 8"], separations: Float[np.ndarray, "3 n n"], left: Float[np.ndarray, "n G"]
 ) -> tuple[float, Float[np.ndarray, " 8"]]:
-    """−ln of the likelihood of G independent fields of one covariance, each of its most likely variance, and gradient.
-    """
+    """−ln of the likelihood of G independent fields of one covariance, each of its likeliest variance, and gradient."""
     covariance, by_argument = PowerCovariance.of(given).with_gradient(separations)
     count, fields = left.shape
     factor = cho_factor(covariance + JITTER * np.eye(count), lower=True)

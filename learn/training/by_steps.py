@@ -103,8 +103,7 @@ def train_by_steps(
     processes: Processes = Processes(),
     seconds_before: float = 0.0,
 ) -> None:
-    """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights.
-    """
+    """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights."""
     spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)

@@ -20,7 +20,7 @@ from scenes.files.errors import InputError, ParameterError, cut, require_whole, 
 from scenes.files.json_file import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER, Count, conform
-from simulate.dataset.folder_kinds import content_of
+from simulate.dataset.dataset_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

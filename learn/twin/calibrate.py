@@ -32,9 +32,8 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset import Dataset, require_fixed_array
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.fixed_array import require_fixed_array
 from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.band import Band
@@ -121,8 +120,7 @@ def described_scene(
     tolerances: Tolerances,
     propagation: Propagation,
 ) -> Scene:
-    """The scene that is to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common.
-    """
+    """The scene to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common."""
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
     require_word(SPLITS, split=split)

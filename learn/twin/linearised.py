@@ -22,8 +22,7 @@ CARRIER = (1.0,)
 
 
 def over_band(tracer: Tracer, ratios: Sequence[float]) -> list[Tracer]:
-    """Tracers of one scene at several frequencies. The array keeps its size in metres, the materials their properties.
-    """
+    """Tracers of one scene at several frequencies; the array keeps its size in metres, materials their properties."""
     frequency = [Unknown("frequency", "", 0, 1.0)]
 
     def at(ratio: float) -> Tracer:
@@ -46,8 +45,7 @@ def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tra
 def linearised(
     tracer: Tracer, which: Sequence[Unknown], positions: Float[np.ndarray, "K 3"]
 ) -> tuple[Complex[np.ndarray, "K M"], Complex[np.ndarray, "K M n"]]:
-    """Responses, and their derivatives with respect to poses, places and frequency. The columns of materials are zero.
-    """
+    """Responses, and their derivatives with respect to poses, places and frequency. Those of materials are zero."""
     names = [item.name for item in tracer.ray_scene.description.objects]
     moving = sorted({names.index(each.name) for each in which if each.kind == "object"})
     exact = derivatives(tracer, positions, moving)

@@ -68,8 +68,7 @@ class MitsubaShape:
         return self.bsdf is not None and any(child.get("name") == "thickness" for child in self.bsdf)
 
     def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:
-        """Return the shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number.
-        """
+        """The shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number."""
         if self.bsdf is None:
             return None
         own = own or {}

@@ -22,6 +22,7 @@ from scenes.files.progress import progress_bar
 from scenes.files.temporary import temporary_folder
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_frequency import FREQUENCIES
+from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import (
     write_frequencies,
     write_gateway,
@@ -29,7 +30,6 @@ from simulate.dataset.dataset_writer import (
     write_positions,
     write_responses,
 )
-from simulate.dataset.folder_kinds import PARTS
 from simulate.engines.engine import Machines
 from simulate.generation.begun_folder import begun, continued
 from simulate.generation.dataset_part import make_part

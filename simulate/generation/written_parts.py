@@ -13,7 +13,7 @@ from PIL import Image
 
 from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
-from simulate.dataset.folder_kinds import PARTS
+from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.responses_file import read_responses
 from simulate.generation.dataset_part import Part
 from simulate.generation.request import Request

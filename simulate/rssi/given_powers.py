@@ -16,7 +16,7 @@ from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
 from simulate.positions.given_positions import check_points
-from simulate.rssi.power_range import NOT_RECEIVED, STRONGEST, fault_of_powers
+from simulate.rssi.power_receiver import NOT_RECEIVED, STRONGEST, fault_of_powers
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_powers
 from simulate.rssi.rssi_files import MOST_GATEWAYS, gateway_name
 from simulate.rssi.rssi_writer import write_rssi_files

@@ -22,7 +22,7 @@ from scenes.files.number_text import parse_number
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
 from simulate.positions.given_positions import FARTHEST, MOST_POSITIONS
-from simulate.rssi.power_range import NOT_RECEIVED
+from simulate.rssi.power_receiver import NOT_RECEIVED
 
 MOST_GATEWAYS = 1000
 """Most gateways of a dataset."""

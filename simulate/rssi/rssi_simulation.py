@@ -28,7 +28,7 @@ from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.folder_kinds import PARTS, POWERS
+from simulate.dataset.dataset_kinds import PARTS, POWERS
 from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
 from simulate.generation.begun_folder import begun, continued

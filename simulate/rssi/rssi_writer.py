@@ -15,10 +15,10 @@ from jaxtyping import Float, Int
 
 from scenes.files.atomic import write_atomically
 from scenes.files.yaml_file import PlainDumper
+from simulate.dataset.dataset_kinds import POWERS
 from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
-from simulate.dataset.folder_kinds import POWERS
 from simulate.generation.request import TEST_FRACTION
-from simulate.rssi.power_range import NOT_RECEIVED
+from simulate.rssi.power_receiver import NOT_RECEIVED
 
 DECIMALS = 4
 """Decimals of the powers in the file."""

@@ -22,10 +22,10 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 from simulate.engines.engine import Machines
 from simulate.engines.rays_engine import Rays
-from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
 from simulate.exchange.csi_export import export_csi
-from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
+from simulate.exchange.deepmimo_export import export_deepmimo
+from simulate.exchange.reading_options import Conversion
 from simulate.generation.reciprocal import element_offsets
 from simulate.generation.simulation import request_for, simulate
 from simulate.generation.simulation_options import Simulation
