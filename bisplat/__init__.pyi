@@ -69,10 +69,10 @@ from simulate.generation.simulated_rooms import simulate_rooms as simulate_rooms
 from simulate.generation.simulation import simulate as simulate
 from simulate.rays.core.propagation import Propagation as Propagation
 from simulate.rays.tracer import Tracer as Tracer
-from simulate.rssi.given_powers import write_rssi as write_rssi
 from simulate.rssi.rssi_dataset import RssiDataset as RssiDataset
 from simulate.rssi.rssi_dataset import read_rssi as read_rssi
 from simulate.rssi.rssi_simulation import simulate_rssi as simulate_rssi
+from simulate.rssi.rssi_writer import write_rssi as write_rssi
 from simulate.spectra.angular_grid import AngularGrid as AngularGrid
 from simulate.spectra.array import PlanarArray as PlanarArray
 from simulate.spectra.band import Band as Band

@@ -222,7 +222,7 @@ def predict(
     from learn.training.ensemble import Ensemble
     from learn.training.run_folder import load_run
     from scenes.files.npz_file import write_arrays
-    from simulate.positions.given_positions import reach_warning, read_points
+    from simulate.positions.positions import reach_warning, read_points
     from simulate.spectra.spectrum import grey_levels
 
     loaded = [load_run(run) for run in runs]

@@ -57,7 +57,7 @@ def calibrate(
         propagation: what the ray tracer follows.
     """
     from scenes.storage.scene_yaml import load_scene
-    from simulate.positions.given_positions import MOST_POSITIONS
+    from simulate.positions.positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
     powers = is_rssi(dataset)

@@ -29,7 +29,7 @@ def view(
     """
     require_extra("viewer", "the viewer")
     from scenes.browser.served_page import serve
-    from simulate.positions.given_positions import read_points
+    from simulate.positions.positions import read_points
 
     planned = None if positions is None else read_points(positions)
     if is_rssi(Path(what)):

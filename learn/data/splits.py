@@ -26,7 +26,7 @@ from scenes.files.errors import (
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json
 from scenes.files.schema import conform
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.csi.csi_dataset import CsiDataset

@@ -35,9 +35,8 @@ from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
-from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import free_positions
-from simulate.positions.places import LEAST_POSITIONS
+from simulate.positions.positions import LEAST_POSITIONS, MOST_POSITIONS
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array
 from simulate.spectra.element_array import array_of

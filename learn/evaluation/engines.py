@@ -16,7 +16,7 @@ from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset import Dataset, require_fixed_array
 from simulate.dataset.dataset_folder import at_its_frequency, read_dataset
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import (
     Expected,

@@ -8,7 +8,7 @@ from typing import Literal
 from scenes.files.errors import require_positive, require_whole, require_within
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 
 STEPS_MOST = 10**9
 """Largest number of steps: many weeks of the fastest model."""

@@ -16,7 +16,7 @@ from learn.powers.known_powers import PredictedPowers
 from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
-from simulate.positions.given_positions import FARTHEST
+from simulate.positions.positions import FARTHEST
 from simulate.rssi.rssi_dataset import RssiDataset
 
 MOST_CELLS = 1_000_000

@@ -19,7 +19,7 @@ from scenes.files.errors import InputError, shown
 from scenes.files.json_file import read_json
 from scenes.files.schema import conform
 from simulate.dataset.dataset_writer import write_positions
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 
 FILE, KNOWN = "training.json", "known_positions.csv"
 

@@ -27,7 +27,7 @@ from simulate.dataset.dataset_kinds import CHANNELS, content_of, is_csi
 from simulate.dataset.dataset_reader import Inspection, read_metadata
 from simulate.dataset.index_files import numbered_split
 from simulate.dataset.metadata import band_of
-from simulate.positions.given_positions import FARTHEST, read_points
+from simulate.positions.positions import FARTHEST, read_points
 from simulate.spectra.band import Band
 
 STATION = "base-station.yml"

@@ -24,7 +24,7 @@ from simulate.dataset.metadata import band_of
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.identification import identify, stated_array, stated_grid
 

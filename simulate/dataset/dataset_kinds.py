@@ -1,4 +1,4 @@
-"""Tell the kinds of dataset folders: spectra, powers (RSSI), channels (CSI), rooms, and unfinished ones."""
+"""What kinds of dataset folders there are, and the words for what differs among them. Imports little, as help must."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from scenes.files.yaml_file import read_yaml
 from scenes.scene.orientation import UNIT_TOLERANCE
 from simulate.dataset.dataset_kinds import Moving
 from simulate.dataset.metadata import read_metadata_file
-from simulate.positions.given_positions import FARTHEST, points_digest, read_points
+from simulate.positions.positions import FARTHEST, points_digest, read_points
 
 GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 

@@ -1,4 +1,4 @@
-"""Read the index files of a dataset folder: its own training and test spectra."""
+"""Index files: those that name pictures, and those that number positions from 0."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ from simulate.exchange.given_responses import fill_dataset
 from simulate.exchange.grey_levels import reading_of
 from simulate.exchange.reading_options import Conversion, require_valid
 from simulate.generation.written_parts import picture_names
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.identification import DOUBTFUL, stated_array, stated_grid

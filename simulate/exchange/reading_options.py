@@ -1,4 +1,4 @@
-"""How to read the pictures of another program's folder: the options of ``bisplat convert``."""
+"""How to read what other programs wrote: the options of ``bisplat convert`` and ``bisplat dataset``."""
 
 from __future__ import annotations
 

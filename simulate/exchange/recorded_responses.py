@@ -23,7 +23,7 @@ from simulate.exchange.given_responses import fill_dataset, own_responses
 from simulate.exchange.named_arrays import recognise
 from simulate.exchange.position_doubts import position_doubts
 from simulate.exchange.reading_options import Recording
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band

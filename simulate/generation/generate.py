@@ -36,7 +36,7 @@ from simulate.generation.dataset_part import make_part
 from simulate.generation.request import Request
 from simulate.generation.workers import parts_of_workers
 from simulate.generation.written_parts import WrittenParts
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 
 PART = 100
 """Positions per part. A run that is killed loses at most one part."""

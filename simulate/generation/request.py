@@ -27,8 +27,8 @@ from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.moving_pairs import AtPairs
 from simulate.generation.moving_receiver import AtElements
 from simulate.generation.reciprocal import element_offsets, reciprocal
-from simulate.positions.given_positions import points_digest, read_points
 from simulate.positions.placement import AT_IT
+from simulate.positions.positions import points_digest, read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer

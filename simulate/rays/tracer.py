@@ -17,7 +17,7 @@ from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance, require_seed, shown
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.rays.chain_solver import ChainSolver, Found
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene

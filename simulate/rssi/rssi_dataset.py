@@ -23,7 +23,7 @@ from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_kinds import POWERS, content_of, is_rssi, unfinished
 from simulate.dataset.dataset_reader import Inspection, changed_places, read_metadata
 from simulate.dataset.index_files import numbered_split
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 from simulate.rssi.power_receiver import NOT_RECEIVED, STRONGEST, fault_of_powers
 from simulate.rssi.rssi_files import read_gateway_positions, read_powers
 

@@ -21,9 +21,8 @@ from simulate.csi.csi_dataset import read_csi
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index
 from simulate.generation.written_parts import picture_names
-from simulate.rssi.given_powers import write_rssi
 from simulate.rssi.rssi_dataset import read_rssi
-from simulate.rssi.rssi_writer import powers_csv
+from simulate.rssi.rssi_writer import powers_csv, write_rssi
 from tests.csi_folders import paths, write_links
 
 COUNT = 40

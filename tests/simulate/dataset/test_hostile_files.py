@@ -16,8 +16,8 @@ from simulate.dataset.index_files import read_index
 from simulate.dataset.picture_files import picture_files, read_any_picture, read_picture
 from simulate.exchange.convert import convert
 from simulate.exchange.reading_options import Conversion
-from simulate.positions import given_positions
-from simulate.positions.given_positions import FARTHEST, check_points, read_points
+from simulate.positions import positions as given_positions
+from simulate.positions.positions import FARTHEST, check_points, read_points
 from tests import corpus
 
 COUNT = 5
