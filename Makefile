@@ -24,7 +24,7 @@ test-all: setup
 
 attack: setup
 	mkdir -p runs
-	$(BIN)/python benchmarks/attack.py --json > runs/attack.json
+	$(BIN)/python -m benchmarks.product.attack --json > runs/attack.json
 
 docs: setup  # builds the documentation, opens it in the browser, and builds it again when a page changes
 	$(BIN)/sphinx-autobuild --open-browser --watch bisplat --watch learn --watch simulate --watch scenes docs build/docs

@@ -1,6 +1,6 @@
 """Bring the ledger of measured figures up to date with the runs in runs/, and write its page and the tables of others.
 
-python benchmarks/results.py
+python -m benchmarks.results
 
 benchmarks/ledger/sections.toml has the words and commands of the sections, and results.json beside it their figures. A
 section whose command has been run in this checkout gets the figures of that run. All others stay as they are, and no
@@ -21,12 +21,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
-from ledger.entry import Entry, Measured, read_entries, write_entries
-from ledger.page import page
-from ledger.printing import machine
-from ledger.runs import READERS
-from ledger.tables import with_tables
 
+from benchmarks.ledger.entry import Entry, Measured, read_entries, write_entries
+from benchmarks.ledger.page import page
+from benchmarks.ledger.printing import machine
+from benchmarks.ledger.runs import READERS
+from benchmarks.ledger.tables import with_tables
 from scenes.files.errors import InputError
 
 LEDGER = Path(__file__).with_name("ledger")

@@ -35,7 +35,7 @@ def followed(tmp_path_factory):
         shutil.copytree(ROOT / folder, root / folder, ignore=shutil.ignore_patterns("__pycache__"))
     blocks = dict(BLOCKS)
 
-    for new in ("learn/models/level.py", "benchmarks/sizes.py"):
+    for new in ("learn/models/level.py", "benchmarks/simulate/sizes.py"):
         assert not (root / new).exists()
         (root / new).write_text(blocks.pop(new))
     sections = root / "benchmarks/ledger/sections.toml"
@@ -85,10 +85,10 @@ def test_material(python):
 
 
 def test_measured_figure(python, followed):
-    figures = python("benchmarks/sizes.py", "--json")
+    figures = python("-m", "benchmarks.simulate.sizes", "--json")
     (followed / "runs").mkdir()
     (followed / "runs" / "sizes.json").write_text(figures)
     (followed / "docs" / "generated").mkdir(parents=True)
-    python("benchmarks/results.py")
+    python("-m", "benchmarks.results")
     page = (followed / "docs" / "generated" / "measurements.md").read_text()
     assert "| lab |" in page.split("## Sizes of the built-in places\n")[1]

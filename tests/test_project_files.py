@@ -82,5 +82,5 @@ def test_templates_and_hooks_are_read():
             assert all(field["attributes"]["label"] for field in form["body"])
     (local,) = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
     assert {hook["language"] for hook in local["hooks"]} == {"system"}
-    programs = [found for hook in local["hooks"] for found in re.findall(r"benchmarks/\w+\.py", hook["entry"])]
-    assert all((ROOT / program).is_file() for program in programs)
+    programs = [found for hook in local["hooks"] for found in re.findall(r"-m (benchmarks[\w.]+)", hook["entry"])]
+    assert programs and all((ROOT / f"{program.replace('.', '/')}.py").is_file() for program in programs)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ledger.entry import Measured
+from benchmarks.ledger.entry import Measured
 
 COLUMNS = [
     "method",

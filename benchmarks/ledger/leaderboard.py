@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from benchmarks.ledger.entry import Measured
 from learn.benchmark.benchmark_sets import SETS, Kind
 from learn.benchmark.method_results import read_results
-from ledger.entry import Measured
 
 BOARD = Path(__file__).parents[1] / "leaderboard"
 

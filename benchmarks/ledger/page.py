@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ledger.entry import Entry, Measured
-from ledger.tables import markdown
+from benchmarks.ledger.entry import Entry, Measured
+from benchmarks.ledger.tables import markdown
 
 HEAD = """\
 # Measurements
 
 This page has every measured figure, with its command, the day and the machine. [Results](../results.md) says what
-follows from them. `python benchmarks/results.py` writes this page, and updates the sections whose commands have been
+follows from them. `python -m benchmarks.results` writes this page, and updates the sections whose commands have been
 run again in this checkout.
 
 Commands with `data/rfid-s23-160` need a published sample of measured spectra.

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from ledger.entry import Measured
-from ledger.experiments import experiment
-from ledger.leaderboard import leaderboard, scores
+from benchmarks.ledger.entry import Measured
+from benchmarks.ledger.experiments import experiment
+from benchmarks.ledger.leaderboard import leaderboard, scores
 from scenes.files.errors import InputError
 
 
@@ -75,7 +75,7 @@ def _flat(figures: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]
 
 
 def ladder(runs: Path, name: str) -> Measured | None:
-    """The tables of benchmarks/ladder.py, a column for each table and a row for each method."""
+    """The tables of benchmarks/learn/ladder.py, a column for each table and a row for each method."""
     found = _benchmark_figures(runs, name)
     if found is None:
         return None

@@ -26,7 +26,7 @@ CELL, POSITIONS = 0.025, 400
 LARGER = "conference", "lab"
 """Built-in places that are larger than the random rooms. Full wave takes a quarter of an hour for each."""
 
-KEPT = Path(__file__).parents[1] / "random_rooms.npz"
+KEPT = Path(__file__).parents[1] / "simulate" / "random_rooms.npz"
 
 
 def scene_of(seed: int | str) -> Scene:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from ledger.entry import Entry, Measured
+from benchmarks.ledger.entry import Entry, Measured
 from scenes.files.errors import InputError, did_you_mean
 
 TRAINED_ON = "training spectra"

@@ -34,7 +34,7 @@ Machines and versions of the ray tracer differ by less; another scene or other p
 
 
 def freeze(name: str, folder: Path) -> None:
-    """Keep the facts of a set that has just been defined. Published ones never change: a change gets a new name."""
+    """Keep the facts of a set that has just been defined. Once published they never change; a change gets a new name"""
     facts = {**frozen(), name: facts_of(name, folder)}
     text = json.dumps({each: facts[each] for each in SETS if each in facts}, indent=None, separators=(",", ":"))
     write_atomically(FACTS, (text.replace('},"', '},\n"') + "\n").encode())

@@ -1,6 +1,6 @@
 """What score to expect from known positions of a given density: a curve from several rooms, in expected_score.json.
 
-``benchmarks/spacing.py`` measures the scores and writes the file.
+``benchmarks/data/spacing.py`` measures the scores and writes the file.
 """
 
 from __future__ import annotations

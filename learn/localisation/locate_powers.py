@@ -168,7 +168,7 @@ def located_by_powers(
 
 
 def points_among(known: Float[np.ndarray, "n 3"], seed: int) -> Float[np.ndarray, "N 3"]:
-    """Points drawn uniformly in the box around known positions, metres. The hull of few would be too small."""
+    """Points drawn uniformly in the box around known positions, metres. The hull of a few would be too small."""
     low, high = bounding_box(known)
     return np.random.default_rng(seed).uniform(low, high, (POINTS, 3))
 

@@ -253,6 +253,6 @@ def power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:
 
 
 def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
-    """The real matrix that multiplies flattened (real, imaginary) pairs as a complex matrix does complex numbers."""
+    """The real matrix that multiplies flattened (real, imaginary) pairs as a complex one multiplies complex numbers."""
     pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
     return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)

@@ -69,7 +69,7 @@ class ResidualFFN(nn.Module):
 
 
 class SkipNetwork(nn.Module):
-    """Linear layers, each with a ReLU after it. One of them sees the inputs again. Subclasses add heads."""
+    """Linear layers, each with a ReLU after it; one of them sees the inputs again. Subclasses add the heads."""
 
     def __init__(self, inputs: int, width: int, layers: int, again: int):
         super().__init__()

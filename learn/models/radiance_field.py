@@ -39,5 +39,5 @@ class RadianceField(nn.Module):
     def signals(
         self, feature: Float[Tensor, "*voxels width"], *others: Float[Tensor, "*#batch _inputs"]
     ) -> Float[Tensor, "*batch outputs"]:
-        """Unconstrained amplitudes and phases of the signals that voxels send back: amplitudes first."""
+        """Unconstrained amplitudes and phases of the signals that voxels send back: all amplitudes, then phases."""
         return self.signal(self.radiance(feature, *others))

@@ -25,7 +25,7 @@ early errors spread."""
 
 
 def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:
-    """Responses behind known pictures, each up to a factor and the flip: those of the dataset if it has them."""
+    """Responses behind known pictures, each up to a factor and the flip: those in the dataset if it has them."""
     if dataset.retrieved is not None and np.isfinite(dataset.retrieved[known]).all():
         return dataset.retrieved[known]
     return retrieve_responses(spectrum_of(dataset.pictures[known]), dataset.beamformer).responses

@@ -13,7 +13,7 @@ from learn.rooms.room_comparison import RoomComparison
 
 
 def write_room_comparison(comparison: RoomComparison, folder: Path) -> None:
-    """Write results.json, table.tex, table.csv and rooms.png (.pdf): mean SSIM over the number of known spectra."""
+    """Write results.json, table.tex, table.csv, and rooms.png (and .pdf): mean SSIM over the number known."""
     averages = comparison.averages()
     made = _provenance(comparison)
     write_scores(comparison, folder, made)

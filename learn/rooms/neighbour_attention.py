@@ -144,7 +144,7 @@ class _Around(nn.Conv2d):
 
 
 class AttentionOverNeighbours:
-    """``NeighbourAttention`` as a method of ``compare_rooms``: trained elsewhere, and given a room's neighbours."""
+    """``NeighbourAttention`` as a method of ``compare_rooms``: trained in other rooms, given a room's neighbours."""
 
     by_steps = True
 

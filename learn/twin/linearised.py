@@ -45,7 +45,7 @@ def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tra
 def linearised(
     tracer: Tracer, which: Sequence[Unknown], positions: Float[np.ndarray, "K 3"]
 ) -> tuple[Complex[np.ndarray, "K M"], Complex[np.ndarray, "K M n"]]:
-    """Responses, and their derivatives with respect to poses, places and frequency. Those of materials are zero."""
+    """Responses, and their derivatives by poses, places and frequency. The columns of materials are zero."""
     names = [item.name for item in tracer.ray_scene.description.objects]
     moving = sorted({names.index(each.name) for each in which if each.kind == "object"})
     exact = derivatives(tracer, positions, moving)

@@ -66,7 +66,7 @@ class Editor:
         self._replace_button.on_click(self._shield(lambda event: self.save(self._in_the_way)))
 
     def save(self, replaceable: Mapping[Path, str] | None = None) -> None:
-        """Write the scene to the folder. If this would replace files that this tab did not write, ask first."""
+        """Write the scene to the folder. Ask the user first if this replaces files that this tab did not write."""
         with self._saving:
             scene = self.scene
             self._replace_button.visible = False

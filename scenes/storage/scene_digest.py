@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # a slow import that the help of the command line does not ne
 
 
 def scene_digest(scene: Scene) -> str:
-    """SHA-256 of all that the element responses depend on: meshes, materials, frequency, antennas, region."""
+    """The SHA-256 of all that the element responses depend on: meshes, materials, frequency, antennas, region."""
     digest = hashlib.sha256()
     for item in scene.objects:
         material = replace(scene.materials[item.material], name=item.material)  # as it is read from a file

@@ -59,7 +59,7 @@ def _look_for_shared_positions(
 
 
 def _differ_at_a_place(place_of: Int[np.ndarray, " K"], pictures: UInt8[np.ndarray, "K 90 360"]) -> bool:
-    """Whether pictures of one position differ nearly as much as those of different ones; repeated ones do not."""
+    """Whether pictures of one position differ nearly as much as those of others; repeated measurements do not."""
     order = np.argsort(place_of, kind="stable")
     same = np.diff(place_of[order]) == 0
     both = pictures[order[:-1]], pictures[order[1:]]

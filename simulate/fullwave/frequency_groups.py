@@ -22,7 +22,7 @@ from simulate.fullwave.yee_grid import numerical_frequency
 
 LARGEST_DIFFERENCE = 0.008
 """Largest relative difference between a material's complex refractive index in a run and its own one. In a closed box
-of five materials the error of the responses is then 40 dB below them (benchmarks/quantities.py)."""
+of five materials the error of the responses is then 40 dB below them (benchmarks/simulate/quantities.py)."""
 
 LEAST_LEVEL = 0.1
 """Least spectrum of the pulse at a frequency, relative to that at its carrier: 20 dB less."""

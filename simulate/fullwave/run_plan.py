@@ -56,7 +56,8 @@ BYTES_OF_FREQUENCY, BYTES_WATCHED = 40, 24
 """Bytes for each further frequency, source and cell of the box that is kept; and those more if it must settle."""
 
 CELLS_PER_SECOND = 120e6
-"""Cells times sources that one core advances in a second, estimated with some reserve (benchmarks/solvers.py)."""
+"""Cells times sources that one core advances in a second, estimated with some reserve (benchmarks/simulate/solvers.py).
+"""
 
 
 class BandPlan(NamedTuple):

@@ -18,7 +18,7 @@ from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import StoredField
 
 MOST_AT_ONCE = 8
-"""Most elements whose fields one run advances side by side (benchmarks/solvers.py)."""
+"""Most elements whose fields one run advances side by side (benchmarks/simulate/solvers.py)."""
 
 Run = Callable[[list[int], Callable[[int], None]], list[StoredField]]
 """Runs the solver for some elements, and calls the given function with the number of finished time steps."""

@@ -3,7 +3,7 @@
 Rays are right about a wave that nothing disturbs, less right about a reflected one, and least about a diffracted one.
 If the paths of kind k alone make a field with the share s_k of the whole field's power, and the rays' error has the
 share w_k of that, then the correlation c of rays and full wave is about 1 − c² = w_0 + Σ w_k s_k. The weights w are
-fitted to random furnished rooms that were solved in full wave: ``benchmarks/random_rooms.py`` writes
+fitted to random furnished rooms that were solved in full wave: ``benchmarks/simulate/random_rooms.py`` writes
 expected_correlation.json.
 """
 

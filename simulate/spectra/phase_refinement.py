@@ -71,7 +71,7 @@ def refined(
     magnitude: Float[np.ndarray, "K y x"],
     frequencies: SpatialFrequencies,
 ) -> tuple[Complex[np.ndarray, "K elements"], Float[np.ndarray, " K"]]:
-    """Responses and offsets of least squared error at the visible frequencies; a step that raises it is undone."""
+    """Responses and offsets of least squared error at the visible frequencies; a step that raises one is undone."""
     flat = start.reshape(len(start), -1).astype(complex)
     elements = flat.shape[1]
     unknowns = np.concatenate([flat.real, flat.imag, np.zeros((len(flat), 1))], axis=1)

@@ -27,7 +27,8 @@ def make_page(run_python, docs, tmp_path):
 
     def make():
         told = run_python(
-            "benchmarks/results.py",
+            "-m",
+            "benchmarks.results",
             "--runs",
             tmp_path / "runs",
             "--docs",
@@ -50,7 +51,7 @@ def test_page_without_runs_is_the_one_in_the_repository(make_page, docs):
     assert make_page() == []
     kept = {"results.json": "benchmarks/ledger/results.json", PAGE: f"docs/{PAGE}"}
     for name, path in kept.items():
-        assert (docs / name).read_bytes() == (ROOT / path).read_bytes(), "run python benchmarks/results.py"
+        assert (docs / name).read_bytes() == (ROOT / path).read_bytes(), "run python -m benchmarks.results"
 
 
 def test_only_the_section_of_a_run_changes(make_page, docs, tmp_path):
@@ -103,5 +104,5 @@ def test_folder_of_an_experiment_is_read(make_page, docs, tmp_path):
 def test_figures_of_the_smallest_run_are_refused(run_python, docs, tmp_path):
     (tmp_path / "render.json").write_text(json.dumps({**FIGURES, "smallest": True}))
     with pytest.raises(AssertionError, match=r"render\.json: expected the figures of a whole run, found .* --smallest"):
-        run_python("benchmarks/results.py", "--runs", tmp_path, "--docs", docs, "--ledger", docs / "results.json")
+        run_python("-m", "benchmarks.results", "--runs", tmp_path, "--docs", docs, "--ledger", docs / "results.json")
     assert not (docs / PAGE).exists()

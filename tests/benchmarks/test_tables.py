@@ -1,15 +1,9 @@
 """Tables of hand-written pages are filled in from the measured sections, and nothing wrong stays unnoticed."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
-sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))  # a folder of scripts, not of a package
-
-from ledger.entry import Entry, Measured
-from ledger.tables import with_tables
-
+from benchmarks.ledger.entry import Entry, Measured
+from benchmarks.ledger.tables import with_tables
 from scenes.files.errors import InputError
 
 

@@ -23,7 +23,7 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 
 
 def read_stl(data: bytes, path: Path) -> MeshFile:
-    """Read an STL file: a part for each solid of a text, named as there, or one part named after a binary file."""
+    """Read an STL file: a part for each solid of a text, named as in the file, or one named after a binary file."""
     count = int.from_bytes(data[HEADER : HEADER + 4], "little") if len(data) >= HEADER + 4 else -1
     size = HEADER + 4 + count * TRIANGLE.itemsize
     if len(data) == size:  # also where the text of the header begins with "solid"

@@ -62,7 +62,7 @@ class Surfaces:
     def coefficients(
         self, face: mi.UInt, way: mi.Vector3f, active: mi.Bool | bool = True
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
-        """Coefficients of a smooth slab: reflection TE, TM, transmission TE, TM, with the shortened way's phase."""
+        """Coefficients of a smooth slab (reflection TE, TM, transmission TE, TM), with the shortened way's phase."""
         along = dr.dot(way, self.normal(face, active))
         r_te, r_tm, t_te, t_tm = self._slab(face, dr.abs(along), active)
         fronts = [dr.gather(mi.Float, side, face, active) for side in self._fronts]

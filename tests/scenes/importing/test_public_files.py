@@ -1,7 +1,8 @@
 """Public files have the area, the volume and the bounds that an independent reader found, in the file's own axes.
 
-public_files.json has what assimp or VTK found; benchmarks/public_files.py writes it. The files themselves come with
-Debian's package assimp-testmodels and with Sionna RT. A file that is not installed, or of another version, is skipped.
+public_files.json has what assimp or VTK found; benchmarks/product/public_files.py writes it. The files themselves come
+with Debian's package assimp-testmodels and with Sionna RT. A file that is not installed, or of another version, is
+skipped.
 """
 
 import hashlib

@@ -1,0 +1,1 @@
+"""What measured and simulated spectra hold: grids, distances, phases, limits."""

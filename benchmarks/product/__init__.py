@@ -1,0 +1,1 @@
+"""What users meet first: files, pages, pictures, waiting times."""

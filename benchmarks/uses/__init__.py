@@ -1,0 +1,1 @@
+"""How good the uses of a model are: locating, planning, correcting a scene."""

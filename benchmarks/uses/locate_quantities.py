@@ -1,0 +1,91 @@
+"""How near are transmitters located from received powers and from channels?
+
+python -m benchmarks.uses.locate_quantities --json > runs/locate_quantities.json
+
+Test transmitters are located from the powers of six gateways in the office, and from the channels over 20 MHz of the
+lab's uplink, both by rays. The numbers of known positions are those of the training part; as usual the validation part
+is known, too. Errors are distances in metres. ``fingerprint`` copies the position of the known row whose powers are
+nearest in dB, or whose channels are most correlated; trilateration by the log-distance law is for powers alone.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from benchmarks.ledger.printing import print_figures
+from benchmarks.ledger.smallest_room import smallest_room
+from learn.data.splits import SplitKind, split
+from simulate.csi.csi_dataset import CsiDataset, read_csi
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+
+GATEWAYS = {"door": (0.5, 0.5, 1.5), "window": (1.0, 0.8, 1.2)}
+"""Of the smallest room, metres."""
+
+SIZES, SPLITS = (50, 200, 800), ("random", "blocked")
+
+
+def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> dict[str, Any]:
+    """Errors of all methods for one split and one number of training positions."""
+    from learn.localisation.judged_places import by_channels, by_powers, error_rows
+    from learn.localisation.locate_channels import locate_channels
+    from learn.localisation.locate_powers import locate_powers
+
+    parts = split(dataset, kind, 0, size)
+    assert dataset.positions is not None
+    if isinstance(dataset, RssiDataset):
+        heard = dataset.rssi_dbm[parts.test]
+        places = locate_powers(dataset, heard, known=parts.known, level=0.0)
+        simpler = by_powers(dataset, parts.known, heard, 0)
+    else:
+        heard = dataset.uplink[parts.test]
+        places = locate_channels(dataset, heard, known=parts.known)
+        simpler = by_channels(dataset, parts.known, heard, 0)
+    rows = error_rows(places, dataset.positions[parts.test], simpler, dataset.positions[parts.known])
+    figures = {f"{row['method']}, {key}": row[key] for row in rows for key in ("median, m", "90 %, m")}
+    return figures | {"within 90 % region": rows[0]["within 90 % region"]}
+
+
+def small_datasets(folder: Path) -> dict[str, RssiDataset | CsiDataset]:
+    """Powers and channels of a few positions, made in seconds."""
+    from simulate.exchange.csi_export import export_csi
+    from simulate.generation.simulation import simulate
+    from simulate.rays.core.propagation import Propagation
+    from simulate.rssi.rssi_simulation import simulate_rssi
+
+    room, sight = smallest_room(), Propagation(max_depth=0, diffraction=False)
+    powers = simulate_rssi(room, folder / "powers", GATEWAYS, n=40, propagation=sight)
+    simulate(room, folder / "wide", n=40, bandwidth=20e6, subcarriers=52, propagation=sight)
+    export_csi(folder / "wide", folder / "channels")
+    return {"powers": powers, "channels": read_csi(folder / "channels")}
+
+
+def main(
+    folder: Path = Path("runs/benchmarks"),
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Locate test transmitters from powers and from channels."""
+    from learn.benchmark.make_benchmark import make_benchmark
+
+    with tempfile.TemporaryDirectory() as temporary:
+        if smallest:
+            made = small_datasets(Path(temporary))
+        else:
+            for name in ("rssi-office", "csi-lab"):
+                make_benchmark(name, folder / name)
+            made = {"powers": read_rssi(folder / "rssi-office"), "channels": read_csi(folder / "csi-lab")}
+        figures = {
+            f"{name}, {kind}, {size} known": rows_of(dataset, kind, size)  # type: ignore[arg-type]
+            for name, dataset in made.items()
+            for kind in SPLITS
+            for size in ((15,) if smallest else SIZES)
+        }
+    print_figures(figures, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
