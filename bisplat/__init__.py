@@ -53,6 +53,6 @@ def __dir__() -> list[str]:
 
 def _listed() -> list[str]:
     """The names that this installation can import."""
-    from scenes.files.extras import has_extra
+    from scenes.files.optional_packages import has_extra
 
     return sorted(_homes() if has_extra("rays") else _homes().keys() - _WITH_RAYS)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.models.steps import Steps
+from learn.models.model_settings import Steps
 from learn.training.config import Config
 from learn.training.registry import MODELS
 from simulate.dataset.dataset_writer import (
@@ -120,7 +120,7 @@ def small_models(monkeypatch, small, small_aperture) -> None:
 @pytest.fixture
 def quick_fits(monkeypatch) -> None:
     """Fits of covariances end early, and known spectra are divided into two parts to find the weights of a mixture."""
-    from learn.models import mixture_weights, vecchia
+    from learn.models.kriging import mixture_weights, vecchia
 
     monkeypatch.setattr(vecchia, "ITERATIONS", 15)
     monkeypatch.setattr(mixture_weights, "FOLDS", 2)

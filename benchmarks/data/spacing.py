@@ -208,7 +208,7 @@ def rows(rooms: dict[str, list[Point]], shape: Shape) -> dict[str, Any]:
 
 def measured_path(folder: Path) -> dict[str, Any]:
     """The score of the measured sample, and its spacing."""
-    from learn.models.helmholtz import HelmholtzField
+    from learn.models.kriging.helmholtz import HelmholtzField
 
     dataset = read_dataset(folder)
     parts = split(dataset, "files", 0)

@@ -30,7 +30,7 @@ from benchmarks.ledger.validation_figure import draw
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import split
-from learn.models.steps import MatmulPrecision
+from learn.models.model_settings import MatmulPrecision
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import spectrum_of
 

@@ -24,7 +24,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind
-from learn.models.helmholtz import HelmholtzField
+from learn.models.kriging.helmholtz import HelmholtzField
 from learn.training.prediction import predict
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter

@@ -34,7 +34,7 @@ from benchmarks.ledger.printing import print_figures
 from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
-from learn.models.helmholtz import HelmholtzField
+from learn.models.kriging.helmholtz import HelmholtzField
 from learn.training.prediction import predict
 from learn.twin.gauss_newton import Calibration
 from learn.twin.twin_model import Twin

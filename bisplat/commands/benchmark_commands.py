@@ -13,7 +13,7 @@ from bisplat.commands.output_file import Force
 from learn.benchmark.benchmark_sets import SETS
 from scenes.files.atomic import require_writable
 from scenes.files.errors import InputError, ParameterError, printable, require_word
-from scenes.files.text_tables import print_rows, print_table
+from scenes.files.plain_text import print_rows, print_table
 
 
 def benchmark(

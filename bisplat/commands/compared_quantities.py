@@ -13,8 +13,7 @@ from learn.comparison.protocol import PROTOCOL
 from learn.data.splits import SplitKind
 from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
-from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows
+from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from learn.data.splits import SplitKind
 from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.input_file import what_is_at
-from scenes.files.text_tables import print_rows
+from scenes.files.plain_text import print_rows
 from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
 
 if TYPE_CHECKING:

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from bisplat.commands.first_look import draw_first_look, draw_first_spectra
-from learn.models.steps import STEPS_MOST
+from learn.models.model_settings import STEPS_MOST
 from learn.reports.demo_report import DemoReport
 from learn.training.registry import DEFAULT_MODEL
 from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable, require_whole
-from scenes.files.extras import require_extra
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
+from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
 from scenes.places.lab import lab

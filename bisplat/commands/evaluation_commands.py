@@ -16,7 +16,7 @@ from bisplat.commands.simulate_command import EngineName
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.options import checked, unchecked
-from scenes.files.text_tables import print_table
+from scenes.files.plain_text import print_table
 from simulate.dataset.dataset_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenes.files.errors import InputError, shown
-from scenes.files.number_text import parse_number
-from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows
+from scenes.files.input_file import parse_number
+from scenes.files.plain_text import print_rows, say
 from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # slow imports that the help of the command line does not need

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from bisplat.commands.given_options import refuse_given
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, printable
-from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows
+from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:

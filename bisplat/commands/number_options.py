@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from scenes.files.number_text import parse_number, parse_whole
+from scenes.files.input_file import parse_number, parse_whole
 
 PARSERS: dict[type, Callable[[str], float]] = {int: parse_whole, float: parse_number}
 

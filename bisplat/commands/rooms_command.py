@@ -12,8 +12,7 @@ from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
 from learn.comparison.protocol import PROTOCOL
 from scenes.files.errors import printable
-from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows
+from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import Outline, Setting
 
 

@@ -14,10 +14,9 @@ from bisplat.commands.import_options import print_list, read_own_material, read_
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import InputError, printable
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import new_folder
-from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows, print_table
+from scenes.files.plain_text import print_rows, print_table, say
 
 if TYPE_CHECKING:  # a slow import that the help of the command line does not need
     from scenes.scene.description import Scene

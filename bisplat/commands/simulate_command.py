@@ -14,11 +14,11 @@ from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import printable
 from scenes.files.options import checked, unchecked
 from scenes.files.plain_text import say
-from simulate.engines.engine import Machines
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays
 from simulate.generation.simulation_options import Simulation
+from simulate.parallel.machines import Machines
 
 if TYPE_CHECKING:
     from scenes.scene.description import Scene  # its import takes long, and the help does not need it

@@ -18,8 +18,7 @@ from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError, printable, require_whole
 from scenes.files.options import checked, unchecked
 from scenes.files.output_folder import new_folder
-from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows
+from scenes.files.plain_text import print_rows, say
 from scenes.scene.tolerances import Tolerances
 from simulate.dataset.dataset_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation

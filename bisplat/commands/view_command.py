@@ -8,7 +8,7 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from simulate.dataset.dataset_kinds import is_csi, is_rssi
 
 

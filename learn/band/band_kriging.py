@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from learn.band.known_band import KnownBand, PredictedBand
 from learn.baselines.kriging import Interpolator
-from learn.models.band_field import BandField
+from learn.models.kriging.band_field import BandField
 
 COMPONENTS = 8
 """Largest number of principal components over the subcarriers that ``Kriging`` interpolates."""

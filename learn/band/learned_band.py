@@ -35,8 +35,8 @@ class LearnedBand:
     def fit(self, known: KnownBand) -> None:
         import torch
 
-        from learn.models.response_network import ResponseNetwork
-        from learn.models.suited_to import suit_to
+        from learn.models.networks.response_network import ResponseNetwork
+        from learn.models.networks.suited_to import suit_to
         from learn.training.registry import model_class, model_entry
         from learn.training.timed_steps import train_steps
 

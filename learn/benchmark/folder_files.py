@@ -9,7 +9,7 @@ from typing import Literal
 from learn.benchmark.benchmark_sets import SETS
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 
 RECORD = "benchmark.json"
 """The file that is written last, with the name of the set."""

@@ -15,7 +15,7 @@ from learn.benchmark.frozen import frozen
 from learn.benchmark.read_benchmark import named_benchmark
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import conform
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.models.deviation_curve import NORMAL
+from learn.models.kriging.deviation_curve import NORMAL
 from simulate.spectra.delay_spread import delay_spread
 
 MOST_SNR_DB = 200.0

@@ -10,7 +10,7 @@ from jaxtyping import Complex, Float
 from learn.channels.channel_scores import snr_db
 from learn.channels.known_channels import KnownChannels, PredictedChannels
 from learn.channels.timing import strongest_ramp, without_ramp
-from learn.models.delay_powers import delay_paths, fit_delay_powers, profile_covariance
+from learn.models.kriging.delay_powers import delay_paths, fit_delay_powers, profile_covariance
 
 
 class Delays:

@@ -8,7 +8,7 @@ from jaxtyping import Complex, Float
 from learn.channels.channel_scores import snr_db
 from learn.channels.delay_profile import Delays, fit_profile, predict_aligned, regression
 from learn.channels.known_channels import KnownChannels, PredictedChannels
-from learn.models.deviation_curve import size_of
+from learn.models.kriging.deviation_curve import size_of
 from scenes.files.plain_text import say
 
 SHARES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97)

@@ -7,7 +7,7 @@ from jaxtyping import Complex, Float
 
 from learn.channels.joint_channels import JointChannels
 from learn.channels.known_channels import KnownChannels, PredictedChannels
-from learn.models.band_field import BandField
+from learn.models.kriging.band_field import BandField
 from scenes.files.plain_text import say
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

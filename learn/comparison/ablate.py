@@ -13,7 +13,7 @@ from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
 from learn.models.model_options import OPTION_MOST
-from learn.models.steps import STEPS_MOST
+from learn.models.model_settings import STEPS_MOST
 from learn.training.registry import check_options
 from scenes.files.errors import ParameterError, require_whole, shown
 from simulate.dataset.dataset import Dataset

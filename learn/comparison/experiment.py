@@ -37,7 +37,7 @@ from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_whole, require_within, require_word
-from scenes.files.json_file import plain_number
+from scenes.files.json_yaml_xml import plain_number
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset

@@ -15,7 +15,7 @@ from learn.comparison.kept_rows import KeptRow, KeptRows
 from learn.comparison.protocol import PROTOCOL, in_common
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path
-from scenes.files.json_file import plain_number, read_json
+from scenes.files.json_yaml_xml import plain_number, read_json
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
 

@@ -13,7 +13,7 @@ from msgspec import Meta, Struct
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_file import parse_json, plain_number
+from scenes.files.json_yaml_xml import parse_json, plain_number
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from learn.comparison.own_method import built
-from learn.models.steps import MINUTES_MOST, STEPS_MOST
+from learn.models.model_settings import MINUTES_MOST, STEPS_MOST
 from learn.training.own_class import own_class
 from scenes.files.errors import (
     ParameterError,

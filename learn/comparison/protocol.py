@@ -11,7 +11,7 @@ from jaxtyping import Int
 from msgspec import Meta, Struct
 
 from learn.data.splits import GUARD_MOST, SplitKind
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import conform
 from simulate.spectra.spectrum import evenly
 

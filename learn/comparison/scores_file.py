@@ -11,8 +11,7 @@ from jaxtyping import Float
 from learn.data.metrics import Scores
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
 
 COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
 """Columns of the file after the first one, ``name``, which is that of the spectrum."""

@@ -24,7 +24,7 @@ from scenes.files.errors import (
     shown,
 )
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_file import parse_json
+from scenes.files.json_yaml_xml import parse_json
 from scenes.files.schema import conform
 from simulate.positions.positions import MOST_POSITIONS
 

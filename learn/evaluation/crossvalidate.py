@@ -30,11 +30,12 @@ from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset, require_fixed_array
 from simulate.dataset.dataset_folder import at_its_frequency
-from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
+from simulate.parallel.machines import Machines
 from simulate.positions.placement import free_positions
 from simulate.positions.positions import LEAST_POSITIONS, MOST_POSITIONS
 from simulate.spectra.angular_grid import AngularGrid

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.data.split_distances import distance_bands
-from learn.models.deviation_curve import NORMAL
+from learn.models.kriging.deviation_curve import NORMAL
 
 
 @dataclass(frozen=True)

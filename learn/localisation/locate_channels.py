@@ -12,8 +12,7 @@ from learn.localisation.channel_fingerprints import ChannelFingerprints
 from learn.localisation.locate import Place
 from learn.localisation.position_regression import PositionRegression
 from learn.powers.fit_powers import checked_indices
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, require_instance, require_seed
+from scenes.files.errors import InputError, ParameterError, check_array, require_instance, require_seed
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi

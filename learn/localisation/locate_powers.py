@@ -14,8 +14,7 @@ from learn.localisation.locate import Place
 from learn.models.base import Report
 from learn.powers.fit_powers import fit_powers
 from learn.powers.known_powers import PredictedPowers
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance, require_seed, require_within
+from scenes.files.errors import ParameterError, check_array, require_instance, require_seed, require_within
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
 from simulate.rssi.power_receiver import NOT_RECEIVED, fault_of_powers

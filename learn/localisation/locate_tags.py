@@ -11,8 +11,7 @@ from learn.localisation.likelihood_maxima import Maxima, maximise
 from learn.localisation.locate import LEAST_PROBABILITY, Place
 from learn.localisation.starting_points import MODES, starting_points
 from learn.models.geometry import grid_in
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance
+from scenes.files.errors import ParameterError, check_array, require_instance
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.exchange.named_arrays import one_way

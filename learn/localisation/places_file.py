@@ -12,8 +12,7 @@ import numpy as np
 from learn.localisation.locate import Place
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
 
 LARGEST = 100 * MEGABYTE
 """Largest size of the CSV, bytes."""

@@ -16,7 +16,7 @@ from torch import Tensor
 from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel, normalised
 from learn.models.loss import coarse_loss
 from learn.models.quadrature import Quadrature
-from learn.models.splat import Splats
+from learn.models.splatting.splat import Splats
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer

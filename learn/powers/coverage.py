@@ -13,8 +13,7 @@ from scipy.spatial import Delaunay
 
 from learn.powers.fit_powers import FittedPowers, fit_powers
 from learn.powers.known_powers import PredictedPowers
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance, require_positive, require_within, shown
+from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
 from simulate.positions.positions import FARTHEST
 from simulate.rssi.rssi_dataset import RssiDataset

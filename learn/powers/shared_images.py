@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from jaxtyping import Bool, Complex, Float, Int
 
-from learn.models.mirror_images import APART, image_waves, plane_distances, strongest_apart
+from learn.models.images.mirror_images import APART, image_waves, plane_distances, strongest_apart
 
 
 @dataclass(frozen=True)

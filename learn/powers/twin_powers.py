@@ -15,7 +15,7 @@ from jaxtyping import Float
 from learn.powers.explained_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
 from learn.twin.described_gateways import scenes_with_gateways
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box

@@ -19,8 +19,7 @@ from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter, S
 
 from learn.baselines.array_ceiling import shown_name
 from learn.reports.method_styles import line_styles
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_flag, require_instance
+from scenes.files.errors import ParameterError, check_array, require_flag, require_instance
 from scenes.files.plain_text import in_figure
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import check_spectra

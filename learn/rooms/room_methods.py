@@ -13,8 +13,8 @@ from jaxtyping import Float
 
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.models.base import SpectrumModel
-from learn.models.helmholtz import HelmholtzField
-from learn.models.image_field import ImageField
+from learn.models.images.image_field import ImageField
+from learn.models.kriging.helmholtz import HelmholtzField
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.neighbour_attention import AttentionOverNeighbours
 from learn.training.prediction import predict

@@ -16,8 +16,8 @@ from lightning.pytorch.callbacks import Callback
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss
+from learn.models.model_settings import STEPS_MOST, Steps
 from learn.models.quadrature import quadrature
-from learn.models.steps import STEPS_MOST, Steps
 from learn.training.by_steps import interrupts, multiplying, quiet_trainer
 from learn.training.epochs import VALIDATED, epochs_of
 from learn.training.found_responses import Learned, learned_responses

@@ -17,8 +17,8 @@ from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.progress import TextColumn
 
 from learn.models.base import SpectrumModel
+from learn.models.model_settings import MatmulPrecision, Processes, Steps
 from learn.models.quadrature import Quadrature
-from learn.models.steps import MatmulPrecision, Processes, Steps
 from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
 from learn.training.epochs import epochs_of
 from learn.training.lightning_module import Spectra, Training

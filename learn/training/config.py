@@ -13,11 +13,11 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from learn.data.splits import Split, SplitKind
-from learn.models.steps import Steps
+from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, require_whole, shown
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER, Count, conform
 from simulate.dataset.dataset_kinds import content_of

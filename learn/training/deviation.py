@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from scipy.optimize import brentq, isotonic_regression
 from scipy.spatial import cKDTree
 
-from learn.models.deviation_curve import NORMAL, SHARE, size_of
+from learn.models.kriging.deviation_curve import NORMAL, SHARE, size_of
 
 LEAST_VALIDATED = 10
 """Least number of validation spectra; fewer say too little about the errors."""

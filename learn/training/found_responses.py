@@ -2,7 +2,7 @@
 
 A model that predicts element responses learns more from these than from pictures, which lack the phases. If only
 pictures are known, the responses behind the training pictures are found such that they form one field
-(``learn.models.retrieved_field``). They are used only if kriging of them predicts the validation spectra well.
+(``learn.models.kriging.retrieved_field``). They are used only if kriging of them predicts the validation spectra well.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
 from learn.models.capabilities import LearnsBand, PredictsResponses
-from learn.models.kriged_field import KrigedField
-from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
-from learn.models.steps import Steps
+from learn.models.kriging.kriged_field import KrigedField
+from learn.models.kriging.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
+from learn.models.model_settings import Steps
 from learn.training.epochs import validation_sample
 from learn.training.fit_progress import FitProgress
 from learn.training.prediction import predict

@@ -14,8 +14,8 @@ import torch
 from jaxtyping import Bool, Float, Int
 
 from learn.models.base import SpectrumModel
-from learn.models.deviation_curve import size_of
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.deviation_curve import size_of
+from learn.models.kriging.kriged_field import KrigedField
 from learn.training.deviation import Gaps, pixel_errors
 from learn.training.prediction import predict, uncertainty
 from simulate.dataset.dataset import Dataset

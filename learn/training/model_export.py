@@ -20,7 +20,7 @@ from learn.models.capabilities import TracesRays
 from learn.training.run_folder import Run
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_instance, require_path
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 
 INPUT, OUTPUT = "positions", "spectra"
 """Names of the input and output in an ONNX file.

@@ -13,10 +13,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from learn.models.model_options import check_options_of
-from learn.models.steps import Steps
+from learn.models.model_settings import Steps
 from learn.training.own_class import own_class
 from scenes.files.errors import ParameterError, cut, did_you_mean, shown
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
@@ -51,7 +51,7 @@ BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=1.0, full_resoluti
 
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(
-        builds="learn.models.helmholtz:HelmholtzField",
+        builds="learn.models.kriging.helmholtz:HelmholtzField",
         summary="kriging of element responses and spectra under the Helmholtz equation, mixed with inverse distance",
         by_steps=None,
     ),
@@ -63,17 +63,17 @@ MODELS: dict[str, ModelEntry] = {
         extra="rays",
     ),
     "mirror-images": ModelEntry(
-        builds="learn.models.image_field:ImageField",
+        builds="learn.models.images.image_field:ImageField",
         summary="waves of the gateway's mirror images in the walls, and kriging of responses for the rest",
         by_steps=None,
     ),
     "bisplat": ModelEntry(
-        builds="learn.models.bisplat:BiSplatWRF",
+        builds="learn.models.networks.bisplat:BiSplatWRF",
         summary="BiSplat-WRF of the paper: 500 planar Gaussians and a bilinear spatial transformer",
         by_steps=Steps(steps=6000, learning_rate=2e-3, full_resolution=0.02),
     ),
     "bisplat-plus": ModelEntry(
-        builds="learn.models.bisplat:BiSplatWRF",
+        builds="learn.models.networks.bisplat:BiSplatWRF",
         summary="BiSplat-WRF+ of the paper: 2,000 planar Gaussians and deeper networks",
         by_steps=Steps(learning_rate=3e-4),  # its deep networks collapse at the rate of the smaller model
         options={
@@ -85,41 +85,41 @@ MODELS: dict[str, ModelEntry] = {
         },
     ),
     "bisplat-aperture": ModelEntry(
-        builds="learn.models.aperture:BiSplatAperture",
+        builds="learn.models.networks.aperture:BiSplatAperture",
         summary="planar Gaussians whose field is received by the array, with plane waves of the transmitter's position",
         by_steps=BY_RESPONSES,
     ),
     "mlp": ModelEntry(
-        builds="learn.models.mlp:SpectrumMLP",
+        builds="learn.models.networks.mlp:SpectrumMLP",
         summary="a network from position to pixels, few enough that the spectrum is interpolated from them",
         by_steps=Steps(steps=3000, batch_size=64, full_resolution=0.0),
     ),
     "mlp-responses": ModelEntry(
-        builds="learn.models.mlp:ResponseMLP",
+        builds="learn.models.networks.mlp:ResponseMLP",
         summary="a network from position, as plane waves, to element responses",
         by_steps=BY_RESPONSES,
         options={"encoding": "waves"},
     ),
     "nerf2": ModelEntry(
-        builds="learn.models.nerf2:NeRF2",
+        builds="learn.models.peers.nerf2:NeRF2",
         summary="NeRF²: rays marched through a neural radiance field",
         by_steps=Steps(learning_rate=8e-4, batch_size=64),
         options_without_gpu={"samples": 16, "rays": 4096, "width": 128},
     ),
     "swiftwrf": ModelEntry(
-        builds="learn.models.swiftwrf:SwiftWRF",
+        builds="learn.models.peers.swiftwrf:SwiftWRF",
         summary="SwiftWRF: planar Gaussians that a network deforms by position, summed without depth order",
         by_steps=Steps(steps=6000, full_resolution=1.0),  # its Gaussians are smaller than a few pixels are apart
         options_without_gpu={"primitives": 1000},
     ),
     "wrf-gs-plus": ModelEntry(
-        builds="learn.models.wrf_gs_plus:WRFGSPlus",
+        builds="learn.models.peers.wrf_gs_plus:WRFGSPlus",
         summary="WRF-GS+: Gaussians in space, blended by depth, whose signals and shapes a network deforms by position",
         by_steps=Steps(steps=30_000, batch_size=1, learning_rate=8e-4),  # the published batch and rate
         options_without_gpu={"primitives": 1000, "width": 128},
     ),
     "gsrf": ModelEntry(
-        builds="learn.models.gsrf:GSRF",
+        builds="learn.models.peers.gsrf:GSRF",
         summary="GSRF: Gaussians in space with complex signals, drawn on a sphere around the transmitter",
         by_steps=Steps(steps=30_000, batch_size=1, learning_rate=2.7e-3),  # the published steps, batch and rate
         options_without_gpu={"primitives": 500},

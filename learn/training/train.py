@@ -19,9 +19,9 @@ from learn.data.splits import split as split_of
 from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm, unsuited
+from learn.models.kriging.retrieved_field import not_retrieved
+from learn.models.model_settings import MINUTES_MOST, Processes, Steps
 from learn.models.quadrature import quadrature
-from learn.models.retrieved_field import not_retrieved
-from learn.models.steps import MINUTES_MOST, Processes, Steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses

@@ -12,11 +12,11 @@ import torch
 from jaxtyping import Float
 from msgspec import Meta, Struct, to_builtins
 
-from learn.models.steps import STEPS_MOST
+from learn.models.model_settings import STEPS_MOST
 from learn.training.deviation import Deviation
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import conform
 from simulate.dataset.dataset_writer import write_positions
 from simulate.positions.positions import read_points

@@ -20,7 +20,7 @@ from learn.data.same_receiver import (
 )
 from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_dataset
-from learn.models.retrieved_field import retrieved_responses
+from learn.models.kriging.retrieved_field import retrieved_responses
 from learn.twin.calibration_table import RECORD, UNIT, changes_of
 from learn.twin.gauss_newton import Calibration, most_likely
 from scenes.files.atomic import write_atomically

@@ -22,8 +22,8 @@ from learn.twin.power_likelihood import PowerFit, PowerLikelihood
 from learn.twin.power_search import PowerMinimum, PowerSearch, independence
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance
+from scenes.files.json_yaml_xml import PlainDumper
 from scenes.files.plain_text import say
-from scenes.files.yaml_file import PlainDumper
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box

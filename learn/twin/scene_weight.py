@@ -13,7 +13,7 @@ from torch import Tensor
 
 from learn.data.metrics import ssim_of_each
 from learn.models.base import BeamformingLayer
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.kriged_field import KrigedField
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)

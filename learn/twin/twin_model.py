@@ -17,7 +17,7 @@ from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
 from learn.models.capabilities import PredictsResponses
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.kriged_field import KrigedField
 from learn.twin.scene_weight import best_trust, enough_known, mixed
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene

@@ -19,7 +19,7 @@ from learn.data.metrics import ssim
 from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
 from learn.models.capabilities import HasPrimitives, PredictsResponses
-from learn.models.splat import Splats
+from learn.models.splatting.splat import Splats
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from learn.view.subject import Position, Spectrum
-from scenes.files.extras import MissingExtraError
+from scenes.files.optional_packages import MissingExtraError
 from scenes.scene.description import Scene
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a scene does not need
-    from simulate.rays.traced_path import TracedPath
+    from simulate.rays.core.multipath import TracedPath
     from simulate.rays.tracer import Tracer
 
 

@@ -1,8 +1,13 @@
-"""Read a file from the user. It must be a regular file of limited size, not a device, pipe or socket."""
+"""Read a file from the user: a regular one of limited size, not a device or pipe, and numbers that are written in it.
+
+Python's ``float`` and ``int`` read more than numbers: 1_0 is 10 for them, and full-width or Arabic digits count, too.
+In a table of positions these are typing errors.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 import stat
 from pathlib import Path, PurePath
 
@@ -81,3 +86,35 @@ def _kind(mode: int) -> str:
         stat.S_IFBLK: "a device",
     }
     return kinds.get(stat.S_IFMT(mode), "something else")
+
+
+WHOLE = re.compile(r"[-+]?[0-9]+")
+
+NUMBER = re.compile(
+    r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE | re.ASCII
+)
+
+
+def parse_number(text: str) -> float:
+    """Read a number. Space around it is ignored. NaN and infinity are read, too, since range checks name them.
+
+    >>> parse_number(" -1.5e3")
+    -1500.0
+    >>> parse_number("1_0")
+    Traceback (most recent call last):
+    ValueError: expected a number, found '1_0'
+    """
+    if not NUMBER.fullmatch(text.strip()):
+        raise ValueError(f"expected a number, found {shown(text)}")
+    return float(text)
+
+
+def parse_whole(text: str) -> int:
+    """Read a whole number. Space around it is ignored.
+
+    >>> parse_whole("-12")
+    -12
+    """
+    if not WHOLE.fullmatch(text.strip()):
+        raise ValueError(f"expected a whole number, found {shown(text)}")
+    return int(text)

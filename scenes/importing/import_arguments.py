@@ -8,8 +8,7 @@ from typing import Any, get_args
 import numpy as np
 from jaxtyping import Float
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance, require_path, require_word, shown
+from scenes.files.errors import ParameterError, check_array, require_instance, require_path, require_word, shown
 from scenes.importing.drawn_walls import Walls
 from scenes.importing.formats.mesh_checks import LARGEST
 from scenes.importing.lengths import METRES

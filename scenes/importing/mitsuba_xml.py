@@ -17,10 +17,9 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, cut, did_you_mean, named
-from scenes.files.extras import require_extra
-from scenes.files.input_file import beside
-from scenes.files.number_text import parse_number
-from scenes.files.xml_file import read_xml
+from scenes.files.input_file import beside, parse_number
+from scenes.files.json_yaml_xml import read_xml
+from scenes.files.optional_packages import require_extra
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
 from scenes.importing.formats.mesh_checks import require_ordinary
 from scenes.importing.mesh_files import read_mesh_file

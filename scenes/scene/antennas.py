@@ -8,8 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Float
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError
+from scenes.files.errors import ParameterError, check_array
 from scenes.files.options import check_kinds
 from scenes.scene.element_positions import as_positions
 from scenes.scene.orientation import Quaternion, Vector3, boresight_of, unit_quaternion

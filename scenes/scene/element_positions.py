@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from scenes.files.array_argument import check_array
+from scenes.files.errors import check_array
 
 MOST_ELEMENTS = 1024
 """Most elements of an array. Memory grows with the elements, or with their square."""

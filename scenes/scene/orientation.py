@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, check_array, shown
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

@@ -20,8 +20,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance, require_within
+from scenes.files.errors import ParameterError, check_array, require_instance, require_within
 
 Vector3 = Sequence[float] | np.ndarray
 

@@ -18,9 +18,9 @@ from trimesh import Trimesh
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_instance, require_path
-from scenes.files.folder_lock import locked
 from scenes.files.input_file import require_regular
-from scenes.files.yaml_file import PlainDumper
+from scenes.files.json_yaml_xml import PlainDumper
+from scenes.files.output_folder import locked
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial, p2040_source

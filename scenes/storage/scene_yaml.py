@@ -15,9 +15,9 @@ from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
 from scenes.files.input_file import beside
+from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
-from scenes.files.yaml_file import read_yaml
 from scenes.importing.imported_file import is_importable
 from scenes.importing.mesh_files import default_up, read_mesh_file
 from scenes.importing.up_axis import Y_UP_TO_Z_UP

@@ -16,10 +16,10 @@ from msgspec import Meta, Struct
 
 from scenes.files.errors import InputError, ParameterError, require_path, shown
 from scenes.files.input_file import MEGABYTE, what_is_at
+from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.npz_file import Expected, read_npy
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
-from scenes.files.yaml_file import read_yaml
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency

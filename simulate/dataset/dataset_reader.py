@@ -16,8 +16,8 @@ from jaxtyping import Float
 from msgspec import Meta, Struct
 
 from scenes.files.errors import InputError
+from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.schema import conform
-from scenes.files.yaml_file import read_yaml
 from scenes.scene.orientation import UNIT_TOLERANCE
 from simulate.dataset.dataset_kinds import Moving
 from simulate.dataset.metadata import read_metadata_file

@@ -11,8 +11,7 @@ import numpy as np
 from jaxtyping import Int
 
 from scenes.files.errors import InputError, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_whole
+from scenes.files.input_file import MEGABYTE, parse_whole, read_text
 from simulate.dataset.picture_files import summary
 
 LARGEST_INDEX = 20 * MEGABYTE

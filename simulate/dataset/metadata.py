@@ -14,7 +14,7 @@ from msgspec import UNSET, Meta, Struct, defstruct
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import beside
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import Count, conform, recorded
 from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, read_frequency
 from simulate.dataset.dataset_kinds import Moving, Phases

@@ -7,12 +7,12 @@ import hashlib
 import numpy as np
 from jaxtyping import UInt8
 
+from scenes.files.atomic import remove_left
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import locked
 from scenes.files.npz_file import Expected, read_npz, write_arrays
+from scenes.files.output_folder import locked
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
-from scenes.files.temporary import remove_left
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.responses_file import LARGEST_NPZ
 from simulate.positions.positions import read_points

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from scenes.files.errors import InputError, require_path, shown
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_kinds import ROOMS, Setting

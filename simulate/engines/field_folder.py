@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from msgspec import Meta, Struct
 
 from scenes.files.errors import InputError, shown
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import Positive, conform
 from scenes.storage.scene_digest import scene_digest
 

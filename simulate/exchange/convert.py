@@ -33,7 +33,7 @@ from simulate.exchange.foreign_pictures import Survey, grid_of, kept_pictures, r
 from simulate.exchange.given_responses import fill_dataset
 from simulate.exchange.grey_levels import reading_of
 from simulate.exchange.reading_options import Conversion, require_valid
-from simulate.generation.written_parts import picture_names
+from simulate.generation.dataset_parts import picture_names
 from simulate.positions.positions import read_points
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray

@@ -16,8 +16,8 @@ from scenes.files.atomic import write_atomically, written_atomically
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from simulate.engines.rays_engine import Rays
 from simulate.generation.request import Request
+from simulate.rays.core.multipath import Interaction, Multipath
 from simulate.rays.core.propagation import MOST_PASSES
-from simulate.rays.core.terms import Interaction, Terms
 
 DIGITS = {
     Interaction.REFLECTION: 1,
@@ -47,10 +47,10 @@ class PathList(NamedTuple):
     points: Float[np.ndarray, "paths depth 3"]
 
 
-def path_list(terms: Terms) -> PathList:
+def path_list(terms: Multipath) -> PathList:
     """The paths of a batch that contribute to a response, with their first ``MOST_INTERACTIONS`` interactions."""
     carrying = terms.responses != 0
-    terms = Terms(*(each[carrying] for each in terms))
+    terms = Multipath(*(each[carrying] for each in terms))
     happened = terms.kinds != Interaction.NONE
     last = np.arange(len(terms.targets)), happened.sum(axis=1)  # index of the last vertex before the position
     table = np.zeros(max(DIGITS) + 1)

@@ -13,9 +13,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import ArrayLike
 
-from scenes.files.array_argument import check_array
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, require_instance, require_path, require_word
+from scenes.files.errors import InputError, ParameterError, check_array, require_instance, require_path, require_word
 from scenes.files.output_folder import new_folder
 from scenes.scene.antennas import Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency
@@ -30,7 +29,7 @@ from simulate.dataset.dataset_writer import (
     write_responses,
 )
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
-from simulate.generation.written_parts import picture_names
+from simulate.generation.dataset_parts import picture_names
 from simulate.positions.positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray

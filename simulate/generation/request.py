@@ -24,9 +24,7 @@ from simulate.dataset.metadata import band_of, read_metadata_file
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
-from simulate.generation.moving_pairs import AtPairs
-from simulate.generation.moving_receiver import AtElements
-from simulate.generation.reciprocal import element_offsets, reciprocal
+from simulate.generation.reciprocity import AtElements, AtPairs, element_offsets, reciprocal
 from simulate.positions.placement import AT_IT
 from simulate.positions.positions import points_digest, read_points
 from simulate.spectra.angular_grid import AngularGrid

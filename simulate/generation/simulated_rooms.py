@@ -20,9 +20,8 @@ from scenes.files.errors import (
     require_word,
     shown,
 )
-from scenes.files.folder_lock import locked
-from scenes.files.json_file import plain_number, read_json
-from scenes.files.output_folder import has_other_files
+from scenes.files.json_yaml_xml import plain_number, read_json
+from scenes.files.output_folder import has_other_files, locked
 from scenes.files.plain_text import say
 from scenes.places.random_room import MOST_PIECES, random_room
 from scenes.scene.description import Scene

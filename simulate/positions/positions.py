@@ -15,10 +15,8 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 from tyro.conf import arg
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, reason, require_seed, require_whole, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number
+from scenes.files.errors import InputError, ParameterError, check_array, reason, require_seed, require_whole, shown
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.options import check_kinds
 
 LEAST_POSITIONS = 2

@@ -17,12 +17,10 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, ParameterError, named, reason, shown
-from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number
+from scenes.files.errors import InputError, ParameterError, check_array, named, reason, shown
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
+from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.schema import conform
-from scenes.files.yaml_file import read_yaml
 from scenes.scene.antennas import Gateway
 from scenes.scene.orientation import Quaternion, Vector3, facing
 from simulate.positions.positions import FARTHEST, MOST_POSITIONS, check_points

@@ -15,13 +15,12 @@ from jaxtyping import Float
 
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
-from scenes.files.atomic import require_writable, write_atomically
+from scenes.files.atomic import require_writable, temporary_folder, write_atomically
 from scenes.files.errors import named, require_instance, require_path
 from scenes.files.options import taken, takes
 from scenes.files.output_folder import move_content
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
-from scenes.files.temporary import temporary_folder
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -29,9 +28,10 @@ from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_kinds import PARTS, POWERS
-from simulate.engines.engine import Machines, Setting
+from simulate.engines.engine import Setting
 from simulate.engines.rays_engine import Rays
-from simulate.generation.begun_folder import begun, continued
+from simulate.generation.generate import begun, continued
+from simulate.parallel.machines import Machines
 from simulate.positions.placement import chosen_positions
 from simulate.positions.positions import Places, points_digest, reach_warning
 from simulate.rssi.power_receiver import PowerReceiver

@@ -15,12 +15,11 @@ import yaml
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from scenes.files.array_argument import check_array
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import ParameterError, require_path, require_within
+from scenes.files.errors import ParameterError, check_array, require_path, require_within
+from scenes.files.json_yaml_xml import PlainDumper
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
-from scenes.files.yaml_file import PlainDumper
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_kinds import POWERS
 from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions

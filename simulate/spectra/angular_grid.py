@@ -14,8 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import Meta
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_within
+from scenes.files.errors import ParameterError, check_array, require_within
 from scenes.files.options import check_kinds
 
 ROWS, COLUMNS = 90, 360

@@ -17,8 +17,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from msgspec import Meta
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_positive, require_whole, require_within
+from scenes.files.errors import ParameterError, check_array, require_positive, require_whole, require_within
 from scenes.files.options import check_kinds
 from scenes.scene.antennas import MOST_IN_A_ROW, WIDEST_SPACING, Gateway
 from scenes.scene.element_positions import MOST_ELEMENTS

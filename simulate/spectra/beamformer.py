@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.files.array_argument import check_array
+from scenes.files.errors import check_array
 from scenes.files.options import check_kinds
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray

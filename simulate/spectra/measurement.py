@@ -15,8 +15,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from tyro.conf import arg
 
-from scenes.files.array_argument import check_array
-from scenes.files.errors import require_seed, require_within
+from scenes.files.errors import check_array, require_seed, require_within
 from scenes.files.options import check_kinds
 
 # Every effect has its own stream of random numbers. Turning one effect on leaves the draws of the others unchanged.

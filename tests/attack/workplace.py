@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.files.folder_lock import LOCK
-from scenes.files.temporary import is_temporary
+from scenes.files.atomic import is_temporary
+from scenes.files.output_folder import LOCK
 from tests.attack.dataset_victims import make_kinds
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
 from tests.attack.victims import Victim, make_files

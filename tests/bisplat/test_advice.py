@@ -16,7 +16,7 @@ from PIL import Image, ImageOps
 from bisplat.__main__ import main
 from learn.data.splits import split
 from scenes.files.errors import InputError
-from scenes.files.extras import EXTRAS
+from scenes.files.optional_packages import EXTRAS
 from scenes.scene.shapes import box
 from simulate.dataset.dataset_folder import read_dataset
 from tests.bisplat.option_trials import FIELD

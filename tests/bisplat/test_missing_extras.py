@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from scenes.files import extras
+from scenes.files import optional_packages as extras
 from scenes.places.lab import lab
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions

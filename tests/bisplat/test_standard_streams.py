@@ -56,7 +56,7 @@ from bisplat.standard_streams import prepare_streams
 prepare_streams()
 from scenes.files.progress import progress_bar
 from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows
+from scenes.files.plain_text import print_rows
 with progress_bar() as progress:
     progress.advance(progress.add_task('λ', total=1))
 print_rows('λ', [{'90°': '–'}])

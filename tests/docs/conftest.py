@@ -81,7 +81,7 @@ def shell(environment, folder) -> Callable[[str], None]:
 def undo_small_sizes() -> Iterator[None]:
     """After a test, models and the functions of ``bisplat`` are as they were."""
     import bisplat
-    from learn.models import mixture_weights, vecchia
+    from learn.models.kriging import mixture_weights, vecchia
     from learn.training import epochs
     from learn.training.registry import MODELS
 

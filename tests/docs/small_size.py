@@ -109,7 +109,7 @@ def use_small_sizes() -> None:
 
 def use_quick_fits() -> None:
     """Make fits of covariances end early."""
-    from learn.models import mixture_weights, vecchia
+    from learn.models.kriging import mixture_weights, vecchia
 
     vecchia.ITERATIONS, mixture_weights.FOLDS = 15, 2
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
-from scenes.files.folder_lock import LOCK
+from scenes.files.output_folder import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments
 

@@ -13,7 +13,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
 from learn.data.splits import Split
 from learn.evaluation.check import check
-from learn.models import mixture_weights, stacking, vecchia
+from learn.models.kriging import mixture_weights, stacking, vecchia
 from learn.models.quadrature import quadrature
 from learn.training.config import Config
 from learn.training.lightning_module import Spectra, Training

@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 from msgspec import Meta, Struct
 
 from scenes.files.errors import InputError, named
-from scenes.files.json_file import parse_json
+from scenes.files.json_yaml_xml import parse_json
 from scenes.files.schema import conform
 
 T = TypeVar("T")

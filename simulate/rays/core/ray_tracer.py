@@ -1,7 +1,7 @@
 """Dr.Jit, Mitsuba and Sionna RT. Import them from here, since this module first finds a suitable libLLVM."""
 # ruff: noqa: E402  (the order matters)
 
-from scenes.files.extras import require_extra
+from scenes.files.optional_packages import require_extra
 from simulate.rays.core.llvm import use_libllvm
 
 require_extra("rays", "ray tracing")

@@ -18,10 +18,10 @@ ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8
 def quick():
     """A short search, which is enough for so few positions."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("learn.models.vecchia.FITTED_ON", 30)
-        patch.setattr("learn.models.vecchia.ITERATIONS", 15)
-        patch.setattr("learn.models.mixture_weights.FOLDED", 1)
-        patch.setattr("learn.models.band_errors.FOLDED", 1)
+        patch.setattr("learn.models.kriging.vecchia.FITTED_ON", 30)
+        patch.setattr("learn.models.kriging.vecchia.ITERATIONS", 15)
+        patch.setattr("learn.models.kriging.mixture_weights.FOLDED", 1)
+        patch.setattr("learn.models.kriging.band_errors.FOLDED", 1)
         yield
 
 

@@ -15,8 +15,8 @@ WAVELENGTH, KNOWN, S = 0.3, 80, 6
 def quick():
     """A short search, which is enough for so few positions."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("learn.models.vecchia.FITTED_ON", 40)
-        patch.setattr("learn.models.vecchia.ITERATIONS", 25)
+        patch.setattr("learn.models.kriging.vecchia.FITTED_ON", 40)
+        patch.setattr("learn.models.kriging.vecchia.ITERATIONS", 25)
         yield
 
 

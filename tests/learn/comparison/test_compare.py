@@ -44,7 +44,7 @@ from learn.training.run_folder import load_run
 from learn.training.train import train
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError, ParameterError
-from scenes.files.folder_lock import locked
+from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.models import mixture_weights, vecchia
+from learn.models.kriging import mixture_weights, vecchia
 from learn.training.run_folder import Run
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.fullwave.stored_field import read_stored_field

@@ -10,10 +10,10 @@ from learn.baselines.neighbours import inverse_distance
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import ssim
-from learn.models import vecchia
-from learn.models.helmholtz import HelmholtzField
-from learn.models.kriged_field import DIRECTIONS, KrigedField
-from learn.models.stacking import best_weights
+from learn.models.kriging import vecchia
+from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.kriging.kriged_field import DIRECTIONS, KrigedField
+from learn.models.kriging.stacking import best_weights
 from learn.training.prediction import predict
 from learn.training.run_folder import load_run
 from learn.training.train import train

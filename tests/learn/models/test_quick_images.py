@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.image_field import ImageField
-from learn.models.mirror_images import image_waves
-from learn.models.quick_images import sum_of_waves
+from learn.models.images.image_field import ImageField
+from learn.models.images.mirror_images import image_waves
+from learn.models.images.quick_images import sum_of_waves
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH
 
 

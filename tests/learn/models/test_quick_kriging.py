@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.kriged_field import DIRECTIONS, KrigedField
+from learn.models.kriging.kriged_field import DIRECTIONS, KrigedField
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH
 
 REGION = np.array([[0.0, 0, 0], [3, 2, 1]])

@@ -6,7 +6,7 @@ import torch
 
 import bisplat
 from learn.comparison.makers import chosen
-from learn.models.ray_signals import RaySize
+from learn.models.peers.ray_signals import RaySize
 from learn.powers.known_powers import KnownPowers
 from learn.powers.nerf_powers import NerfPowers
 from learn.powers.power_methods import POWER_METHODS

@@ -10,7 +10,7 @@ from learn.powers.known_powers import KnownPowers
 from learn.powers.power_field import LEAST_ERRORS, PowerField
 from learn.powers.power_scores import score_powers
 from learn.powers.twin_powers import TwinPowers
-from scenes.files import extras
+from scenes.files import optional_packages as extras
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import sheet

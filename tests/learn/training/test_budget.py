@@ -8,7 +8,7 @@ import torch
 import bisplat
 from bisplat.commands.training_commands import read_option
 from learn.data.splits import split
-from learn.models.steps import Steps
+from learn.models.model_settings import Steps
 from learn.training import budget, presets
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned

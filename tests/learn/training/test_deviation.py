@@ -8,7 +8,7 @@ from PIL import Image
 
 import bisplat
 from learn.evaluation.evaluate import evaluate
-from learn.models.deviation_curve import NORMAL
+from learn.models.kriging.deviation_curve import NORMAL
 from learn.reports.evaluation_report import write_evaluation
 from learn.training.deviation import LEAST, LEAST_VALIDATED, fit_deviation
 from learn.training.run_folder import load_run

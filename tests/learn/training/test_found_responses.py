@@ -9,8 +9,8 @@ import pytest
 import bisplat
 from learn.data.metrics import ssim
 from learn.data.splits import Split
-from learn.models import vecchia
-from learn.models.phase_synchronisation import flipped
+from learn.models.kriging import vecchia
+from learn.models.kriging.phase_synchronisation import flipped
 from learn.training.config import Config
 from learn.training.found_responses import learned_responses
 from learn.training.registry import MODELS

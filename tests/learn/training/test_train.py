@@ -20,12 +20,12 @@ from torch.utils.data.distributed import DistributedSampler
 import bisplat
 from learn.data.metrics import ssim
 from learn.evaluation.evaluate import evaluate
-from learn.models.aperture import BiSplatAperture
 from learn.models.capabilities import WEAK
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
-from learn.models.mlp import ResponseMLP
+from learn.models.model_settings import Processes, Steps
+from learn.models.networks.aperture import BiSplatAperture
+from learn.models.networks.mlp import ResponseMLP
 from learn.models.quadrature import quadrature
-from learn.models.steps import Processes, Steps
 from learn.reports.evaluation_report import write_evaluation
 from learn.reports.provenance import Provenance
 from learn.training import by_steps, epochs
@@ -36,7 +36,7 @@ from learn.training.registry import model_class
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import LOCK, locked
+from scenes.files.output_folder import LOCK, locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_gateway, write_index
 from simulate.spectra.beamformer import Beamformer
@@ -519,7 +519,7 @@ from pathlib import Path
 import torch
 from torch.utils.data.distributed import DistributedSampler
 import learn.training.epochs
-from learn.models.steps import Processes, Steps
+from learn.models.model_settings import Processes, Steps
 from learn.training.config import Config
 from learn.training.train import train_run
 

@@ -12,8 +12,8 @@ import torch
 from matplotlib import colormaps
 from scipy.spatial.transform import Rotation
 
-from learn.models.aperture import BiSplatAperture
-from learn.models.bisplat import BiSplatWRF
+from learn.models.networks.aperture import BiSplatAperture
+from learn.models.networks.bisplat import BiSplatWRF
 from learn.view.chart import BACKGROUND, DECIBELS, INK, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.compared_spectra import in_phase_with, numbers, panels
 from learn.view.hemisphere import DOT_DEG, dots, ellipses
@@ -22,7 +22,7 @@ from learn.view.subject import Spectrum, subject
 from learn.view.tab import Tab
 from learn.view.tracing import Tracing
 from scenes.files.errors import InputError
-from scenes.files.extras import MissingExtraError
+from scenes.files.optional_packages import MissingExtraError
 from simulate.rays import tracer
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.angular_grid import AngularGrid, direction

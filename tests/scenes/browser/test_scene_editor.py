@@ -6,7 +6,7 @@ import pytest
 
 from scenes.browser.scene_editor import Editor
 from scenes.browser.served_page import serving
-from scenes.files.folder_lock import locked
+from scenes.files.output_folder import locked
 from scenes.storage.scene_yaml import load_scene
 
 PORT = 8680

@@ -8,9 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from scenes.files.atomic import require_writable, write_atomically, written_atomically
+from scenes.files.atomic import (
+    is_temporary,
+    remove_left,
+    require_writable,
+    temporary_folder,
+    write_atomically,
+    written_atomically,
+)
 from scenes.files.errors import InputError
-from scenes.files.temporary import is_temporary, remove_left, temporary_folder
 
 WRITE = """
 import sys, time

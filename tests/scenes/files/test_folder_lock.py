@@ -9,14 +9,14 @@ import sys
 
 import pytest
 
-from scenes.files import folder_lock
+from scenes.files import output_folder as folder_lock
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import LOCK, locked
+from scenes.files.output_folder import LOCK, locked
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from scenes.files.folder_lock import locked
+from scenes.files.output_folder import locked
 with locked(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

@@ -7,9 +7,8 @@ import pytest
 import yaml
 
 from scenes.files.errors import InputError
-from scenes.files.json_file import read_json
+from scenes.files.json_yaml_xml import PlainDumper, read_json, read_yaml
 from scenes.files.schema import conform
-from scenes.files.yaml_file import PlainDumper, read_yaml
 from tests import hostile_files as hostile
 
 

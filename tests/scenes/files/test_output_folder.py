@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import LOCK, locked
-from scenes.files.output_folder import new_folder
+from scenes.files.output_folder import LOCK, locked, new_folder
 
 SHARED_MEMORY = Path("/dev/shm")
 

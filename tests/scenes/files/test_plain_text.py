@@ -13,8 +13,7 @@ from bisplat.__main__ import refuse
 from scenes.drawing import scene_drawing
 from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.errors import did_you_mean, named, printable
-from scenes.files.plain_text import in_figure, in_markdown, say
-from scenes.files.text_tables import print_rows, print_table
+from scenes.files.plain_text import in_figure, in_markdown, print_rows, print_table, say
 
 ODD = ["$\\frac{$", "$a_b$", "a\\$b$", "[/x]", "[red]a[/red]", ":smile:", "<b>a</b>", "*a*", "![a](/etc/passwd)", "`a`"]
 COMMANDS = "\x1b[2J\x9b2J\x07\u202e\udcff\n"

@@ -3,7 +3,7 @@
 import re
 import sys
 
-from scenes.files.text_tables import print_rows, print_table
+from scenes.files.plain_text import print_rows, print_table
 
 NAME = "bisplat-aperture-without-dynamic-network, 200"
 

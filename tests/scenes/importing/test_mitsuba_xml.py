@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.files import extras
+from scenes.files import optional_packages
 from scenes.files.errors import InputError
 from scenes.importing import mitsuba_xml
 from scenes.importing.formats.mesh_part import MeshFile, MeshPart
@@ -325,7 +325,7 @@ def test_names_of_sionna_without_the_ray_tracer(monkeypatch):
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     roots = {line.split(".")[0] for line in loaded.splitlines()}
     assert "scenes" in roots and not roots & {"sionna", "mitsuba", "drjit"}
-    monkeypatch.setattr(extras, "find_spec", lambda name: None)
+    monkeypatch.setattr(optional_packages, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"the scene sionna:etoile needs Sionna RT, which is not installed"):
         sionna_scene("sionna:etoile")
 

@@ -10,7 +10,7 @@ import pytest
 from scenes.checks.array_clearance import element_positions
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import locked
+from scenes.files.output_folder import locked
 from scenes.scene.materials import RadioMaterial, p2040_material
 from scenes.scene.shapes import box
 from scenes.storage.scene_writing import FilesInTheWay, write_scene

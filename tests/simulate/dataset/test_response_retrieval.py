@@ -8,7 +8,7 @@ import pytest
 import bisplat
 from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import locked
+from scenes.files.output_folder import locked
 from simulate.dataset import response_retrieval
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import (

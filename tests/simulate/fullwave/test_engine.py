@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from scenes.checks.array_clearance import element_positions
-from scenes.files import extras
+from scenes.files import optional_packages
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
@@ -23,7 +23,7 @@ from scenes.scene.shapes import sheet
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
-from simulate.fullwave import all_elements, element_fields, gprmax, solver_runs
+from simulate.fullwave import all_elements, element_fields, gprmax
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
@@ -70,7 +70,7 @@ def solver(monkeypatch) -> Solver:
     """Takes the solver's place."""
     instead = Solver()
     monkeypatch.setattr(element_fields, "solve", instead.solve)
-    monkeypatch.setattr(solver_runs, "MOST_AT_ONCE", 1)
+    monkeypatch.setattr(element_fields, "MOST_AT_ONCE", 1)
     return instead
 
 
@@ -287,7 +287,7 @@ def test_dataset_is_made_once_more_by_its_own_settings(scene, solver, tmp_path):
 
 
 def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(scene, solver, monkeypatch, tmp_path):
-    monkeypatch.setattr(extras, "find_spec", lambda name: None)
+    monkeypatch.setattr(optional_packages, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="full wave on a GPU needs gprMax, which is not installed"):
         simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, gpu=True)
     assert not (tmp_path / "small").exists()
