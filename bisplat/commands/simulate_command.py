@@ -66,7 +66,7 @@ def simulate(
     """
     import numpy as np
 
-    from learn.expectation.expected_score import say_expectation
+    from learn.data.expected_score import say_expectation
     from scenes.scene.shapes import bounding_box
     from scenes.storage.scene_yaml import load_scene
     from simulate.generation.generate import generate, has_work

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.data.metrics import Scores, score
+from learn.data.metrics import Scores, require_scorable, require_some, score, varies
 from learn.data.same_receiver import in_megahertz, other_array, other_frequency
-from learn.data.scorable import require_scorable, require_some, varies
 from learn.data.split_distances import SplitDistances
-from learn.evaluation.origin import Origin
+from learn.training.config import Origin
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
@@ -208,7 +207,7 @@ def crossvalidate(
         array=run.beamformer.array,
         scores=score(prediction.spectra, truth, run.beamformer.grid, run.beamformer.array),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
-        origin=Origin.of(run, parts),
+        origin=Origin.of(run.config, parts),
         distances=SplitDistances.between(known, drawn, dataset.wavelength),
     )
 

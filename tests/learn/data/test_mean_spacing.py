@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from learn.expectation.mean_spacing import Spacing
+from learn.data.expected_score import Spacing
 
 WAVELENGTH = 0.5
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from learn.expectation import expected_score
-from learn.expectation.expected_score import FILE, ScoreCurve, expectation, facts, score_curve, scores_in
-from learn.expectation.mean_spacing import Spacing
+from learn.data import expected_score
+from learn.data.expected_score import FILE, ScoreCurve, Spacing, expectation, facts, score_curve, scores_in
 from learn.planning import spectra_needed
 from scenes.files.errors import ParameterError
 from simulate.spectra.array import PlanarArray
