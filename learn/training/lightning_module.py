@@ -17,9 +17,8 @@ from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss, PredictsResponses
-from learn.models.loss import composite_loss
 from learn.models.model_settings import Steps
-from learn.models.quadrature import Quadrature
+from learn.models.quadrature import Quadrature, composite_loss
 from learn.training.epochs import validation_sample
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from learn.models.model_options import check_options_of
-from learn.models.model_settings import Steps
+from learn.models.model_settings import Steps, check_options_of
 from learn.training.own_class import own_class
 from scenes.files.errors import ParameterError, cut, did_you_mean, shown
 from scenes.files.optional_packages import require_extra

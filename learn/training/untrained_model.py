@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
-from learn.models.networks.suited_to import suit_to
+from learn.models.capabilities import suit_to
 from learn.training.config import Config
 from learn.training.registry import check_options, model_class, model_entry
 from scenes.files.errors import InputError, reason, shown
