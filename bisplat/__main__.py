@@ -48,7 +48,7 @@ def _run(given: list[str]) -> None:
     from bisplat.commands.command_groups import COMMANDS, overview, stated_version
     from bisplat.commands.given_options import refuse_repeated
     from bisplat.commands.number_options import REGISTRY
-    from learn.training.own_class import is_of_own_code
+    from learn.training.registry import is_of_own_code
     from scenes.files.errors import InputError, ParameterError
     from scenes.files.plain_text import warning_once
 

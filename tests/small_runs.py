@@ -106,7 +106,7 @@ def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int], small_ap
     sizes = {"bisplat": small, "bisplat-plus": {**small, "primitives": 60}, "bisplat-aperture": small_aperture}
     for name, options in sizes.items():
         patch.setitem(MODELS, name, replace(MODELS[name], options=options))
-    from learn.training import epochs
+    from learn.training import validation_part as epochs
 
     patch.setattr(epochs, "STEPS_PER_VALIDATION", 6)
 

@@ -68,10 +68,9 @@ def spectra_per_minute(
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
     from learn.models.model_settings import Steps
     from learn.models.quadrature import quadrature
-    from learn.training.by_steps import multiplying
     from learn.training.config import Config
-    from learn.training.lightning_module import Spectra, Training
-    from learn.training.untrained_model import box_of, build_model
+    from learn.training.gradient_steps import Spectra, Training, multiplying
+    from learn.training.run_files import box_of, build_model
 
     torch.manual_seed(0)
     config = Config(dataset=str(dataset.folder), model=name, options=options)

@@ -24,9 +24,9 @@ from simulate.positions.placement import place
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.reflection_chains import reflected
-from simulate.rays.core.sionna_paths import SPECULAR, fields, interactions_of, refine, shoot
 from simulate.rays.core.sionna_scene import transmitter_antennas
 from simulate.rays.core.surfaces import Surfaces
+from simulate.rays.sionna_solver import SPECULAR, fields, interactions_of, refine, shoot
 from simulate.rays.tracer import Tracer
 
 RAYS, SEED, CANDIDATES = 4_000_000, 42, 1_500_007

@@ -30,7 +30,7 @@ from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
-from simulate.fullwave.half_plane import half_plane_green
+from simulate.fullwave.dipole import half_plane_green
 
 FREQUENCY = 915e6
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY

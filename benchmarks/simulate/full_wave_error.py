@@ -64,7 +64,7 @@ def dispersed(tracer: Tracer, places: Float[np.ndarray, "K 3"], cell: float) -> 
     """Responses of the middle element by rays whose paths have the phases of waves on cells."""
     wavelength = tracer.ray_scene.description.wavelength
     result = np.zeros(len(places), np.complex128)
-    for terms in tracer.middle_terms(places):
+    for terms in tracer.middle_multipath(places):
         steps = np.diff(terms.vertices, axis=1)
         lengths = np.linalg.norm(steps, axis=-1)
         there = lengths > 0  # paths of fewer vertices repeat the last one

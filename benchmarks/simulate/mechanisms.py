@@ -38,7 +38,7 @@ from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.diffraction.links import NO_LINKS
+from simulate.rays.diffraction.diffraction_chains import NO_LINKS
 from simulate.rays.tracer import Tracer
 from simulate.spectra.spectrum import evenly, picture, spectrum_of
 

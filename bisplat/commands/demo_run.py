@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from bisplat.commands.first_look import draw_first_look, draw_first_spectra
 from learn.models.model_settings import STEPS_MOST
-from learn.reports.demo_report import DemoReport
+from learn.reports.demo_report import DemoReport, draw_first_look, draw_first_spectra
 from learn.training.registry import DEFAULT_MODEL
 from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.atomic import write_atomically
@@ -115,8 +114,7 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
 
     from learn.evaluation.crossvalidate import crossvalidate
     from learn.evaluation.evaluate import evaluate
-    from learn.reports.crossvalidation_report import write_crossvalidation
-    from learn.reports.evaluation_report import write_evaluation
+    from learn.reports.evaluation_report import write_crossvalidation, write_evaluation
     from learn.training.train import train
 
     evaluations: dict[str, Evaluation] = {}

@@ -119,7 +119,7 @@ def evaluate(
 def _located(heard: Heard, run: Path, made: Provenance) -> Locations:
     """Locate the test transmitters, and write the report of their errors."""
     from learn.evaluation.locations import evaluate_locations
-    from learn.reports.locations_report import write_locations
+    from learn.reports.evaluation_report import write_locations
     from learn.training.fit_progress import FitProgress
 
     with FitProgress("location") as report:
@@ -153,7 +153,7 @@ def crossvalidate(
     if field is not None and engine not in (None, "fullwave"):
         refuse_given(["--engine"], f"none beside --field, found the full-wave field of {field}")
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
-    from learn.reports.crossvalidation_report import write_crossvalidation
+    from learn.reports.evaluation_report import write_crossvalidation
 
     require_new(run / "crossvalidation.html", force=True)
     fresh = compare_with_truth(run, scene, positions, seed, engine=engine, field=field)

@@ -92,7 +92,7 @@ def compare_in_rooms(
         output=output,
     )
     if output is not None:
-        from learn.reports.rooms_report import write_room_comparison
+        from learn.reports.score_report import write_room_comparison
 
         write_room_comparison(comparison, output)
     if json:

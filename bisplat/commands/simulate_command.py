@@ -14,11 +14,11 @@ from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import printable
 from scenes.files.options import checked, unchecked
 from scenes.files.plain_text import say
-from simulate.engines.engine import Machines
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays
 from simulate.generation.simulation_options import Simulation
+from simulate.parallel.machines import Machines
 
 if TYPE_CHECKING:
     from scenes.scene.description import Scene  # its import takes long, and the help does not need it
@@ -66,7 +66,7 @@ def simulate(
     """
     import numpy as np
 
-    from learn.expectation.expected_score import say_expectation
+    from learn.data.expected_score import say_expectation
     from scenes.scene.shapes import bounding_box
     from scenes.storage.scene_yaml import load_scene
     from simulate.generation.generate import generate, has_work

@@ -13,8 +13,7 @@ from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.model_settings import Processes, Steps
-from learn.training.presets import PRESETS, PresetName
-from learn.training.registry import DEFAULT_MODEL, MODELS, model_class, model_entry
+from learn.training.registry import DEFAULT_MODEL, MODELS, PRESETS, PresetName, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
 from scenes.files.options import changed, optional, unchecked
 from scenes.files.plain_text import print_table, say

@@ -182,8 +182,8 @@ class LearnedBand:
 
         from learn.models.capabilities import suit_to
         from learn.models.networks.response_network import ResponseNetwork
+        from learn.training.fit_progress import train_steps
         from learn.training.registry import model_class, model_entry
-        from learn.training.timed_steps import train_steps
 
         dataset, entry, responses = known.dataset, model_entry(self.model), known.responses
         device = "cuda" if torch.cuda.is_available() else "cpu"

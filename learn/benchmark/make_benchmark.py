@@ -21,9 +21,9 @@ from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import write_index
 from simulate.dataset.folder_kinds import CHANNELS, POWERS
 from simulate.exchange.csi_export import export_csi
-from simulate.generation.reciprocal import element_offsets
+from simulate.generation.dataset_parts import picture_names
+from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import simulate
-from simulate.generation.written_parts import picture_names
 from simulate.positions.placement import AT_IT, place
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi

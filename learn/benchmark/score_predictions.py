@@ -12,8 +12,7 @@ from learn.benchmark.folder_files import task_file
 from learn.benchmark.predictions import digest, predicted_downlink, predicted_powers, predicted_spectra
 from learn.benchmark.read_benchmark import named_benchmark, read_benchmark
 from learn.channels.channel_scores import score_channels
-from learn.data.metrics import score
-from learn.data.scorable import require_some, varies
+from learn.data.metrics import require_some, score, varies
 from learn.powers.power_scores import score_powers
 from scenes.files.errors import require_path
 from simulate.csi.csi_dataset import CsiDataset

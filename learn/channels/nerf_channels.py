@@ -51,7 +51,7 @@ class NerfChannels:
         import torch
 
         from learn.models.peers.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, published_adam, size_here
-        from learn.training.timed_steps import train_steps
+        from learn.training.fit_progress import train_steps
 
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         largest = max(float(np.abs(link).max(initial=0)) for link in (known.uplink, known.downlink))

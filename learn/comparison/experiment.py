@@ -29,12 +29,11 @@ from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, in_common,
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
 from learn.comparison.trained_model import TrainedModel
-from learn.data.metrics import Scores, score, ssim
-from learn.data.scorable import scorable
+from learn.data.metrics import Scores, scorable, score, ssim
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind, split
-from learn.training.own_dataset import require_same_spectra
-from learn.training.training_file import device_name
+from learn.training.config import require_same_spectra
+from learn.training.run_files import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_whole, require_within, require_word
 from scenes.files.json_yaml_xml import plain_number

@@ -9,7 +9,7 @@ from typing import Any
 
 from learn.comparison.own_method import built
 from learn.models.model_settings import MINUTES_MOST, STEPS_MOST
-from learn.training.own_class import own_class
+from learn.training.registry import own_class
 from scenes.files.errors import (
     ParameterError,
     require_instance,

@@ -11,8 +11,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Method
 from learn.comparison.trained_model import TrainedModel
 from learn.models.base import SpectrumModel
-from learn.training.own_class import own_class
-from learn.training.registry import MODELS
+from learn.training.registry import MODELS, own_class
 from scenes.files.errors import ParameterError, shown
 
 

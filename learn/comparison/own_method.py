@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from learn.training.own_class import OURS, what_happened
+from learn.training.registry import OURS, what_happened
 from scenes.files.errors import InputError, ParameterError
 
 

@@ -12,7 +12,7 @@ from learn.comparison.makers import check_effort, checked_sizes
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
-from learn.training.own_dataset import require_untested
+from learn.training.config import require_untested
 from learn.training.registry import DEFAULT_MODEL
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import ParameterError

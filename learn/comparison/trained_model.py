@@ -11,12 +11,11 @@ from jaxtyping import Float
 from learn.comparison.task import Task
 from learn.models.capabilities import unsuited
 from learn.training.config import Config, read_config
-from learn.training.found_responses import Learned
 from learn.training.registry import model_class, model_entry
+from learn.training.run_files import TrainingFile, read_training, untrained_model
 from learn.training.run_folder import Run, load_run
 from learn.training.train import train_run
-from learn.training.training_file import TrainingFile, read_training
-from learn.training.untrained_model import untrained_model
+from learn.training.validation_part import Learned
 from simulate.dataset.dataset import Dataset
 
 

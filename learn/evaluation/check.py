@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.data.split_distances import SplitDistances
+from learn.data.expected_score import Spacing, expectation, facts
+from learn.data.split_distances import Leakage, SplitDistances, leakage
 from learn.data.splits import GUARD_MOST, PARTS, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
-from learn.evaluation.leakage import Leakage, leakage
-from learn.evaluation.picture_doubts import picture_doubts
-from learn.expectation.expected_score import expectation, facts
-from learn.expectation.mean_spacing import Spacing
+from learn.evaluation.picture_checks import picture_doubts
 from scenes.files.errors import InputError, ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.orientation import boresight_of
 from scenes.scene.shapes import bounding_box

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from learn.expectation.expected_score import Expected, is_as_measured, score_curve
-from learn.expectation.mean_spacing import Spacing
+from learn.data.expected_score import Expected, Spacing, is_as_measured, score_curve
 from scenes.files.errors import ParameterError, require_within
 from scenes.scene.antennas import Gateway
 from simulate.spectra.array import Array, PlanarArray

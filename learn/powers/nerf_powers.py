@@ -61,7 +61,7 @@ class NerfPowers:
             published_adam,
             size_here,
         )
-        from learn.training.timed_steps import train_steps
+        from learn.training.fit_progress import train_steps
 
         device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         every = np.concatenate([known.positions, known.gateways])

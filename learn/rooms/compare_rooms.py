@@ -23,8 +23,8 @@ from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.room_comparison import RoomComparison
 from learn.rooms.room_methods import ROOM_METHODS, USUAL, RoomMethod
 from learn.rooms.room_protocol import RoomProtocol, RoomRow
-from learn.training.own_class import own_class
-from learn.training.training_file import device_name
+from learn.training.registry import own_class
+from learn.training.run_files import device_name
 from scenes.files.errors import (
     InputError,
     ParameterError,

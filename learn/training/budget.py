@@ -18,10 +18,8 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss
 from learn.models.model_settings import STEPS_MOST, Steps
 from learn.models.quadrature import quadrature
-from learn.training.by_steps import interrupts, multiplying, quiet_trainer
-from learn.training.epochs import VALIDATED, epochs_of
-from learn.training.found_responses import Learned, learned_responses
-from learn.training.lightning_module import Spectra, Training
+from learn.training.gradient_steps import Spectra, Training, interrupts, multiplying, quiet_trainer
+from learn.training.validation_part import VALIDATED, Learned, epochs_of, learned_responses
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 

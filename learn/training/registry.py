@@ -7,18 +7,75 @@ gives it a short name and defaults.
 
 from __future__ import annotations
 
+import os
+import sys
+import sysconfig
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from traceback import FrameSummary, extract_tb
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from learn.models.model_settings import Steps, check_options_of
-from learn.training.own_class import own_class
-from scenes.files.errors import ParameterError, cut, did_you_mean, shown
+from scenes.files.errors import ParameterError, cut, did_you_mean, reason, shown
 from scenes.files.optional_packages import require_extra
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
+
+
+OURS = ("scenes", "simulate", "learn", "bisplat")
+"""Our packages."""
+
+
+def own_class(name: str, parameter: str) -> Any:
+    """Import a class. Its module is searched for on Python's path and then in the current folder."""
+    module, _, attribute = name.partition(":")
+    here = os.getcwd()
+    sys.path.append(here)
+    try:
+        return getattr(import_module(module), attribute)
+    except (Exception, SystemExit) as error:  # the user's module can raise anything while it is imported
+        found = what_happened(error)
+        if isinstance(error, ModuleNotFoundError) and error.name == module:
+            found = f"no module {module} in this folder or on Python's path (PYTHONPATH)"
+        raise ParameterError(parameter, f"expected a class at {cut(name)}, found {found}") from error
+    finally:
+        if here in sys.path:
+            del sys.path[len(sys.path) - 1 - sys.path[::-1].index(here)]
+
+
+def what_happened(error: BaseException) -> str:
+    """An error of the user's code in words, with the line of the user's code at which it happened.
+
+    >>> try:
+    ...     [][0]
+    ... except IndexError as error:
+    ...     what_happened(error)
+    'IndexError: list index out of range'
+    """
+    frames = [each for each in extract_tb(error.__traceback__) if _is_users(each)]
+    place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {reason(error)}{place}"
+
+
+def is_of_own_code(error: BaseException | None) -> bool:
+    """Whether an error passed through code of the user's, so that its traceback tells more than the sentence.
+
+    >>> is_of_own_code(None)
+    False
+    """
+    return error is not None and any(map(_is_users, extract_tb(error.__traceback__)))
+
+
+_ROOT = Path(__file__).resolve().parents[2]
+_LIBRARIES = (*(str(_ROOT / name) + os.sep for name in OURS), sysconfig.get_path("stdlib") + os.sep, "<")
+
+
+def _is_users(frame: FrameSummary) -> bool:
+    """Whether a frame is neither of our packages, nor of Python, nor of an installed library."""
+    return not frame.filename.startswith(_LIBRARIES) and "site-packages" not in Path(frame.filename).parts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,3 +224,28 @@ def model_class(name: str) -> type[SpectrumModel]:
 def check_options(name: str, options: Mapping[str, Any]) -> None:
     """Check that a model's class takes these options."""
     check_options_of(model_class(name), name, options)
+
+
+class Preset(NamedTuple):
+    """A model of the table of models, and how long it is trained."""
+
+    model: str  # its name in the table
+    steps: int  # number of steps after which its validation SSIM hardly rises (documentation, Reproduce the paper)
+
+
+PresetName = Literal["paper", "paper-plus"]
+
+PRESETS: dict[str, Preset] = {"paper": Preset("bisplat", 8000), "paper-plus": Preset("bisplat-plus", 8000)}
+"""The presets of ``train`` by name."""
+
+
+def in_words(preset: PresetName, steps: int, given: Mapping[str, Any], minutes: float) -> str:
+    """What a preset trains, what the user changed, how long it takes, and where the documentation says how good it is.
+
+    >>> in_words("paper", 8000, {"primitives": 250}, 12.34).partition(";")[0]
+    'preset paper: bisplat with primitives=250, 8000 steps, about 12 minutes here'
+    """
+    changed = ", ".join(f"{name}={shown(value)}" for name, value in given.items() if name != "steps")
+    model = PRESETS[preset].model + (f" with {changed}" if changed else "")
+    time = f"about {minutes:.2g} minutes here" if minutes < 100 else f"about {minutes / 60:.2g} hours here"
+    return f"preset {preset}: {model}, {steps} steps, {time}; how good that is: documentation, Reproduce the paper"

@@ -23,13 +23,11 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.training.config import Config, of_another_version, read_config
+from learn.training.config import Config, of_another_version, read_config, require_same_spectra
 from learn.training.deviation import Deviation, nearest_known, reach
-from learn.training.own_dataset import require_same_spectra
 from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
 from learn.training.registry import model_entry
-from learn.training.training_file import read_known_positions, read_training
-from learn.training.untrained_model import build_model
+from learn.training.run_files import build_model, read_known_positions, read_training
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, require_instance, require_path, shown
 from scenes.files.input_file import MEGABYTE, require_regular

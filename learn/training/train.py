@@ -13,25 +13,36 @@ from typing import TYPE_CHECKING, Any
 import torch
 from rich.console import Console
 
+from learn.data.expected_score import say_expectation
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
-from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm, unsuited
 from learn.models.kriging.retrieved_field import not_retrieved
 from learn.models.model_settings import MINUTES_MOST, Processes, Steps
 from learn.models.quadrature import quadrature
-from learn.training.config import Config, read_config, write_config
+from learn.training.config import (
+    Config,
+    read_config,
+    require_same_data,
+    require_same_receiver,
+    require_untested,
+    write_config,
+)
 from learn.training.fit_progress import FitProgress
-from learn.training.found_responses import Learned, learned_responses
-from learn.training.own_dataset import require_same_data, require_same_receiver, require_untested
-from learn.training.presets import PRESETS, PresetName, in_words
-from learn.training.registry import DEFAULT_MODEL, check_options, model_class, model_entry
+from learn.training.registry import (
+    DEFAULT_MODEL,
+    PRESETS,
+    PresetName,
+    check_options,
+    in_words,
+    model_class,
+    model_entry,
+)
+from learn.training.run_files import untrained_model, write_training
 from learn.training.run_folder import Run, load_run, load_weights, save_weights
-from learn.training.training_file import write_training
-from learn.training.untrained_model import untrained_model
-from learn.training.validation_scores import told, validate
+from learn.training.validation_part import Learned, learned_responses, told, validate
 from scenes.files.atomic import require_writable
 from scenes.files.errors import (
     InputError,
@@ -265,8 +276,7 @@ def _train(
     if config.by_steps is None:
         _fit_in_closed_form(model, dataset, parts, folder)
         return
-    from learn.training.by_steps import train_by_steps
-    from learn.training.lightning_module import Spectra
+    from learn.training.gradient_steps import Spectra, train_by_steps
 
     if config.by_steps.init is not None:
         load_weights(model, Path(config.by_steps.init))

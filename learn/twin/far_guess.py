@@ -161,7 +161,7 @@ def _responses(
     paths = []
     for column, tracer in enumerate(band):
         wavenumber = 2 * np.pi / tracer.ray_scene.description.wavelength
-        for batch in tracer.terms(positions):
+        for batch in tracer.multipath(positions):
             lengths, (by_element, _) = batch.lengths(), batch.length_derivatives()
             images = batch.vertices[:, 0] - lengths[:, None] * by_element
             amplitudes = batch.responses * lengths * np.exp(1j * wavenumber * lengths)

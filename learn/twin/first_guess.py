@@ -39,7 +39,7 @@ def first_guess(
 
     If the gateway is described a third of a wavelength from its true place, the responses are so different that steps
     from there can end anywhere. Therefore many poses are drawn from the prior. The length of each path changes with the
-    pose to first order (``simulate.rays.core.terms``), so that y = Σ a e^{−jk(L + δL)} needs no tracing.
+    pose to first order (``simulate.rays.core.multipath``), so that y = Σ a e^{−jk(L + δL)} needs no tracing.
 
     The most likely pose is returned. Let s be the mean over the positions of |⟨y, measured⟩|² / (|y|² |measured|²), on
     which a separate phase and scale of each position have no effect. Then −2 log of the posterior is, up to a constant,
@@ -88,7 +88,7 @@ def responses_of(
     """Responses at positions, for each guess of the pose."""
     elements, wavenumber = len(tracer.elements), 2 * np.pi / tracer.ray_scene.description.wavelength
     total = np.zeros((len(positions) * elements, len(guesses)), complex)
-    for batch in tracer.terms(positions):
+    for batch in tracer.multipath(positions):
         by_element, _ = batch.length_derivatives()
         changes = {"position": by_element, "rotation": by_rotation(tracer, batch.sources, by_element)}
         by_unknown = np.zeros((len(batch.responses), len(which)))

@@ -18,18 +18,13 @@ import msgspec
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.files.errors import require_whole
-from scenes.files.options import check_kinds
-from simulate.parallel.ray_cluster import require_ray
+from simulate.parallel.machines import Machines, require_ray
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from rich.progress import Progress
 
     from scenes.scene.description import Scene
     from simulate.spectra.band import Band
-
-WORKERS_MOST = 1000
-"""Largest number of Ray workers, or of solver runs at a time."""
 
 
 class ResponseSource(Protocol):
@@ -67,28 +62,6 @@ class Setting(NamedTuple):
     def scenes(self) -> list[Scene]:
         """The scene at each frequency, rising."""
         return [self.scene, *self.further]
-
-
-@dataclass(frozen=True)
-class Machines:
-    """Where a simulation runs. The results are the same everywhere.
-
-    Attributes:
-        workers: number of parallel Ray workers (needs bisplat-wrf[ray]), or of parallel runs in full wave. By default
-            rays are traced in this process, and full wave has a run per core.
-        ray: address of a running Ray cluster that does the work.
-
-    Raises:
-        ParameterError: ``workers`` is no whole number from 1 to ``WORKERS_MOST``.
-    """
-
-    workers: int | None = None
-    ray: str | None = None
-
-    def __post_init__(self) -> None:
-        check_kinds(self)
-        if self.workers is not None:
-            require_whole(1, WORKERS_MOST, workers=self.workers)
 
 
 @dataclass(frozen=True)

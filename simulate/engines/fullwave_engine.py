@@ -13,9 +13,10 @@ from tyro.conf import Suppress
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_path, require_within
 from scenes.files.options import check_kinds
-from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.field_folder import CELLS, Recorded, field_file, kept_field, solver_of_field
 from simulate.fullwave import OURS
+from simulate.parallel.machines import Machines
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from rich.progress import Progress
@@ -129,7 +130,7 @@ class FullWave(Solver, Engine):
         return replace(recorded, field=self.field, gpu=self.gpu) if isinstance(recorded, FullWave) else recorded
 
     def require(self, setting: Setting, folder: Path, machines: Machines) -> None:
-        from simulate.fullwave.memory import require_memory
+        from simulate.fullwave.run_cost import require_memory
 
         if setting.band is not None and self.solver != OURS:
             raise ParameterError("bandwidth", f"expected none with {self.solver}; our own solver can (leave out gpu)")
@@ -223,7 +224,7 @@ class FullWave(Solver, Engine):
         progress: Progress,
     ) -> None:
         """Write the fields of some frequencies, from runs that are kept in a working folder until all have ended."""
-        from simulate.fullwave.solved_field import solve
+        from simulate.fullwave.run_cost import solve
 
         field = solve(group.scene, planned, working, self.solver, machines.workers, machines.ray, self.gpu, progress)
         if not setting.further:
@@ -260,7 +261,7 @@ def _say_errors(fields: list[StoredField], progress: Progress) -> None:
     """Tell how far fields have settled, and the error of their interpolation; the largest ones if there are several."""
     import numpy as np
 
-    from simulate.fullwave.settling import SETTLED
+    from simulate.fullwave.solver import SETTLED
     from simulate.fullwave.stored_field import OF_POINTS
 
     unsettled = max(float(field.unsettled.max()) for field in fields)

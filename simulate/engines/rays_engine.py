@@ -11,7 +11,8 @@ from scenes.files.optional_packages import require_extra
 from scenes.files.options import check_kinds
 from scenes.files.plain_text import say
 from scenes.files.schema import Count, recorded
-from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.engines.engine import Engine, ResponseSource, Setting
+from simulate.parallel.machines import Machines
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # need the ray tracer

@@ -34,7 +34,7 @@ from simulate.exchange.foreign_pictures import Survey, grid_of, read_in_size, su
 from simulate.exchange.given_responses import fill_dataset
 from simulate.exchange.kept_pictures import kept_pictures
 from simulate.exchange.reading import reading_of
-from simulate.generation.written_parts import picture_names
+from simulate.generation.dataset_parts import picture_names
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray

@@ -30,7 +30,7 @@ from simulate.dataset.dataset_writer import (
 from simulate.dataset.moving import Moving
 from simulate.dataset.phases import Phases
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
-from simulate.generation.written_parts import picture_names
+from simulate.generation.dataset_parts import picture_names
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray

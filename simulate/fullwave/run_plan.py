@@ -17,10 +17,9 @@ from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import refractive_index
 from scenes.scene.shapes import bounding_box
-from simulate.fullwave.absorber import ABSORBER
-from simulate.fullwave.lattice import SOURCE_REACH
+from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.pulse import Pulse
-from simulate.fullwave.source import RISE
+from simulate.fullwave.source import RISE, SOURCE_REACH
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs

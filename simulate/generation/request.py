@@ -25,9 +25,7 @@ from simulate.dataset.moving import Moving
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
-from simulate.generation.moving_pairs import AtPairs
-from simulate.generation.moving_receiver import AtElements
-from simulate.generation.reciprocal import element_offsets, reciprocal
+from simulate.generation.reciprocity import AtElements, AtPairs, element_offsets, reciprocal
 from simulate.positions.given_positions import points_digest, read_points
 from simulate.positions.placement import AT_IT
 from simulate.spectra.angular_grid import AngularGrid

@@ -1,6 +1,6 @@
 """Derivatives of the responses with respect to the gateway's pose, the frequency, and the positions of objects.
 
-With the derivatives of the paths' lengths L (``simulate.rays.core.terms``), ∂y/∂θ = Σ −jk ∂L/∂θ a e^{−jkL}. So the
+With the derivatives of the paths' lengths L (``simulate.rays.core.multipath``), ∂y/∂θ = Σ −jk ∂L/∂θ a e^{−jkL}. So the
 paths need to be solved only once for the derivatives with respect to everything that moves.
 """
 
@@ -41,7 +41,7 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
         np.zeros((*shape, len(objects), 3), complex),
     )
     wavenumber = 2 * np.pi / tracer.ray_scene.description.wavelength
-    for batch in tracer.terms(positions):
+    for batch in tracer.multipath(positions):
         place = batch.targets * shape[1] + batch.sources
         np.add.at(result.responses.reshape(-1), place, batch.responses)
         by_length = -1j * wavenumber * batch.responses

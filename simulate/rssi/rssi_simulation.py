@@ -28,9 +28,10 @@ from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.folder_kinds import PARTS, POWERS
-from simulate.engines.engine import Machines, Setting
+from simulate.engines.engine import Setting
 from simulate.engines.rays_engine import Rays
-from simulate.generation.begun_folder import begun, continued
+from simulate.generation.generate import begun, continued
+from simulate.parallel.machines import Machines
 from simulate.positions.given_positions import points_digest, reach_warning
 from simulate.positions.placement import chosen_positions
 from simulate.positions.places import Places

@@ -22,8 +22,7 @@ from itertools import product
 import numpy as np
 from jaxtyping import Bool, Complex, Float, UInt8
 
-from simulate.parallel.compiled import compiled
-from simulate.parallel.thread_tasks import in_threads
+from simulate.parallel.compiled import compiled, in_threads
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY

@@ -638,7 +638,7 @@ def test_every_public_callable_and_each_of_its_parameters_is_in_the_table(table)
     for name in classes:
         methods = inspect.getmembers(getattr(bisplat, name), inspect.isfunction)
         public |= {f"{name}.{method}" for method, function in methods if method[0] != "_" and takes_arguments(function)}
-    public -= {"Tracer.terms", "Tracer.middle_terms"}  # of the exports
+    public -= {"Tracer.multipath", "Tracer.middle_multipath"}  # of the exports
     assert public <= set(table), sorted(public - set(table))
     for name, call in table.items():
         if name != "shapes.union":

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from bisplat.__main__ import main
-from learn.training import epochs
-from learn.training.lightning_module import Training
+from learn.training import validation_part as epochs
+from learn.training.gradient_steps import Training
 from learn.training.run_folder import load_run
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene

@@ -43,7 +43,7 @@ pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 DRAWN = (
     "scenes.drawing.scene_drawing:draw_scene",
     "learn.reports.evaluation_report:write_evaluation",
-    "learn.reports.crossvalidation_report:write_crossvalidation",
+    "learn.reports.evaluation_report:write_crossvalidation",
     "learn.reports.comparison_report:write_comparison",
     "learn.reports.comparison_report:write_ablation",
     "learn.reports.comparison_report:write_sweep",

@@ -82,7 +82,7 @@ def undo_small_sizes() -> Iterator[None]:
     """After a test, models and the functions of ``bisplat`` are as they were."""
     import bisplat
     from learn.models.kriging import stacking, vecchia
-    from learn.training import epochs
+    from learn.training import validation_part as epochs
     from learn.training.registry import MODELS
 
     functions = {name: getattr(bisplat, name) for name in bisplat.__all__}

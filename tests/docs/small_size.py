@@ -92,7 +92,7 @@ def use_small_sizes() -> None:
     """Make models small, training short, and ray tracing coarse, for commands and for ``import bisplat``."""
     from dataclasses import replace
 
-    from learn.training import epochs
+    from learn.training import validation_part as epochs
     from learn.training.registry import MODELS
 
     small = {"primitives": 40, "clusters": 16, "ffn_width": 16, "ffn_layers": 1, "transformer_layers": 1,

@@ -17,7 +17,8 @@ TRAIN = """
 import sys
 import torch
 import bisplat
-from learn.training import epochs, train
+from learn.training import train
+from learn.training import validation_part as epochs
 torch.set_num_threads(1)
 epochs.STEPS_PER_VALIDATION = 6
 print("ready", flush=True)
@@ -31,7 +32,8 @@ import torch
 import bisplat
 from learn.comparison import ablate
 from learn.training.registry import MODELS
-from learn.training import epochs, train
+from learn.training import train
+from learn.training import validation_part as epochs
 torch.set_num_threads(1)
 epochs.STEPS_PER_VALIDATION = 6
 ablate.APERTURE = {"with TX-PE": {"encoding": "octaves"}, "width 8": {"width": 8}}

@@ -16,10 +16,10 @@ from learn.evaluation.check import check
 from learn.models.kriging import stacking, vecchia
 from learn.models.quadrature import quadrature
 from learn.training.config import Config
-from learn.training.lightning_module import Spectra, Training
+from learn.training.gradient_steps import Spectra, Training
 from learn.training.prediction import predict
 from learn.training.registry import MODELS, model_entry
-from learn.training.untrained_model import box_of, build_model
+from learn.training.run_files import box_of, build_model
 from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset

@@ -12,8 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.models.images.mirror_images import STEP
-from simulate.parallel.compiled import SUMS, compiled
-from simulate.parallel.thread_tasks import in_threads
+from simulate.parallel.compiled import SUMS, compiled, in_threads
 
 TASK = 8
 """Number of positions that a thread takes at a time."""

@@ -18,8 +18,7 @@ from torch import Tensor
 
 from learn.models.kriging.quick_nearest import keep_smallest
 from learn.models.kriging.wave_covariance import LEGS, leg_shapes
-from simulate.parallel.compiled import SUMS, compiled
-from simulate.parallel.thread_tasks import in_threads
+from simulate.parallel.compiled import SUMS, compiled, in_threads
 
 TASK = 8
 """Number of positions that a thread takes at a time."""

@@ -7,8 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from simulate.parallel.compiled import SUMS, compiled
-from simulate.parallel.thread_tasks import in_threads
+from simulate.parallel.compiled import SUMS, compiled, in_threads
 
 TASK = 8
 """Number of positions that a thread takes at a time."""

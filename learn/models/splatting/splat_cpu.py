@@ -23,8 +23,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from simulate.parallel import ONE_KERNEL
-from simulate.parallel.compiled import compiled
+from simulate.parallel.compiled import ONE_KERNEL, compiled
 
 CUTOFF = 1e-8
 """A primitive is left out where its Gaussian is below this; the field's error is below CUTOFF · Σ|o_i c_i|."""

@@ -118,7 +118,7 @@ def _traced(request: Request, rays: Rays) -> tuple[Float[np.ndarray, " 3"], Path
         bar = progress.add_task("positions", total=len(positions))
         for start in range(0, len(positions), AT_ONCE):
             part = positions[start : start + AT_ONCE]
-            for terms in tracer.middle_terms(part):
+            for terms in tracer.middle_multipath(part):
                 found.append(path_list(terms._replace(targets=terms.targets + start)))
             progress.advance(bar, len(part))
     return tracer.middle.positions[0], sorted_by_receiver(joined(found))

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.rays.core.terms import Interaction, Terms
+from simulate.rays.core.multipath import Interaction, Multipath
 
 DIGITS = {
     Interaction.REFLECTION: 1,
@@ -39,10 +39,10 @@ class PathList(NamedTuple):
     points: Float[np.ndarray, "paths depth 3"]
 
 
-def path_list(terms: Terms) -> PathList:
+def path_list(terms: Multipath) -> PathList:
     """The paths of a batch that contribute to a response, with their first ``MOST_INTERACTIONS`` interactions."""
     carrying = terms.responses != 0
-    terms = Terms(*(each[carrying] for each in terms))
+    terms = Multipath(*(each[carrying] for each in terms))
     happened = terms.kinds != Interaction.NONE
     last = np.arange(len(terms.targets)), happened.sum(axis=1)  # index of the last vertex before the position
     table = np.zeros(max(DIGITS) + 1)

@@ -20,7 +20,7 @@ from scenes.files.errors import InputError
 from simulate.csi.csi_dataset import read_csi
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index
-from simulate.generation.written_parts import picture_names
+from simulate.generation.dataset_parts import picture_names
 from simulate.rssi.given_powers import write_rssi
 from simulate.rssi.rssi_dataset import read_rssi
 from simulate.rssi.rssi_writer import powers_csv

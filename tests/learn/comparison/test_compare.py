@@ -34,15 +34,14 @@ from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import score
 from learn.data.splits import split
-from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
-from learn.reports.learning_curves import validation_curve
+from learn.reports.comparison_report import validation_curve, write_ablation, write_comparison, write_sweep
 from learn.training.budget import Speed
 from learn.training.config import read_config
-from learn.training.found_responses import Learned
 from learn.training.registry import DEFAULT_MODEL
+from learn.training.run_files import read_training
 from learn.training.run_folder import load_run
 from learn.training.train import train
-from learn.training.training_file import read_training
+from learn.training.validation_part import Learned
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import read_dataset

@@ -24,10 +24,10 @@ from learn.localisation.places_file import HEADER
 from learn.localisation.refine import FARTHEST, refine
 from learn.localisation.starting_points import MODES, starting_points
 from learn.models.geometry import grid_in
-from learn.reports.locations_report import write_locations
+from learn.reports.evaluation_report import write_locations
 from learn.training import run_folder
 from learn.training.deviation import Deviation
-from learn.training.training_file import TrainingFile
+from learn.training.run_files import TrainingFile
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_writer import write_gateway
 from simulate.spectra.array import PlanarArray

@@ -15,7 +15,7 @@ from learn.models.peers.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.peers.swiftwrf import SwiftWRF
 from learn.models.peers.wrf_gs_plus import WRFGSPlus
 from learn.models.quadrature import composite_loss, picture_pixels, quadrature
-from learn.training.lightning_module import Training
+from learn.training.gradient_steps import Training
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
 

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 import bisplat
 import learn.rooms.compare_rooms as compare_module
 from bisplat.__main__ import main
-from learn.reports.rooms_report import write_room_comparison
+from learn.reports.score_report import write_room_comparison
 from learn.rooms.known_in_room import KnownInRoom
 from learn.rooms.neighbour_attention import (
     AttentionOverNeighbours,

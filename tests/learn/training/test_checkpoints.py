@@ -12,7 +12,7 @@ import pytest
 import torch
 
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
-from learn.training.lightning_module import Training
+from learn.training.gradient_steps import Training
 from learn.training.train import train_run
 from scenes.files import atomic
 from scenes.files.errors import InputError

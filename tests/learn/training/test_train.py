@@ -27,10 +27,11 @@ from learn.models.networks.mlp import ResponseMLP
 from learn.models.quadrature import L1_WEIGHT, SSIM_WEIGHT, composite_loss, quadrature
 from learn.reports.evaluation_report import write_evaluation
 from learn.reports.provenance import Provenance
-from learn.training import by_steps, epochs
+from learn.training import gradient_steps as by_steps
+from learn.training import validation_part as epochs
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
-from learn.training.lightning_module import Batches, Training
+from learn.training.gradient_steps import Batches, Training
 from learn.training.registry import model_class
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
@@ -517,12 +518,12 @@ import sys
 from pathlib import Path
 import torch
 from torch.utils.data.distributed import DistributedSampler
-import learn.training.epochs
+import learn.training.validation_part
 from learn.models.model_settings import Processes, Steps
 from learn.training.config import Config
 from learn.training.train import train_run
 
-learn.training.epochs.STEPS_PER_VALIDATION = 6
+learn.training.validation_part.STEPS_PER_VALIDATION = 6
 torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
 train_run({config!r}, Path(sys.argv[1]), Processes(devices=2))
 """

@@ -12,8 +12,9 @@ from jaxtyping import Complex, Float
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import require_within
 from scenes.scene.description import Scene
-from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.fullwave.dipole import free_space_response
+from simulate.parallel.machines import Machines
 
 if TYPE_CHECKING:
     from rich.progress import Progress

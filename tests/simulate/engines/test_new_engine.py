@@ -15,7 +15,7 @@ from scenes.scene.same_array import with_same_array
 from simulate.dataset.metadata import read_metadata_file
 from simulate.engines.engine_table import ENGINES
 from simulate.fullwave.dipole import free_space_response
-from simulate.generation.reciprocal import element_offsets
+from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import simulate
 from tests.folders import contents
 from tests.simulate.engines.free_space import UP, FreeSpace, FreeSpaceField

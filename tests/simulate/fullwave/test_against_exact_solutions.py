@@ -16,8 +16,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.permittivity import relative_permittivity
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
-from simulate.fullwave.half_plane import half_plane_response
+from simulate.fullwave.dipole import element_direction, free_space_response, half_plane_response, transmitter_direction
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency

@@ -7,7 +7,7 @@ import pytest
 
 from scenes.places.closet import closet
 from simulate.dataset.dataset import Dataset
-from simulate.fullwave import solved_field
+from simulate.fullwave import run_cost
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 
@@ -18,7 +18,7 @@ CLOSET = Path(__file__).parents[2] / "data" / "closet"
 def dataset(tmp_path_factory) -> Dataset:
     folder = tmp_path_factory.mktemp("full-wave") / "closet"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(solved_field, "stored_field", lambda *_: pytest.fail("no run is needed"))
+        patch.setattr(run_cost, "stored_field", lambda *_: pytest.fail("no run is needed"))
         return simulate("closet", folder, n=40, engine="fullwave", field=CLOSET)
 
 

@@ -23,7 +23,7 @@ from scenes.scene.shapes import sheet
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
-from simulate.fullwave import all_elements, element_fields, gprmax, solver_runs
+from simulate.fullwave import all_elements, element_fields, gprmax
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
@@ -70,7 +70,7 @@ def solver(monkeypatch) -> Solver:
     """Takes the solver's place."""
     instead = Solver()
     monkeypatch.setattr(element_fields, "solve", instead.solve)
-    monkeypatch.setattr(solver_runs, "MOST_AT_ONCE", 1)
+    monkeypatch.setattr(element_fields, "MOST_AT_ONCE", 1)
     return instead
 
 

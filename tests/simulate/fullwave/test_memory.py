@@ -7,8 +7,8 @@ import pytest
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.storage.scene_yaml import load_scene
-from simulate.fullwave import memory
-from simulate.fullwave.memory import machine_memory, memory_of_runs, require_memory, runs_at_once
+from simulate.fullwave import run_cost
+from simulate.fullwave.run_cost import machine_memory, memory_of_runs, require_memory, runs_at_once
 from simulate.fullwave.run_plan import plan
 from simulate.generation.simulation import simulate
 
@@ -21,14 +21,14 @@ ELEMENTS = 16
 @pytest.fixture
 def machine(monkeypatch):
     """Function: let the machine have so many bytes of memory."""
-    return lambda size: monkeypatch.setattr(memory, "machine_memory", lambda: size)
+    return lambda size: monkeypatch.setattr(run_cost, "machine_memory", lambda: size)
 
 
 def test_memory_of_this_machine_and_of_a_container(tmp_path, monkeypatch):
     assert 1e8 < machine_memory() < 1e14
     (tmp_path / "max").write_text("max\n")
     (tmp_path / "limit").write_text("2000000\n")
-    monkeypatch.setattr(memory, "LIMITS", (tmp_path / "max", tmp_path / "limit", tmp_path / "none"))
+    monkeypatch.setattr(run_cost, "LIMITS", (tmp_path / "max", tmp_path / "limit", tmp_path / "none"))
     assert machine_memory() == 2e6
 
 

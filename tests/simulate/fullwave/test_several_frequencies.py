@@ -15,14 +15,13 @@ from scenes.scene.orientation import facing
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.fullwave import element_fields, solver_runs
+from simulate.fullwave import element_fields
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.band_solver import BandField
 from simulate.fullwave.dipole import GAIN, element_direction, free_space_response, transmitter_direction
 from simulate.fullwave.frequency_groups import LARGEST_DIFFERENCE, LEAST_LEVEL, frequency_groups
 from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.run_plan import BandPlan, Plan
-from simulate.fullwave.solver import SourceField
+from simulate.fullwave.solver import BandField, SourceField
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.generation.simulation import simulate
@@ -80,7 +79,7 @@ def solver(monkeypatch) -> Solver:
     instead = Solver()
     monkeypatch.setattr(element_fields, "solve", instead.solve)
     monkeypatch.setattr(element_fields, "solve_band", instead.solve_band)
-    monkeypatch.setattr(solver_runs, "MOST_AT_ONCE", 1)
+    monkeypatch.setattr(element_fields, "MOST_AT_ONCE", 1)
     return instead
 
 

@@ -11,8 +11,8 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.fullwave.all_elements import stored_field
+from simulate.fullwave.element_fields import groups
 from simulate.fullwave.run_plan import Plan, plan
-from simulate.fullwave.solver_runs import groups
 
 
 @pytest.fixture(scope="module")

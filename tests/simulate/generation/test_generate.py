@@ -19,12 +19,11 @@ from scenes.files.errors import InputError
 from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import inspect
 from simulate.engines.rays_engine import Rays
+from simulate.generation import dataset_parts as written_parts
 from simulate.generation import generate as module
-from simulate.generation import written_parts
-from simulate.generation.dataset_part import make_part
+from simulate.generation.dataset_parts import make_part, picture_names
 from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
-from simulate.generation.written_parts import picture_names
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.measurement import Measurement

@@ -19,7 +19,7 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
 from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
-from simulate.generation.reciprocal import element_offsets, reciprocal
+from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.generation.simulation import simulate
 from simulate.rays.chain_solver import Found
 from simulate.rays.core.propagation import Propagation

@@ -20,16 +20,16 @@ from scenes.scene.description import SPEED_OF_LIGHT, SceneObject
 from scenes.scene.shapes import box
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
-from simulate.engines.engine import Machines
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
 from simulate.exchange.csi_export import export_csi
 from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
-from simulate.generation.reciprocal import element_offsets
+from simulate.generation.dataset_parts import part_by_worker
+from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import request_for, simulate
 from simulate.generation.simulation_options import Simulation
-from simulate.generation.workers import _make_part
+from simulate.parallel.machines import Machines
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from tests.small_scene import small_scene
@@ -119,7 +119,7 @@ def test_workers_make_the_same(scene, pairs):
     engine = request.engine
     with progress_bar() as progress:
         sent = [engine.sent(each) for each in engine.sources(request.settings, pairs.folder, Machines(), progress)]
-    part = _make_part((request, sent, "pairs"), 1, 5, 100)
+    part = part_by_worker((request, sent, 100, "pairs"), 1, 5)
     np.testing.assert_array_equal(part.responses, pairs.responses[5:])
 
 

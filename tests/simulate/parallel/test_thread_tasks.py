@@ -5,7 +5,7 @@ from threading import get_ident
 import numba
 import pytest
 
-from simulate.parallel.thread_tasks import in_threads
+from simulate.parallel.compiled import in_threads
 
 
 @pytest.mark.parametrize("threads", [1, 3])

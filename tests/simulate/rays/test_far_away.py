@@ -86,7 +86,7 @@ def test_other_ways_to_trace():
     ):
         near, far = Tracer(scene, followed), Tracer(shifted(scene, step), followed)
         assert largest_difference(far.responses(POSITIONS + step), near.responses(POSITIONS)) < 2e-3
-        ends = [batch.vertices[:, -1] for batch in far.middle_terms(POSITIONS[:1] + step)]
+        ends = [batch.vertices[:, -1] for batch in far.middle_multipath(POSITIONS[:1] + step)]
         np.testing.assert_allclose(np.concatenate(ends) - step - POSITIONS[0], 0, atol=1e-6)
 
 

@@ -8,8 +8,8 @@ from trimesh import Trimesh
 
 from scenes.scene.shapes import box, sheet
 from simulate.rays.core import planes as module
+from simulate.rays.core.image_method import on_surface
 from simulate.rays.core.planes import BLOCK, Planes
-from simulate.rays.core.reflections import on_surface
 
 
 def fine_sheet(count: int, kept: float = 1.0) -> Trimesh:

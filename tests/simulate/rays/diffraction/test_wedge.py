@@ -11,7 +11,7 @@ import pytest
 from scipy.special import hankel2, jv
 
 from simulate.rays.core.ray_tracer import mi
-from simulate.rays.diffraction.wedge import wedge_coefficients
+from simulate.rays.diffraction.edge_fields import wedge_coefficients
 
 K = 2 * np.pi / 0.3276
 SOURCE, RECEIVER = 5.0, 3.0  # metres from the edge
