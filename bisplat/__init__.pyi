@@ -1,9 +1,6 @@
 # Every public name of bisplat and the module it comes from: __init__.py, type checkers and editors read this.
 
 from learn.band.compare_band import compare_band as compare_band
-from learn.benchmark.make_benchmark import make_benchmark as make_benchmark
-from learn.benchmark.read_benchmark import read_benchmark as read_benchmark
-from learn.benchmark.score_predictions import score_predictions as score_predictions
 from learn.channels.compare_channels import compare_channels as compare_channels
 from learn.comparison.ablate import ablate as ablate
 from learn.comparison.compare import compare as compare

@@ -81,9 +81,6 @@ OF_EVALUATION = "bisplat.commands.evaluation_commands"
 ENGINES = "learn.evaluation.engines:compare_engines"
 NEW_FOLDER = "bisplat.commands.uses_commands:new_folder"
 NEW_IN_USES = "bisplat.commands.uses_commands:require_new"
-SCORE = "score guesses made --benchmark practice-blocked"
-SCORED = "learn.benchmark.score_predictions:score_predictions"
-KEPT = "learn.benchmark.method_results:require_room"
 SERVED = "scenes.browser.served_page:serve"
 
 TRIALS: dict[str, list[Trial]] = {
@@ -290,15 +287,6 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("compare links", ["--models copy", "--split random", "--seeds 2"], COMPARED_CHANNELS),
         *_trials("compare links --models copy", ["--json", "-o out"]),
         *_trials("compare banded -o out --models nearest", ["--over-band"]),
-    ],
-    "benchmark": [
-        *_trials("benchmark", ["--json"]),
-        *_trials("benchmark practice -o out", [("-o out2", "-o out")], "learn.benchmark.make_benchmark:make_benchmark"),
-    ],
-    "score": [
-        *_trials(SCORE, ["--json", "-o scores.json"]),
-        *_trials(f"{SCORE} -o scores.json", ["--method mine", "--force"], KEPT),
-        *_trials(SCORE, [("--benchmark lab-blocked", "--benchmark practice-blocked")], SCORED),
     ],
     "ablate": [
         Trial(ABLATE, "--json", stops_at="bisplat.commands.comparison_commands:print_averages"),

@@ -163,7 +163,6 @@ def outcome(place, outcomes, monkeypatch, capsys) -> Iterator[Callable]:
     _patch(monkeypatch, "simulate.fullwave.gprmax:installed_gprmax", lambda what: "gprMax")
     retrieved = Retrieval(np.zeros((12, 16), complex), np.zeros(12))
     _patch(monkeypatch, "simulate.dataset.response_retrieval:retrieve", lambda dataset: retrieved)
-    _patch(monkeypatch, "learn.benchmark.score_predictions:score_predictions", lambda *arguments: {"ssim_median": 0.5})
     _patch(monkeypatch, "learn.comparison.ablate:ablate", lambda *arguments: SimpleNamespace(averages=list, remark=str))
 
     def clean() -> None:

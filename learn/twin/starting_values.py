@@ -1,9 +1,9 @@
-"""A first guess of the gateway's pose where this may be many half wavelengths from the description.
+"""Starting values of a calibration: of many poses drawn from the prior, the most likely one given measured responses.
 
-So far away, a path's length does not change in proportion to the displacement. But behind a reflection or a
-transmission the transmitter appears at an image, which stays where it is if the gateway moves. The length is therefore
-the distance to this image, however far the gateway moves, as long as the path exists. Other paths exist elsewhere, so
-that the scene is traced again at the most likely guesses, and more are drawn near each of them.
+A path's length changes in proportion to a small displacement of the gateway. Far away it does not. But behind a
+reflection or a transmission the transmitter appears at an image, which stays where it is if the gateway moves, so that
+the length is the distance to this image as long as the path exists. Other paths exist elsewhere, so the scene is traced
+again at the most likely poses, and more are drawn near each of them.
 """
 
 from __future__ import annotations
@@ -15,14 +15,104 @@ from jaxtyping import Bool, Complex, Float
 from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
-from learn.twin.first_guess import AT_ONCE, COMPARED, misfits
 from learn.twin.linearised import moved, over_band
 from scenes.checks.array_clearance import element_positions
 from scenes.checks.validation import is_valid
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import OF_POSE, Unknown, vary
+from simulate.rays.derivatives import by_rotation
 from simulate.rays.tracer import Tracer
 from simulate.spectra.spectrum import evenly
+
+GUESSES = 1000
+"""Number of poses that are tried, including the described one."""
+
+COMPARED = 20
+"""Largest number of positions at which they are compared."""
+
+LEAST_MISFIT = 1e-6
+"""Least value of 1 − s; smaller values are rounding errors."""
+
+AT_ONCE = 4_000_000
+"""Number of phases computed at once, which bounds the memory."""
+
+
+def start_nearby(
+    band: Sequence[Tracer],
+    which: Sequence[Unknown],
+    positions: Float[np.ndarray, "K 3"],
+    measured: Complex[np.ndarray, "K M"],
+    flips: bool,
+    counted: int,
+) -> Float[np.ndarray, " n"]:
+    """Values of a scene's unknowns from which Gauss–Newton steps lead to the right minimum more often than from 0.
+
+    If the gateway is described a third of a wavelength from its true place, the responses are so different that steps
+    from there can end anywhere. Therefore many poses are drawn from the prior. The length of each path changes with the
+    pose to first order (``simulate.rays.core.multipath``), so that y = Σ a e^{−jk(L + δL)} needs no tracing.
+
+    The most likely pose is returned. Let s be the mean over the positions of |⟨y, measured⟩|² / (|y|² |measured|²), on
+    which a separate phase and scale of each position have no effect. Then −2 log of the posterior is, up to a constant,
+    2 N log(1 − s) + Σ (value / tolerance)². N is the number of responses that count as independent.
+    """
+    of_pose = [number for number, each in enumerate(which) if each.kind in OF_POSE]
+    if not of_pose:
+        return np.zeros(len(which))
+    scene, guesses = band[0].ray_scene.description, np.zeros((GUESSES, len(which)))
+    guesses[:, of_pose] = drawn_poses([which[number] for number in of_pose])
+    deviations = [which[number].tolerance for number in of_pose]
+    compared = evenly(np.arange(len(positions)), COMPARED)
+    found = np.concatenate([responses_of(each, which, positions[compared], guesses) for each in band], axis=-1)
+    unlikely = misfits(found, measured[compared], flips, counted)
+    unlikely += ((guesses[:, of_pose] / deviations) ** 2).sum(axis=1)
+    for guess in guesses[unlikely.argsort(kind="stable")]:
+        if is_valid(vary(scene, which, guess)):
+            return guess
+    return guesses[0]
+
+
+def misfits(
+    found: Complex[np.ndarray, "G K M"], measured: Complex[np.ndarray, "K M"], flips: bool, counted: int
+) -> Float[np.ndarray, " G"]:
+    """−2 log of the likelihood of each guess, 2 N log(1 − s), as ``start_nearby`` has it."""
+    alike = np.abs(np.einsum("gkm,km->gk", found, measured.conj()))
+    if flips:
+        alike = np.maximum(alike, np.abs(np.einsum("gkm,km->gk", found, measured[:, ::-1])))
+    size = np.linalg.norm(found, axis=-1) * np.linalg.norm(measured, axis=-1)
+    score = np.divide(alike, size, out=np.zeros_like(alike), where=size > 0) ** 2
+    return 2 * counted * np.log(np.maximum(1 - score.mean(axis=1), LEAST_MISFIT))
+
+
+def drawn_poses(which: Sequence[Unknown]) -> Float[np.ndarray, "G n"]:
+    """Draws of the unknowns of a pose from their prior; the first one is the description."""
+    drawn = np.random.default_rng(0).normal(size=(GUESSES - 1, len(which))) * [each.tolerance for each in which]
+    return np.vstack([np.zeros(len(which)), drawn])
+
+
+def responses_of(
+    tracer: Tracer,
+    which: Sequence[Unknown],
+    positions: Float[np.ndarray, "K 3"],
+    guesses: Float[np.ndarray, "G n"],
+) -> Complex[np.ndarray, "G K M"]:
+    """Responses at positions, for each guess of the pose."""
+    elements, wavenumber = len(tracer.elements), 2 * np.pi / tracer.ray_scene.description.wavelength
+    total = np.zeros((len(positions) * elements, len(guesses)), complex)
+    for batch in tracer.multipath(positions):
+        by_element, _ = batch.length_derivatives()
+        changes = {"position": by_element, "rotation": by_rotation(tracer, batch.sources, by_element)}
+        by_unknown = np.zeros((len(batch.responses), len(which)))
+        for column, unknown in enumerate(which):
+            if unknown.kind in changes:
+                by_unknown[:, column] = changes[unknown.kind][:, unknown.axis]
+        place = batch.targets * elements + batch.sources
+        sums = csr_array((batch.responses, (place, np.arange(len(place)))), shape=(len(total), len(place)))
+        step = max(1, AT_ONCE // max(1, len(place)))
+        for start in range(0, len(guesses), step):
+            longer = by_unknown @ guesses[start : start + step].T
+            total[:, start : start + step] += sums @ np.exp(-1j * wavenumber * longer)
+    return total.T.reshape(len(guesses), len(positions), elements)
+
 
 FAR = 0.5
 """Wavelengths. If the gateway's position has a larger tolerance, small steps hardly lead to it."""
@@ -41,11 +131,11 @@ NARROWER = (1 / 3, 1 / 9, 1 / 27)
 
 
 def is_far(scene: Scene, which: Sequence[Unknown]) -> bool:
-    """Whether the gateway may be so far from its described position that ``far_guess`` is needed."""
+    """Whether the gateway may be so far from its described position that ``start_far_away`` is needed."""
     return any(each.kind == "position" and each.tolerance > FAR * scene.wavelength for each in which)
 
 
-def far_guess(
+def start_far_away(
     tracer: Tracer,
     ratios: Sequence[float],
     which: Sequence[Unknown],
@@ -54,11 +144,11 @@ def far_guess(
     flips: bool,
     counted: int,
 ) -> Float[np.ndarray, " n"]:
-    """Values of a scene's unknowns near the most likely pose, as ``first_guess`` has them, for poses from far away.
+    """Values of a scene's unknowns near the most likely pose, as ``start_nearby`` has them, for poses from far away.
 
     Thousands of poses are drawn from the prior, and scored by paths to fixed images. Eight that lie apart are kept. At
     each the scene is traced with chains found anew, more poses are drawn around it, ever closer, and the most likely
-    one takes its place. The likelihood is that of ``first_guess``, in which each position has a phase of its own.
+    one takes its place. The likelihood is that of ``start_nearby``, in which each position has a phase of its own.
     """
     described, propagation = tracer.ray_scene.description, tracer.ray_scene.propagation
     compared = evenly(np.arange(len(positions)), COMPARED)

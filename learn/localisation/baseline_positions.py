@@ -1,4 +1,4 @@
-"""Errors of located transmitters whose true positions are known, beside those of simpler methods."""
+"""Errors of located transmitters whose true positions are known, beside those of baselines."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from learn.localisation.channel_fingerprints import unlike
-from learn.localisation.locate import Place
+from learn.localisation.channel_regression import unlike
 from learn.localisation.locate_channels import fit_regression
 from learn.localisation.locate_powers import points_among
-from learn.localisation.stated_region import share_in_region
+from learn.localisation.located_places import Place, share_in_region
 from learn.powers.known_powers import KnownPowers
 from learn.powers.path_loss import LEAST_DEVIATION
 from simulate.csi.csi_dataset import CsiDataset
