@@ -14,8 +14,8 @@ from msgspec import Meta, Struct, to_builtins
 
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
+from learn.models.capabilities import suit_to
 from learn.models.model_settings import STEPS_MOST
-from learn.models.networks.suited_to import suit_to
 from learn.training.config import Config
 from learn.training.deviation import Deviation
 from learn.training.registry import check_options, model_class, model_entry

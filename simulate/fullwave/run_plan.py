@@ -17,9 +17,9 @@ from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import refractive_index
 from scenes.scene.shapes import bounding_box
+from simulate.fullwave.dipole import RISE, SOURCE_REACH
 from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.pulse import Pulse
-from simulate.fullwave.source import RISE, SOURCE_REACH
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
@@ -109,11 +109,7 @@ def default_cell(scene: Scene) -> float:
 
 
 def two_digits_down(value: float) -> float:
-    """A positive number, rounded down to two digits.
-
-    >>> two_digits_down(0.02345)
-    0.023
-    """
+    """A positive number, rounded down to two digits."""
     digits = 1 - math.floor(math.log10(value))
     return round(math.floor(value * 10**digits) / 10**digits, digits)
 

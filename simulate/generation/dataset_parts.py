@@ -1,7 +1,4 @@
-"""A part of a dataset: the responses and pictures of consecutive positions, with the same bytes on every machine.
-
-The files of a dataset's parts: which of them are whole, and how a new part is written.
-"""
+"""The parts of a dataset: how one is made, with the same bytes on every machine, and which are whole in a folder."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Simulate a dataset from Python: what ``bisplat simulate`` does, as a function.
-
-Pairs of places for spectra of which both ends move: drawn in the scene's region, or given by the user.
-"""
+"""Simulate a dataset from Python: what ``bisplat simulate`` does, as a function."""
 
 from __future__ import annotations
 
