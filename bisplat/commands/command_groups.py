@@ -7,10 +7,9 @@ from importlib.metadata import version
 
 from bisplat.commands.comparison_commands import ablate, compare, sweep
 from bisplat.commands.coverage_command import coverage
-from bisplat.commands.dataset_commands import convert, dataset, responses
+from bisplat.commands.dataset_commands import convert, dataset, responses, rssi
 from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
 from bisplat.commands.rooms_command import rooms
-from bisplat.commands.rssi_command import rssi
 from bisplat.commands.scene_command import scene
 from bisplat.commands.simulate_command import simulate
 from bisplat.commands.training_commands import check, demo, export, predict, train

@@ -165,7 +165,9 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("check data --split random", ["--guard 1", "--seed 1"]),
     ],
     "dataset": [
-        *_trials(RECORDED, [("--frequency 915e6", "--frequency 2.4GHz")], "simulate.exchange.recorded_dataset:record"),
+        *_trials(
+            RECORDED, [("--frequency 915e6", "--frequency 2.4GHz")], "simulate.exchange.recorded_responses:record"
+        ),
         *_trials(
             RECORDED,
             [
@@ -263,7 +265,7 @@ TRIALS: dict[str, list[Trial]] = {
     "export": [
         *_trials("export mlp", ["-o out.pt2"]),
         *_trials("export data", ["--hdf5 out.h5"]),
-        *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo.deepmimo_export:export_deepmimo"),
+        *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo_export:export_deepmimo"),
         *_trials("export powers", ["--hdf5 out.h5"]),
         *_trials("export data", ["--csi out"], "simulate.exchange.csi_export:export_csi"),
         *_trials("export data --hdf5 out.h5", ["--force"], there="out.h5"),

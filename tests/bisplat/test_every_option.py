@@ -31,7 +31,7 @@ from simulate.dataset.dataset_writer import write_positions
 from simulate.exchange.given_responses import write_dataset
 from simulate.generation.simulated_rooms import simulate_rooms
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.given_powers import write_rssi
+from simulate.rssi.rssi_writer import write_rssi
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
 from tests.bisplat.refused_options import REFUSED

@@ -13,11 +13,18 @@ from scenes.files.input_file import what_is_at
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.folder_kinds import not_spectra
+from simulate.dataset.dataset_kinds import not_spectra
 from simulate.dataset.metadata import read_metadata_file
 from simulate.engines.rays_engine import Rays
-from simulate.exchange.deepmimo.path_list import MOST_INTERACTIONS, PathList, joined, path_list, sorted_by_receiver
-from simulate.exchange.deepmimo.scenario import write_matrices, write_params
+from simulate.exchange.deepmimo_scenario import (
+    MOST_INTERACTIONS,
+    PathList,
+    joined,
+    path_list,
+    sorted_by_receiver,
+    write_matrices,
+    write_params,
+)
 from simulate.generation.request import Request, read_request
 
 AT_ONCE = 100

@@ -1,9 +1,10 @@
-"""Tell the kinds of dataset folders: spectra, powers (RSSI), channels (CSI), rooms, and unfinished ones."""
+"""What kinds of dataset folders there are, and the words for what differs among them. Imports little, as help must."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Literal
 
 POWERS = "gateway_rssi.csv"
 """The file of received powers, which no folder of spectra has."""
@@ -96,3 +97,21 @@ compare takes them together'
     """
     found = content_of(folder)
     return None if found in (None, SPECTRA) else f"{folder}: expected a dataset of spectra, found {found}"
+
+
+Moving = Literal["transmitter", "receiver", "both"]
+"""What moves. An end that does not move stands at the gateway's position. If the receiver moves, its array keeps the
+gateway's orientation. "RX moving" is the name that SwiftWRF [liu2025] gives to data of a moving receiver. If both move,
+the positions are the transmitters', and those of the array are stated beside them."""
+
+
+Phases = Literal["common", "per-position"]
+"""common: they can, as with a transmitter that is synchronised with the receiver, or a tag that answers its reader.
+per-position: each position has an unknown phase of its own."""
+
+
+Setting = Literal["same", "furniture", "layout"]
+"""What differs from room to room: the transmitter's positions alone, the furniture too, or everything."""
+
+Outline = Literal["rectangle", "l", "both"]
+"""Outlines of rooms; of "both", every second room is L-shaped."""

@@ -5,27 +5,31 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
+from scipy.spatial.transform import Rotation
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import new_folder
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_bandwidth, read_frequency
-from simulate.dataset.phases import Phases
+from simulate.dataset.bearings import FARTHER, POINTS
+from simulate.dataset.dataset_kinds import Phases
 from simulate.exchange.array_files import Arrays, read_arrays
-from simulate.exchange.element_order import Told, told_by_sight
 from simulate.exchange.given_responses import fill_dataset, own_responses
+from simulate.exchange.named_arrays import recognise
 from simulate.exchange.position_doubts import position_doubts
-from simulate.exchange.recognition import recognise
-from simulate.exchange.recording import Recording
-from simulate.positions.given_positions import check_points
+from simulate.exchange.reading_options import Recording
+from simulate.positions.positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
+from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import array_of
+from simulate.spectra.spectrum import evenly
 
 
 def record(
@@ -99,7 +103,6 @@ def _together(files: Sequence[Path]) -> Arrays:
 def _of_order(told: Told, asked: bool, planar: bool = True) -> str:
     """A sentence on the order of the elements of a planar array and the sign of the phases.
 
-    >>> from simulate.exchange.element_order import Order
     >>> print(_of_order(Told(Order(conjugated=True), 4.2, 140.0, True), asked=True))
     took elements as numbered along x first, and phases that rise with the distance: the strongest directions are then
     4° from the transmitters (median), otherwise 140°
@@ -118,3 +121,73 @@ def _of_order(told: Told, asked: bool, planar: bool = True) -> str:
         f"{told.error_otherwise:.0f}° otherwise. State {options}, True or False, as your "
         "receiver has them"
     )
+
+
+EXAMINED = 200
+"""Most positions whose strongest direction is looked at."""
+
+APART = 10.0
+"""Degrees by which every other reading must be farther from the transmitters."""
+
+OWN = 0.75
+"""The strongest directions must be nearer their own transmitters than those of other rows, by this factor. If they are
+not, positions and responses of different rows belong together, or none do."""
+
+
+class Order(NamedTuple):
+    """How to read responses."""
+
+    columns_first: bool = False  # elements are numbered along y first, then along x
+    conjugated: bool = False  # the phase rises with the distance
+
+    def read(self, responses: Complex[np.ndarray, "K elements"], array: Array) -> Complex[np.ndarray, "K elements"]:
+        """Responses in our order, x first, with phases that fall with the distance."""
+        if self.columns_first and isinstance(array, PlanarArray):
+            responses = responses.reshape(-1, array.columns, array.rows).swapaxes(1, 2).reshape(responses.shape)
+        return responses.conj() if self.conjugated else responses
+
+
+class Told(NamedTuple):
+    """An order, and how it is known."""
+
+    order: Order  # how to read the responses
+    error: float  # median angle between the strongest directions and the transmitters, degrees
+    error_otherwise: float  # that of the next best order
+    clear: bool  # whether the strongest directions decide
+
+
+def told_by_sight(
+    responses: Complex[np.ndarray, "K elements"],
+    positions: Float[np.ndarray, "K 3"],
+    gateway: Gateway,
+    array: Array,
+    columns_first: bool | None = None,
+    conjugated: bool | None = None,
+) -> Told:
+    """The order in which the strongest directions are nearest the transmitters."""
+    chosen = evenly(np.arange(len(positions)), EXAMINED)
+    towards = Rotation.from_quat(gateway.orientation).inv().apply(positions[chosen] - np.asarray(gateway.position))
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-9)
+    grid = AngularGrid()
+    beamformer = Beamformer(array, grid)
+    orders = [
+        Order(first, sign)
+        for first in ((False, True) if columns_first is None else (columns_first,))
+        for sign in ((False, True) if conjugated is None else (conjugated,))
+    ]
+    if array.is_line or not isinstance(array, PlanarArray):  # which have one order
+        orders = [order for order in orders if not order.columns_first] or orders
+    errors, errors_elsewhere = [], []
+    elsewhere = np.roll(towards, len(towards) // 2, axis=0)
+    for order in orders:
+        read = order.read(responses[chosen], array)
+        strongest = np.stack([grid.dominant_direction(beamformer.spectrum(each)) for each in read])
+        errors.append(float(np.median(array.angle_between(strongest, towards))))
+        errors_elsewhere.append(float(np.median(array.angle_between(strongest, elsewhere))))
+    least, *others = sorted(errors)
+    clear = least < POINTS and all(other > max(FARTHER * least, least + APART) for other in others)
+    if np.median(array.angle_between(towards, elsewhere)) > APART:  # the rows do differ in direction
+        clear = clear and least < OWN * errors_elsewhere[errors.index(least)]
+    taken = errors.index(least) if clear else 0
+    otherwise = min((error for number, error in enumerate(errors) if number != taken), default=np.inf)
+    return Told(orders[taken], errors[taken], otherwise, clear)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from scenes.files.errors import ParameterError
-from simulate.exchange.conversion import Conversion
+from simulate.exchange.reading_options import Conversion
 from simulate.spectra.angular_grid import ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
