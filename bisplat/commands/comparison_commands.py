@@ -19,7 +19,7 @@ from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import print_rows
-from simulate.dataset.folder_kinds import is_csi, is_rooms, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
 
 if TYPE_CHECKING:
     ModelName = str
@@ -184,9 +184,8 @@ def sweep(
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
-    comparison = sweep_sizes(
-        dataset, sizes, models or SWEPT, split, budget, seeds, test_spectra, init, output, guard, steps
-    )
+    models = models or SWEPT
+    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard, steps)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())
 
@@ -207,9 +206,7 @@ def _refuse_idle(options: list[str], dataset: Path, kind: str, models: Sequence[
     usual_are_trained = not models and kind in ("spectra", "rooms")
     trained = usual_are_trained or "init" in options or some_are_trained(kind, models, output)
     if not trained:
-        refuse_idle(
-            options, ["budget", "steps"], f"for methods that are not trained ({', '.join(models) or 'the usual'})"
-        )
+        refuse_idle(options, ["budget", "steps"], f"for untrained methods ({', '.join(models) or 'the usual ones'})")
 
 
 def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, remark: str | None = None) -> None:

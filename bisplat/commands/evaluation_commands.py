@@ -16,7 +16,7 @@ from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.options import checked, unchecked
 from scenes.files.plain_text import print_table
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it

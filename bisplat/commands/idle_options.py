@@ -38,7 +38,7 @@ def refuse_idle(options: Collection[str], idle: Iterable[str], where: str) -> No
 
 
 def refuse_idle_propagation(propagation: Propagation, scenes: Iterable[Scene]) -> None:
-    """Refuse options of the ray tracer that do nothing, since others of them, or the scenes, leave nothing to follow."""
+    """Refuse options of the ray tracer that do nothing beside others of them, or in these scenes."""
     options = changed(propagation)
     if propagation.max_depth == 0:
         refuse_idle(options, ["diffuse", "patches", "rays"], "with --max-depth 0, as the line of sight needs none")

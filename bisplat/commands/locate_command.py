@@ -14,7 +14,7 @@ from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 
 if TYPE_CHECKING:
     from learn.localisation.located_places import Place

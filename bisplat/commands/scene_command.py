@@ -99,8 +99,8 @@ def scene(
         refuse_idle(given, ["port"], "without --view")
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
+    from scenes.importing.imported_objects import parts_of
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
-    from scenes.importing.part_listing import parts_of
     from scenes.scene.antennas import Gateway, Transmitter
     from scenes.scene.frequency import read_frequency
     from scenes.scene.orientation import facing
@@ -154,11 +154,8 @@ def scene(
             )
         drawing = output / "scene.png"
     else:
-        refuse_idle(
-            ["list"] if list_parts else given,
-            ["list", *OF_AN_IMPORT],
-            f"for the scene {scene}, which is no file to import",
-        )
+        where = f"for the scene {scene}, which is no file to import"
+        refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
         if view:
             refuse_idle(given, ["force"], "beside --view, which asks before it replaces a scene")
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))

@@ -14,11 +14,9 @@ from learn.evaluation.crossvalidate import correlation
 from scenes.files.errors import InputError, require_whole
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import read_scene
-from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.fixed_array import require_fixed_array
-from simulate.dataset.recorded_scene import at_its_frequency
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.dataset.dataset import Dataset, require_fixed_array
+from simulate.dataset.dataset_folder import at_its_frequency, read_dataset
+from simulate.positions.positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import (
     Expected,

@@ -29,8 +29,6 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "engines": ("nowhere", ()),
     "export": ("kriged", ("data", "kriged")),
     "ablate": ("nowhere", ()),
-    "benchmark": ("nowhere", ()),
-    "score": ("nowhere nowhere --benchmark practice-blocked", ()),
     "demo": ("--spectra 0", ()),
     "view": ("nowhere", ()),
     "calibrate": ("closet nowhere", ()),

@@ -13,7 +13,7 @@ from learn.evaluation.engines import compare_engines, compare_responses
 from learn.evaluation.engines_plane import compare_on_plane
 from learn.reports.engines_report import draw_plane, write_engines
 from learn.training.train import train
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
