@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import cKDTree
 
-NEIGHBOURS = 4
-"""Number of known spectra that ``inverse_distance`` averages."""
+NEIGHBOURS = 4  # number of known spectra that ``inverse_distance`` averages
 
 
 def mean_picture(

@@ -23,8 +23,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly
 
-COARSE = 5
-"""Step of the angles that are tried first, degrees. Around the best one, whole degrees are tried."""
+COARSE = 5  # step of the angles that are tried first, degrees. Around the best one, whole degrees are tried.
 
 CLEAR = 0.25
 """Least gain of the log-likelihood of each response over that of walls along the axes. For less, walls are not turned:
@@ -66,8 +65,7 @@ def in_frame(dataset: Dataset, frame: Float[np.ndarray, "3 3"]) -> Dataset:
     )
 
 
-FITTED_ON = 128
-"""Largest number of known spectra, evenly spread, in which the images are found."""
+FITTED_ON = 128  # largest number of known spectra, evenly spread, in which the images are found
 
 LEAST_TURNED, TURNED_ON, PLACES = 200, 400, 8
 """Least and largest number of responses, of evenly spread spectra, that tell the angle of the walls, but at least those

@@ -14,8 +14,7 @@ from jaxtyping import Complex, Float
 from learn.models.images.mirror_images import STEP
 from simulate.parallel.compiled import SUMS, compiled, in_threads
 
-TASK = 8
-"""Number of positions that a thread takes at a time."""
+TASK = 8  # number of positions that a thread takes at a time
 
 COSINE = tuple((-1) ** n / math.factorial(2 * n) for n in range(8))
 SINE = tuple((-1) ** n / math.factorial(2 * n + 1) for n in range(8))

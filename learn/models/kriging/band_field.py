@@ -25,8 +25,7 @@ FITTED_TO = 64
 WEAKEST, BELOW_NOISE = 1e-8, 1e-2
 """Components over frequency below this share of the power, or this share of the noise, are left out."""
 
-AT_ONCE = 32
-"""Positions that ``at`` predicts at once."""
+AT_ONCE = 32  # positions that ``at`` predicts at once
 
 
 class BandField(KrigedField):

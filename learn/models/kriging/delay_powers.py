@@ -10,14 +10,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Complex, Float
 
-FINER = 8
-"""Delays of the profile, per subcarrier."""
-
-STEPS = 300
-"""Steps of the fit of the profile."""
-
-LEAST_NOISE = 1e-8
-"""Smallest power of the noise, as a share of the mean power of the responses."""
+FINER = 8  # delays of the profile, per subcarrier
+STEPS = 300  # steps of the fit of the profile
+LEAST_NOISE = 1e-8  # smallest power of the noise, as a share of the mean power of the responses
 
 
 def fit_delay_powers(

@@ -15,8 +15,7 @@ from torch import Tensor
 
 from simulate.spectra.spectrum import evenly
 
-SHARE, NORMAL = 0.9, 1.6449
-"""Share of the errors that lie within ``NORMAL`` deviations, as in a normal distribution."""
+SHARE, NORMAL = 0.9, 1.6449  # share of the errors that lie within ``NORMAL`` deviations, as in a normal distribution
 
 KNOTS, LEAST_IN_KNOT = 8, 10
 """Largest number of groups of predictions of like variance, and the least number of predictions in one of several."""
@@ -71,25 +70,20 @@ def on_curve(
     return np.sqrt(np.interp(variance, variances, np.square(deviations)))
 
 
-LEFT_OUT = 48
-"""Largest number of known positions, evenly spread, that are predicted from the others."""
+LEFT_OUT = 48  # largest number of known positions, evenly spread, that are predicted from the others
 
 RADII = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 """Known positions nearer than each of these radii are left out with them, wavelengths."""
 
-LEAST_LEFT = 8
-"""A prediction from fewer positions than this tells nothing, unless no more are known."""
-
-LEAST_KNOWN = 3
-"""With fewer known positions, the covariance tells the deviations."""
+LEAST_LEFT = 8  # a prediction from fewer positions than this tells nothing, unless no more are known
+LEAST_KNOWN = 3  # with fewer known positions, the covariance tells the deviations
 
 FOLDS, FOLDED = 5, 300
 """If few positions are known, a covariance fitted to all of them predicts them too well. They are then divided into
 parts, and each part is predicted with a covariance fitted without it. There are FOLDED // n parts for n known
 positions, at most FOLDS; if these are fewer than 2, the covariance is not fitted again."""
 
-FITTED = "shares", "length", "drift", "nugget", "noises"
-"""What the fit of the covariance sets."""
+FITTED = "shares", "length", "drift", "nugget", "noises"  # what the fit of the covariance sets
 
 
 class Field(Protocol):

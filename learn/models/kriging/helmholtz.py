@@ -22,8 +22,7 @@ from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
-OF_BAND = "band.field."
-"""Where the names of the buffers of the field over the band begin, in a file of weights."""
+OF_BAND = "band.field."  # where the names of the buffers of the field over the band begin, in a file of weights
 
 PIECE = 16
 """Number of spectra that are interpolated at a time and added to those of responses. Kriging takes some MB for each."""

@@ -50,8 +50,7 @@ class SmoothField(KrigedField):
         return torch.exp(-(separations.distances / length).square() / 2) * fading, None
 
 
-SAMPLES = 256
-"""Number of nearest samples from which a prediction is made, in whole arrays."""
+SAMPLES = 256  # number of nearest samples from which a prediction is made, in whole arrays
 
 
 class OneField(KrigedField):
@@ -104,8 +103,7 @@ WAYS = {
 }
 """Names of the ways of interpolation, for the user."""
 
-OF_RESPONSES = "field", "responses", "phases"
-"""Ways by which responses are interpolated."""
+OF_RESPONSES = "field", "responses", "phases"  # ways by which responses are interpolated
 
 
 class Built(NamedTuple):

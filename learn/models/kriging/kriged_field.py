@@ -25,8 +25,7 @@ from simulate.spectra.spectrum import LARGEST_GREY
 if TYPE_CHECKING:
     from learn.models.kriging.quick_kriging import QuickKriging
 
-DIRECTIONS = 100
-"""Number of directions of the plane waves, spread evenly over the sphere."""
+DIRECTIONS = 100  # number of directions of the plane waves, spread evenly over the sphere
 
 Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)

@@ -20,8 +20,7 @@ from learn.models.kriging.quick_nearest import keep_smallest
 from learn.models.kriging.wave_covariance import LEGS, leg_shapes
 from simulate.parallel.compiled import SUMS, compiled, in_threads
 
-TASK = 8
-"""Number of positions that a thread takes at a time."""
+TASK = 8  # number of positions that a thread takes at a time
 
 RARE = 1e-10
 """Probability, relative to that of the most probable leg, below which a leg does not change single precision."""

@@ -9,8 +9,7 @@ from jaxtyping import Float
 
 from simulate.parallel.compiled import SUMS, compiled, in_threads
 
-TASK = 8
-"""Number of positions that a thread takes at a time."""
+TASK = 8  # number of positions that a thread takes at a time
 
 
 @compiled(inline="always")

@@ -22,14 +22,9 @@ from learn.models.kriging.kriged_field import KrigedField
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import evenly, spectrum_of
 
-QUARTERS = 4
-"""Number of rounds in the choice of weights. Weights are multiples of one over this number."""
-
-LEAST_GAIN = 0.003
-"""A smaller gain in mean SSIM can be due to chance."""
-
-LEAST_DISTANCE = 1e-9
-"""Metres; weights do not grow nearer to a known position."""
+QUARTERS = 4  # number of rounds in the choice of weights. Weights are multiples of one over this number.
+LEAST_GAIN = 0.003  # a smaller gain in mean SSIM can be due to chance
+LEAST_DISTANCE = 1e-9  # metres; weights do not grow nearer to a known position
 
 
 def best_weights(
@@ -87,8 +82,7 @@ def left_out_by_kriging(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> 
     return predicted
 
 
-LEFT_OUT = 64
-"""Largest number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
+LEFT_OUT = 64  # largest number of known spectra, evenly spread, that each way of interpolation predicts from the others
 
 FOLDS, FOLDED = 8, 300
 """If few spectra are known, a covariance fitted to all of them predicts them too well. A way that is even then worse

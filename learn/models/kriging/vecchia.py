@@ -17,8 +17,7 @@ from learn.models.geometry import distances
 from learn.models.kriging.wave_covariance import Separations
 from simulate.spectra.spectrum import evenly
 
-FITTED_ON = 200
-"""Largest number of terms of the likelihood, evenly spread over the known positions in random order."""
+FITTED_ON = 200  # largest number of terms of the likelihood, evenly spread over the known positions in random order
 
 FAR = 1e6
 """Metres. In the likelihood, a known position with too few predecessors gets additional neighbours at multiples of this
@@ -28,11 +27,8 @@ EVENNESS = 0.03
 """Weight of the penalty −mean(log s_j), which is added to the negative mean log-likelihood. With it, directions that
 the spectra do not determine keep equal shares."""
 
-ITERATIONS = 60
-"""Largest number of iterations of the likelihood's optimiser."""
-
-DRIFT_MOST = 1e9
-"""Upper bound of the drift T, in spectra; a larger T would not change any prediction."""
+ITERATIONS = 60  # largest number of iterations of the likelihood's optimiser
+DRIFT_MOST = 1e9  # upper bound of the drift T, in spectra; a larger T would not change any prediction
 
 NUGGET_LEAST = 1e-6
 """Lower bound of the nugget ν, relative to the variance; it keeps the covariance of two spectra at one position
