@@ -6,12 +6,11 @@ than those of a normal distribution. So the variance only sorts predictions, and
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 from scipy.optimize import isotonic_regression
-from torch import Tensor
 
 from simulate.spectra.spectrum import evenly
 
@@ -22,20 +21,12 @@ KNOTS, LEAST_IN_KNOT = 8, 10
 
 
 def size_of(errors: Float[np.ndarray, "*n P"]) -> Float[np.ndarray, "*n"]:
-    """The standard deviation of a normal distribution that has as many errors within its 90 % interval.
-
-    >>> bool(abs(size_of(0.2 * np.random.default_rng(0).normal(size=100_000)) - 0.2) < 0.002)
-    True
-    """
+    """The standard deviation of a normal distribution that has as many errors within its 90 % interval."""
     return np.quantile(np.abs(errors), SHARE, axis=-1) / NORMAL
 
 
 def normal_curve(noise: float) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """The curve of a normal distribution: of the real and the imaginary part, half of the variance and of the noise.
-
-    >>> [each.round(3).tolist() for each in normal_curve(0.02)]
-    [[0.0, 1.0], [0.1, 0.714]]
-    """
+    """The curve of a normal distribution: of the real and the imaginary part, half of the variance and of the noise."""
     return np.array([0.0, 1.0]), np.sqrt(np.array([noise, 1 + noise]) / 2)
 
 
@@ -86,25 +77,10 @@ positions, at most FOLDS; if these are fewer than 2, the covariance is not fitte
 FITTED = "shares", "length", "drift", "nugget", "noises"  # what the fit of the covariance sets
 
 
-class Field(Protocol):
-    """What is needed of a field of responses over a band; ``BandField`` describes each."""
-
-    places: Tensor
-    wavelength: Tensor
-    level: Tensor
-    noise: float
-
-    def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None: ...
-
-    def with_variance(
-        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None, radius: float
-    ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]: ...
-
-
 def left_out_curve(
-    field: Field, responses: Complex[np.ndarray, "n elements subcarriers"]
+    field: Any, responses: Complex[np.ndarray, "n elements subcarriers"]
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """The deviations of a field over its kriging variance, as for ``rising_curve``.
+    """The deviations of a ``BandField`` over its kriging variance, as for ``rising_curve``.
 
     Known positions are predicted from others near and far. So the curve is right between them and beside them, however
     near to one another they are.
@@ -127,7 +103,7 @@ def left_out_curve(
 
 
 def _left_out(
-    field: Field, members: Int[np.ndarray, " n"], responses: Complex[np.ndarray, "N elements subcarriers"]
+    field: Any, members: Int[np.ndarray, " n"], responses: Complex[np.ndarray, "N elements subcarriers"]
 ) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m P"]]:
     """Variances and errors (real and imaginary parts) of known positions predicted from those beyond each radius."""
     places, variances, errors = field.places.numpy(), [], []

@@ -57,10 +57,7 @@ class HelmholtzField(SpectrumModel):
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predict spectra, and the interpolated responses if the model interpolates any.
-
-        The spectra are those of the responses only if no other way has a weight.
-        """
+        """Predict spectra, and interpolated responses if any; the spectra are theirs if no other way has a weight."""
         of_responses = next((way for way in ("field", "responses") if way in self._used), None)
         if of_responses is None:
             return self(positions), None
@@ -96,11 +93,9 @@ class HelmholtzField(SpectrumModel):
                     spectra[piece] += weight * self._by(way, positions[piece]).numpy()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the weighted mean."""
         return _sum({way: self._by(way, positions) for way in self._used}, self._used)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        """As for ``SpectrumModel``."""
         return _sum({way: self._by(way, positions, pixels) for way in self._used}, self._used)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
@@ -138,7 +133,7 @@ class HelmholtzField(SpectrumModel):
         self._fit_band(dataset, known)
 
     def _fit_band(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Fit the field over the band, if the dataset has one. Return what was found, to be added to a sentence."""
+        """Fit the field over the band, if the dataset has one, and say what was found."""
         if dataset.band_responses is None:
             return ""
         field = self._empty_band()
@@ -152,14 +147,12 @@ class HelmholtzField(SpectrumModel):
 
     @property
     def _built(self) -> Built:
-        """What the fields are built with."""
         return Built(self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength))
 
     def _fits(self, dataset: Dataset) -> FieldFits:
         return FieldFits(self._built, dataset, self._retrieved)
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
-        """Use these weights, and keep only the fields that are needed."""
         self.weights = torch.tensor([weights.get(way, 0.0) for way in WAYS])
         self._used = {way: weights[way] for way in WAYS if way in weights}
         # In the order in which a file is read, since inverse-distance weighting uses the first field.
@@ -169,7 +162,6 @@ class HelmholtzField(SpectrumModel):
     def _by(
         self, way: str, positions: Float[Tensor, "B 3"], pixels: Quadrature | None = None
     ) -> Float[Tensor, "B H W"]:
-        """Spectra predicted by one way, whole or at a few pixels."""
         if way in self.fields:
             model: Any = self.fields[way]
             return model(positions) if pixels is None else model.coarse(positions, pixels)
@@ -191,9 +183,6 @@ class HelmholtzField(SpectrumModel):
         self.band = nn.ModuleDict({"field": self._empty_band()} if of_band else {})
         if of_band:
             self.band["field"].load_state_dict(of_band)
-        weights = state_dict.get("weights", self.weights)
-        if 0 < len(weights) < len(WAYS):  # an older version knew fewer ways
-            state_dict = {**state_dict, "weights": torch.cat([weights, weights.new_zeros(len(WAYS) - len(weights))])}
         loaded = super().load_state_dict(state_dict, strict, assign)
         self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
         missing = self._used.keys() - fields.keys() - {"inverse-distance"}

@@ -1,7 +1,4 @@
-"""Stacking [wolpert1992]: weights of several interpolators, chosen by how well these predict left-out known spectra.
-
-Kriging and inverse-distance weighting can leave out a known spectrum at no cost, since neither has to be fitted again.
-"""
+"""Stacking [wolpert1992]: weights of several interpolators, chosen by how well these predict left-out known spectra."""
 
 from __future__ import annotations
 
@@ -32,13 +29,8 @@ def best_weights(
 ) -> tuple[dict[str, float], float]:
     """Weights of predictions, and the mean SSIM of their weighted mean, by greedy selection [caruana2004].
 
-    Each round adds the prediction that raises the mean SSIM of the mean most; the same one can be added again. Gains
-    below ``LEAST_GAIN`` do not count: neither that of a mean over a single prediction, nor that of a prediction over an
-    earlier one.
-
-    >>> truth = np.tile(np.linspace(0, 1, 360), (1, 90, 1))
-    >>> best_weights({"right": truth, "flat": np.zeros_like(truth)}, truth)
-    ({'right': 1.0}, 1.0)
+    Each round adds the prediction that raises the mean SSIM of the mean most; the same one can be added again. A gain
+    below ``LEAST_GAIN`` does not count, of a mean over a single prediction or of a prediction over an earlier one.
     """
     total, counts, score = np.zeros_like(truth), dict.fromkeys(predicted, 0), 0.0
     single, single_score = "", 0.0
@@ -105,7 +97,6 @@ class Mixture(NamedTuple):
     score: float  # that of the mixture
 
     def __str__(self) -> str:
-        """A sentence for the user."""
         ordered = sorted(self.weights.items(), key=lambda item: -item[1])
         parts = [f"{weight:.0%} {WAYS[way]}" for way, weight in ordered]
         found = ", ".join(f"{way} {value:.3f}" for way, value in self.scores.items())
@@ -154,11 +145,7 @@ def best_mixture(fits: FieldFits, known: Int[np.ndarray, " n"], report: Report) 
 def _with_others_phases(
     fits: FieldFits, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int, report: Report
 ) -> Float[np.ndarray, "L 90 360"]:
-    """Some known spectra, each predicted from others whose phases were found without it.
-
-    With several folds, every part of the known spectra is predicted from the other parts. With one fold, the
-    left-out spectra are predicted from all others.
-    """
+    """Some known spectra, each predicted from others whose phases were found without it, by parts if there are folds."""
     predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
     for fold in range(folds):
         report("score by phases", fold, folds)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import count
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Inexact, Int
 from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
-from torch import Tensor
 
 from learn.models.geometry import distances
-from learn.models.kriging.wave_covariance import Separations
 from simulate.spectra.spectrum import evenly
 
 FITTED_ON = 200  # largest number of terms of the likelihood, evenly spread over the known positions in random order
@@ -35,33 +32,9 @@ NUGGET_LEAST = 1e-6
 invertible."""
 
 
-class Kriged(Protocol):
-    """What the likelihood needs of a field of known spectra; ``KrigedField`` describes each."""
-
-    places: Tensor
-    times: Tensor
-    first_length: float
-    shares: Tensor
-    length: Tensor
-    drift: Tensor
-    nugget: Tensor
-
-    def products(self, members: Int[Tensor, " n"]) -> Inexact[Tensor, "n n"]: ...
-
-    def separations(self, a: Tensor, b: Tensor) -> Separations: ...
-
-    def fading(self, separation: Tensor, scale: Tensor) -> Tensor: ...
-
-    def kappa(
-        self, separations: Separations, fading: Tensor, shares: Tensor, length: Tensor
-    ) -> tuple[Tensor, Tensor | None]: ...
-
-
 @threadpool_limits.wrap(1)  # with such small matrices, several threads would mostly wait for each other
-def fit_covariance(
-    field: Kriged, neighbours_most: int, report: Callable[[int, int], None] = lambda done, most: None
-) -> None:
-    """Set the s, ℓ, T and ν of a field to those that maximise Vecchia's likelihood of its known spectra."""
+def fit_covariance(field: Any, neighbours_most: int, report: Callable[[int, int], None] = lambda *_: None) -> None:
+    """Set the s, ℓ, T and ν of a ``KrigedField`` to those that maximise Vecchia's likelihood of its known spectra."""
     report(0, ITERATIONS)
     iteration = count(1)
     # Vecchia's likelihood: the known positions are put into a random order, and each is predicted from the nearest
