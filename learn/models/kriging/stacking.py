@@ -145,7 +145,7 @@ def best_mixture(fits: FieldFits, known: Int[np.ndarray, " n"], report: Report) 
 def _with_others_phases(
     fits: FieldFits, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int, report: Report
 ) -> Float[np.ndarray, "L 90 360"]:
-    """Some known spectra, each predicted from others whose phases were found without it, by parts if there are folds."""
+    """Some known spectra, each predicted from others whose phases were found without it, by parts if there are any."""
     predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
     for fold in range(folds):
         report("score by phases", fold, folds)
@@ -161,12 +161,7 @@ def _with_others_phases(
 
 
 def _of_folds(
-    way: str,
-    fits: FieldFits,
-    known: Int[np.ndarray, " n"],
-    left_out: Int[np.ndarray, " L"],
-    folds: int,
-    report: Report,
+    way: str, fits: FieldFits, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int, report: Report
 ) -> Float[np.ndarray, "L 90 360"]:
     """As ``left_out_by_kriging``, with covariances that are fitted without the part that they predict."""
     predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)

@@ -83,13 +83,7 @@ class SwiftWRF(SplatModel):
         elevation = 45 * (place[..., 1] + 1)
         weight = (self.opacity + fade[..., 0])[..., None] * (self.coefficient + change)
         field = splat_by_conic(
-            azimuth,
-            elevation,
-            (a, b, c),
-            torch.full_like(azimuth, FAINT),
-            weight / FAINT,
-            azimuths,
-            elevations,
+            azimuth, elevation, (a, b, c), torch.full_like(azimuth, FAINT), weight / FAINT, azimuths, elevations
         )
         return clipped_magnitude(field)
 

@@ -126,10 +126,7 @@ def splat_reference(
 
 
 def gaussian(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    conic: Conic,
-    pixels: Float[Tensor, "P 2"],
+    azimuth: Float[Tensor, "*#B N_p"], elevation: Float[Tensor, "*#B N_p"], conic: Conic, pixels: Float[Tensor, "P 2"]
 ) -> Float[Tensor, "B N_p P"]:
     """G_i(p) = exp(−½ (p − μ_i)ᵀ Σ_i⁻¹ (p − μ_i)) on the (φ, θ) plane.
 
