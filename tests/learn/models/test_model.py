@@ -186,7 +186,7 @@ def test_bisplats_spectrum_is_the_fields_power(small, region):
 
 def test_coefficients_are_mixed_by_the_papers_formula(monkeypatch, small, region):
     """c = (amp_static + w amp_mod) e^{j(phase_static + phase_mod)}, w smaller for coarse primitives than for fine."""
-    from learn.models.networks.feed_forward import bisplat as module
+    from learn.models.networks import bisplat as module
 
     seen = {}
 
