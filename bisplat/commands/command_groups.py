@@ -9,7 +9,7 @@ from bisplat.commands.benchmark_commands import benchmark, score
 from bisplat.commands.comparison_commands import ablate, compare, sweep
 from bisplat.commands.coverage_command import coverage
 from bisplat.commands.dataset_commands import convert, dataset, responses
-from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
+from bisplat.commands.evaluation_commands import crossvalidate, evaluate
 from bisplat.commands.rooms_command import rooms
 from bisplat.commands.rssi_command import rssi
 from bisplat.commands.scene_command import scene
@@ -23,7 +23,7 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "First look": (demo,),
     "Datasets": (check, dataset, convert, responses, rssi, rooms),
     "Predictions": (predict, locate, plan, coverage, export),
-    "Comparisons": (crossvalidate, compare, ablate, sweep, engines),
+    "Comparisons": (crossvalidate, compare, ablate, sweep),
     "Benchmarks": (benchmark, score),
     "Scenes": (calibrate,),
 }

@@ -11,7 +11,6 @@ import pytest
 from learn.data.splits import split
 from learn.data.torch_dataset import TorchDataset
 from learn.evaluation.check import check
-from learn.evaluation.engines import compare_engines
 from learn.view.subject import subject
 from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError, ParameterError
@@ -185,7 +184,6 @@ def test_check_describes_pairs(pairs):
     [
         lambda dataset: split(dataset, "random", 0),
         lambda dataset: check(dataset.folder, "random"),
-        lambda dataset: compare_engines(dataset.folder, SIGHT, 2),
         lambda dataset: subject(str(dataset.folder)),
     ],
 )
