@@ -9,10 +9,10 @@ from bisplat.commands.given_options import refuse_given
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, printable
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.folder_kinds import is_rssi
+from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:
-    from learn.localisation.locate import Place
+    from learn.localisation.located_places import Place
     from simulate.csi.csi_dataset import CsiDataset
     from simulate.rssi.rssi_dataset import RssiDataset
 
@@ -38,11 +38,11 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
     if not is_rssi(folder):
         refuse_given(["--level"], "received powers, found channels, whose level does not count")
     from learn.data.splits import split as split_rows
-    from learn.localisation.heard_rows import HeardRows, heard_channels, heard_powers
-    from learn.localisation.judged_places import by_channels, by_powers, error_rows
+    from learn.localisation.baseline_positions import by_channels, by_powers, error_rows
     from learn.localisation.locate_channels import locate_channels
     from learn.localisation.locate_powers import located_by_powers
-    from learn.localisation.places_file import NEW, write_places
+    from learn.localisation.located_places import NEW, write_places
+    from learn.localisation.observations import ObservedRows, observed_channels, observed_powers
     from simulate.csi.csi_dataset import read_csi
     from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
@@ -54,9 +54,11 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
         parts = split_rows(dataset, split, 0)
         known, part, numbers = parts.known, "test", parts.test.tolist()
         rows = dataset.rssi_dbm if isinstance(dataset, RssiDataset) else dataset.uplink
-        seen = HeardRows(rows[parts.test], dataset.positions[parts.test])
+        seen = ObservedRows(rows[parts.test], dataset.positions[parts.test])
     else:
-        read = heard_powers(heard, dataset) if isinstance(dataset, RssiDataset) else heard_channels(heard, dataset)
+        read = (
+            observed_powers(heard, dataset) if isinstance(dataset, RssiDataset) else observed_channels(heard, dataset)
+        )
         seen, numbers = read, list(range(len(read.rows)))
     places: list[list[Place]]
     if isinstance(dataset, RssiDataset):

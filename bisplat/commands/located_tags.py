@@ -37,8 +37,8 @@ def locate_tags_of(folder: Path, output: Path, force: bool, region: Region | Non
         boresight: as for ``locate_tags``.
     """
     from learn.localisation.locate_tags import locate_tags
-    from learn.localisation.places_file import write_places
-    from learn.localisation.track import track_of
+    from learn.localisation.located_places import write_places
+    from learn.localisation.observations import track_of
     from simulate.dataset.dataset_folder import read_dataset
 
     if output.suffix.lower() != ".csv":

@@ -20,7 +20,7 @@ from scenes.files.options import checked, unchecked
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, say
 from scenes.scene.tolerances import Tolerances
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
@@ -56,7 +56,7 @@ def calibrate(
         propagation: what the ray tracer follows.
     """
     from scenes.storage.scene_yaml import load_scene
-    from simulate.positions.given_positions import MOST_POSITIONS
+    from simulate.positions.positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
     powers = is_rssi(dataset)
@@ -81,8 +81,7 @@ def calibrate(
 def _by_spectra(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
     """Correct a scene by spectra, write it to an empty folder and print what changed; returns how well it fits."""
     from learn.twin.calibrate import calibrate as calibrate_scene
-    from learn.twin.calibrate import write_calibration
-    from learn.twin.calibration_table import rows_of
+    from learn.twin.calibrate import rows_of, write_calibration
 
     found = calibrate_scene(scene, dataset, n, report=say, **options)
     write_calibration(found, folder)
@@ -93,8 +92,8 @@ def _by_spectra(scene: Scene, dataset: Path, n: int, options: dict[str, Any], fo
 
 def _by_powers(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
     """As ``_by_spectra``, by received powers."""
+    from learn.twin.calibrate import rows_of
     from learn.twin.calibrate_powers import calibrate_powers, write_power_calibration
-    from learn.twin.calibration_table import rows_of
 
     found = calibrate_powers(scene, dataset, n, report=say, **options)
     write_power_calibration(found, folder)
@@ -153,10 +152,10 @@ def locate(
         locate_tags_of(runs[0], output, force, region, boresight)
         return
     refuse_given(OF_TRACKS, "a dataset whose antenna moved, and no run, found a run")
-    from learn.localisation.heard_pictures import heard_pictures, parts_of, require_unseen
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
-    from learn.localisation.places_file import write_places
+    from learn.localisation.located_places import write_places
+    from learn.localisation.observations import observed_pictures, parts_of, require_unseen
     from learn.training.config import read_config
     from learn.training.fit_progress import FitProgress
     from learn.training.run_folder import load_run
@@ -167,7 +166,7 @@ def locate(
     if len(runs) != len(pictures) or not runs:
         raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
     loaded = [load_run(run) for run in runs]
-    seen = [heard_pictures(folder, run) for folder, run in zip(pictures, loaded, strict=True)]
+    seen = [observed_pictures(folder, run) for folder, run in zip(pictures, loaded, strict=True)]
     names = seen[0][0]
     for folder, (other, _) in zip(pictures, seen, strict=True):
         if other != names:

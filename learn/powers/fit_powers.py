@@ -13,7 +13,7 @@ from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
 from learn.powers.power_methods import POWER_METHODS, TWIN, with_twin
 from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
 from scenes.scene.description import Scene
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 

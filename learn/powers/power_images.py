@@ -7,7 +7,7 @@ from jaxtyping import Complex, Float
 from scipy.linalg import cholesky, solve_triangular
 from scipy.spatial.distance import cdist
 
-from learn.models.images.image_strengths import expected_amplitudes
+from learn.models.images.image_search import expected_amplitudes
 from learn.powers.shared_images import SharedImages, images_in_one_plane, images_in_two_planes, together
 
 BY_REFERENCE, IN_ONE, IN_TWO = 10, 20, 20

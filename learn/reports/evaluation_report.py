@@ -165,7 +165,7 @@ def crossvalidation_values(fresh: CrossValidation, folder: Path) -> dict[str, An
 @at_paper_size()
 def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
     """Write locations.json, locations.csv and location_errors.png (and .pdf)."""
-    from learn.localisation.places_file import write_places
+    from learn.localisation.located_places import write_places
 
     folder.mkdir(parents=True, exist_ok=True)
     facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})

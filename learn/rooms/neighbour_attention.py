@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from torch import Tensor, nn
 from torch.nn.functional import avg_pool2d, pad
 
-from learn.models.loss import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
+from learn.models.quadrature import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
 from learn.rooms.known_in_room import KnownInRoom
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset

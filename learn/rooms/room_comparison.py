@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from learn.comparison.averaged_table import AveragedTable
 from learn.comparison.score_table import by_name
-from simulate.dataset.room_settings import Setting
+from simulate.dataset.dataset_kinds import Setting
 
 
 @dataclass(frozen=True, kw_only=True)

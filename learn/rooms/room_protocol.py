@@ -7,7 +7,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from learn.comparison.kept_rows import KeptRow
-from simulate.dataset.room_settings import Setting
+from simulate.dataset.dataset_kinds import Setting
 
 
 class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -28,8 +28,6 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "crossvalidate": ("nowhere --scene closet", ()),
     "export": ("kriged", ("data", "kriged")),
     "ablate": ("nowhere", ()),
-    "benchmark": ("nowhere", ()),
-    "score": ("nowhere nowhere --benchmark practice-blocked", ()),
     "demo": ("--spectra 0", ()),
     "view": ("nowhere", ()),
     "calibrate": ("closet nowhere", ()),

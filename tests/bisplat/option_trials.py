@@ -79,9 +79,6 @@ CALIBRATED_BY_POWERS = "learn.twin.calibrate_powers:calibrate_powers"
 PLANNED = "learn.planning.next_positions:plan"
 NEW_FOLDER = "bisplat.commands.uses_commands:new_folder"
 NEW_IN_USES = "bisplat.commands.uses_commands:require_new"
-SCORE = "score guesses made --benchmark practice-blocked"
-SCORED = "learn.benchmark.score_predictions:score_predictions"
-KEPT = "learn.benchmark.method_results:require_room"
 SERVED = "scenes.browser.served_page:serve"
 
 TRIALS: dict[str, list[Trial]] = {
@@ -166,7 +163,9 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("check data --split random", ["--guard 1", "--seed 1"]),
     ],
     "dataset": [
-        *_trials(RECORDED, [("--frequency 915e6", "--frequency 2.4GHz")], "simulate.exchange.recorded_dataset:record"),
+        *_trials(
+            RECORDED, [("--frequency 915e6", "--frequency 2.4GHz")], "simulate.exchange.recorded_responses:record"
+        ),
         *_trials(
             RECORDED,
             [
@@ -264,7 +263,7 @@ TRIALS: dict[str, list[Trial]] = {
     "export": [
         *_trials("export mlp", ["-o out.pt2"]),
         *_trials("export data", ["--hdf5 out.h5"]),
-        *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo.deepmimo_export:export_deepmimo"),
+        *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo_export:export_deepmimo"),
         *_trials("export powers", ["--hdf5 out.h5"]),
         *_trials("export data", ["--csi out"], "simulate.exchange.csi_export:export_csi"),
         *_trials("export data --hdf5 out.h5", ["--force"], there="out.h5"),
@@ -288,15 +287,6 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("compare links", ["--models copy", "--split random", "--seeds 2"], COMPARED_CHANNELS),
         *_trials("compare links --models copy", ["--json", "-o out"]),
         *_trials("compare banded -o out --models nearest", ["--over-band"]),
-    ],
-    "benchmark": [
-        *_trials("benchmark", ["--json"]),
-        *_trials("benchmark practice -o out", [("-o out2", "-o out")], "learn.benchmark.make_benchmark:make_benchmark"),
-    ],
-    "score": [
-        *_trials(SCORE, ["--json", "-o scores.json"]),
-        *_trials(f"{SCORE} -o scores.json", ["--method mine", "--force"], KEPT),
-        *_trials(SCORE, [("--benchmark lab-blocked", "--benchmark practice-blocked")], SCORED),
     ],
     "ablate": [
         Trial(ABLATE, "--json", stops_at="bisplat.commands.comparison_commands:print_averages"),

@@ -181,13 +181,6 @@ REFUSED: dict[str, str] = {
     "evaluate mlp --scene closet": "--scene: expected received powers or channels (CSI), found mlp",
     "evaluate heard -o out --model twin": "--scene: expected the scene that the method twin traces, found none",
     "coverage heard -o out --method twin": "--scene: expected the scene that the method twin traces, found none",
-    "benchmark --output out": "--output: expected the name of a benchmark dataset beside it, found none",
-    "benchmark practice": "-o: expected a folder for the dataset, found none",
-    "benchmark practice -o out --json": "--json: expected the list, which has no name, found practice",
-    "benchmark ofice -o out": "--name: expected rssi-office, csi-lab, lab, closet, moving-receiver-bedroom, ten-",
-    "score data data --benchmark practice-blocked --method x": "--method: expected -o beside it, found none",
-    "score data data --benchmark practice": "--benchmark: expected a dataset and a task, such as lab-bl",
-    "score data data --benchmark lab-random": "data: expected a folder that bisplat benchmark made, found no benchmark",
     "sweep data -o out --sizes 3 --models kriging --budget 5": f"--budget: {OF_STEPS} kriging",
     "locate mlp --pictures data -o out.csv --level 3": (
         "--level: expected received powers (RSSI) or channels (CSI), found mlp"

@@ -399,19 +399,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "budget": (*NUMBER, 0), "output": PATH,
             },
         ),
-        "make_benchmark": Call(
-            bisplat.make_benchmark, {"name": "practice", "folder": "out"}, {"name": WORD, "folder": PATH}
-        ),
-        "read_benchmark": Call(
-            bisplat.read_benchmark,
-            {"benchmark": "practice-blocked", "folder": data},
-            {"benchmark": WORD, "folder": (*PATH, "nowhere", data), "frequency": (*BANDWIDTH, 915e6)},
-        ),
-        "score_predictions": Call(
-            bisplat.score_predictions,
-            {"predictions": data, "dataset": data, "benchmark": "practice-blocked"},
-            {"predictions": PATH, "dataset": (*PATH, "nowhere", data), "benchmark": WORD},
-        ),
         "compare_band": Call(
             bisplat.compare_band,
             {"dataset": file.with_name("wide"), "methods": ["nearest"], "split": "random"},

@@ -31,7 +31,7 @@ from simulate.dataset.dataset_writer import write_positions
 from simulate.exchange.given_responses import write_dataset
 from simulate.generation.simulated_rooms import simulate_rooms
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.given_powers import write_rssi
+from simulate.rssi.rssi_writer import write_rssi
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
 from tests.bisplat.refused_options import REFUSED
@@ -158,7 +158,6 @@ def outcome(place, outcomes, monkeypatch, capsys) -> Iterator[Callable]:
     _patch(monkeypatch, "simulate.fullwave.gprmax:installed_gprmax", lambda what: "gprMax")
     retrieved = Retrieval(np.zeros((12, 16), complex), np.zeros(12))
     _patch(monkeypatch, "simulate.dataset.response_retrieval:retrieve", lambda dataset: retrieved)
-    _patch(monkeypatch, "learn.benchmark.score_predictions:score_predictions", lambda *arguments: {"ssim_median": 0.5})
     _patch(monkeypatch, "learn.comparison.ablate:ablate", lambda *arguments: SimpleNamespace(averages=list, remark=str))
 
     def clean() -> None:

@@ -19,7 +19,7 @@ from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
 from simulate.engines.rays_engine import Rays
 from simulate.generation.request import Request
-from simulate.rssi.given_powers import write_rssi
+from simulate.rssi.rssi_writer import write_rssi
 from tests.bisplat import without_extras
 
 FIELD = str(Path(__file__).parents[1] / "data" / "closet")

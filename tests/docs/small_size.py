@@ -104,9 +104,9 @@ def use_small_sizes() -> None:
 
 def use_quick_fits() -> None:
     """Make fits of covariances end early."""
-    from learn.models.kriging import mixture_weights, vecchia
+    from learn.models.kriging import stacking, vecchia
 
-    vecchia.ITERATIONS, mixture_weights.FOLDS = 15, 2
+    vecchia.ITERATIONS, stacking.FOLDS = 15, 2
 
 
 def trace_rooms_coarsely() -> None:

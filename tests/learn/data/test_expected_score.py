@@ -5,7 +5,7 @@ import pytest
 
 from learn.data import expected_score
 from learn.data.expected_score import FILE, ScoreCurve, Spacing, expectation, facts, score_curve, scores_in
-from learn.planning import spectra_needed
+from learn.planning import next_positions as spectra_needed
 from scenes.files.errors import ParameterError
 from simulate.spectra.array import PlanarArray
 

@@ -9,7 +9,7 @@ from PIL import Image
 from benchmarks.ledger.rays_against_full_wave import compare_engines, compare_on_plane, compare_responses, draw_plane
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.training.train import train
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject

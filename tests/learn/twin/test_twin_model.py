@@ -14,7 +14,7 @@ from learn.training.prediction import predict
 from learn.training.registry import MODELS
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from learn.twin import scene_weight
+from learn.twin import twin_model as scene_weight
 from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
