@@ -13,7 +13,6 @@ import numpy as np
 import tyro
 from jaxtyping import Complex, Float, Int
 from matplotlib.figure import Figure
-from simulate.dataset.recorded_scene import at_its_frequency
 
 from learn.data.metrics import Scores, score
 from learn.evaluation.crossvalidate import correlation
@@ -23,7 +22,7 @@ from learn.reports.provenance import Provenance
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import at_its_frequency, read_dataset
 from simulate.engines.engine import Setting
 from simulate.engines.fullwave_engine import FullWave
 from simulate.rays.core.propagation import Propagation
