@@ -28,7 +28,7 @@ from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.smallest_room import smallest_room
 from benchmarks.ledger.solved_rooms import CELL, LARGER, POSITIONS, correlation, of_one_element, scene_of, solved
 from scenes.scene.description import Scene
-from simulate.fullwave.yee_grid import wavenumber_error
+from simulate.fullwave.yee_grid import frequencies_on_grid, numerical_frequency
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
@@ -58,6 +58,12 @@ def turned(scene: Scene, places: Float[np.ndarray, "K 3"], degrees: float) -> tu
     )
     objects = tuple(replace(item, mesh=mesh) for item, mesh in zip(scene.objects, meshes, strict=True))
     return replace(scene, gateway=gateway, transmitter=transmitter, objects=objects), turn.apply(places)
+
+
+def wavenumber_error(directions: Float[np.ndarray, "n 3"], wavelength: float, cell: float) -> Float[np.ndarray, " n"]:
+    """Relative error of the wavenumber of waves in some directions: above 0 along an axis, below along a diagonal."""
+    frequencies = frequencies_on_grid(2 * np.pi / wavelength * directions, cell)
+    return numerical_frequency(wavelength, cell) / frequencies - 1
 
 
 def dispersed(tracer: Tracer, places: Float[np.ndarray, "K 3"], cell: float) -> Complex[np.ndarray, " K"]:

@@ -46,8 +46,8 @@ from simulate.dataset.dataset import Dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import gateway_antennas
-from simulate.rssi.given_powers import write_rssi
 from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.rssi.rssi_writer import write_rssi
 from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
 

@@ -14,7 +14,7 @@ from learn.data.splits import SplitKind
 from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.folder_kinds import is_rssi
+from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:
     from learn.comparison.score_table import ScoreTable

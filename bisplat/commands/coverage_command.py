@@ -25,8 +25,8 @@ def coverage(
 ) -> None:
     """Map the received powers (RSSI) of every gateway at a height.
 
-    Writes arrays (coverage.npz), a GeoTIFF (coverage.tif) and figures, with 90 % intervals. Only the method twin traces
-    rays; otherwise, walls count as far as the measured powers show them.
+    Writes arrays (coverage.npz) and figures, with 90 % intervals. Only the method twin traces rays; otherwise, walls
+    count as far as the measured powers show them.
 
     Args:
         powers: folder of received powers. The method learns from all of its positions.

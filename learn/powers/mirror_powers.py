@@ -12,7 +12,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from scipy.linalg import cholesky, solve_triangular
 from scipy.spatial.distance import cdist
 
-from learn.models.images.image_strengths import expected_amplitudes
+from learn.models.images.image_search import expected_amplitudes
 from learn.models.images.mirror_images import APART, image_waves, plane_distances, strongest_apart
 from learn.powers.known_powers import KnownPowers
 from learn.powers.power_field import ExplainedPowers

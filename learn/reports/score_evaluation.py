@@ -25,7 +25,7 @@ from learn.reports.score_report import draw_score_distribution, draw_scores
 from learn.reports.table_files import write_scores
 from scenes.files.atomic import write_atomically
 from simulate.csi.csi_dataset import CsiDataset
-from simulate.spectra.delay_spread import delay_spread
+from simulate.spectra.band import delay_spread
 
 
 def write_score_evaluation(comparison: ScoreTable, model: str, folder: Path) -> None:

@@ -35,7 +35,7 @@ from scenes.files.errors import (
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.rooms_folder import Rooms, read_rooms
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import evenly
 
 GIVEN = 5, 10, 25, 50, 100

@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 from learn.comparison.averaged_table import AveragedTable
 from learn.comparison.kept_rows import KeptRow
 from learn.comparison.score_table import by_name
-from simulate.dataset.room_settings import Setting
+from simulate.dataset.dataset_kinds import Setting
 
 
 class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -28,29 +28,7 @@ if TYPE_CHECKING:  # their imports take long, and the help of the command line d
 
 
 @dataclass(frozen=True)
-class Solver:
-    """The options that the field of a scene depends on.
-
-    Attributes:
-        cell: side of the cells in full wave, metres. None: 1/7 of the shortest wavelength in a material, at most 1/16
-            of the wavelength in air.
-        solver: "bisplat" for our own solver, or gprMax and its version; the engine sets it from ``gpu``.
-
-    Raises:
-        ParameterError: ``cell`` is outside ``CELLS``.
-    """
-
-    cell: float | None = None
-    solver: Annotated[str, Suppress] = OURS
-
-    def __post_init__(self) -> None:
-        check_kinds(self)
-        if self.cell is not None:
-            require_within(*CELLS, "metres", cell=self.cell)
-
-
-@dataclass(frozen=True)
-class FullWave(Solver, Engine):
+class FullWave(Engine):
     """Engine that solves Maxwell's equations by finite differences in time (FDTD) [yee1966].
 
     By reciprocity one solver run for each element of the array gives the responses at every position of the
@@ -78,11 +56,15 @@ class FullWave(Solver, Engine):
         (0.02, 'bisplat')
     """
 
+    cell: float | None = None
+    solver: Annotated[str, Suppress] = OURS
     field: Path | None = None
     gpu: bool = False
 
     def __post_init__(self) -> None:
-        super().__post_init__()
+        check_kinds(self)
+        if self.cell is not None:
+            require_within(*CELLS, "metres", cell=self.cell)
         if self.field is not None:
             require_path(field=self.field)
 
@@ -149,24 +131,10 @@ class FullWave(Solver, Engine):
     def sources(
         self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
     ) -> list[list[ResponseSource]]:
-        """The field at each frequency, as the dataset folder stores it.
+        """The field at each frequency, as the dataset folder stores it, for a single setting.
 
         If one is missing or damaged, it is copied from the folder ``field`` or solved anew, with the other frequencies
         of its runs. Interrupted solver runs continue.
-
-        Args:
-            settings: a single one, since a folder stores the fields of one: the scenes, the region of the
-                transmitters, and the seed, which is not used here.
-            folder: the dataset folder.
-            machines: number of solver runs at a time, and the Ray cluster to run on.
-            progress: shows the solver runs.
-
-        Returns:
-            The stored fields, whose method ``responses`` takes positions [K, 3], metres, world frame, and returns
-            element responses [K, elements].
-
-        Raises:
-            InputError: the solver failed.
         """
         (setting,) = settings
         if self.field is not None:

@@ -50,7 +50,7 @@ class Rays(Engine):
     name: ClassVar[str] = "rays"
     called: ClassVar[str] = "fresh ray tracing"
     packages: ClassVar[tuple[str, ...]] = ("sionna-rt", "mitsuba", "drjit", "numpy")
-    always_recorded: ClassVar[bool] = False  # datasets of version 0.1 lack some of it
+    always_recorded: ClassVar[bool] = False  # folders of powers record other things than those of spectra
     knows_bands: ClassVar[bool] = True
     knows_frequencies: ClassVar[bool] = True
 
@@ -67,25 +67,8 @@ class Rays(Engine):
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> Self:
-        """The engine that a dataset was simulated with.
-
-        Args:
-            metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated.
-
-        Returns:
-            The engine with the recorded options, or with the defaults if none are recorded.
-
-        Example:
-            >>> import bisplat
-            >>> bisplat.Rays.of({"propagation": {"max_depth": 2, "seed": 4}}).propagation.max_depth
-            2
-        """
+        """The recorded engine; that with the defaults for a dataset that was not simulated."""
         settings = {name: value for name, value in metadata.get("propagation", {}).items() if name != "seed"}
-        if settings and "slab_phase" not in settings:  # version 0.1
-            settings |= {
-                "slab_phase": False,
-                "sionna": settings.get("diffuse", False) or settings.get("diffraction", False),
-            }
         return cls(Propagation(**settings))
 
     def versions(self) -> dict[str, str]:
@@ -122,15 +105,7 @@ class Rays(Engine):
         return tracers
 
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:
-        """Find the chains of a scene, and return the tracer that computes the responses.
-
-        Args:
-            setting: the scene, region and seed.
-            progress: shows the search for paths.
-
-        Returns:
-            The tracer.
-        """
+        """Find the chains of a scene, and return the tracer that computes the responses."""
         from simulate.rays.tracer import Tracer
 
         search = progress.add_task("finding paths", total=None)
@@ -161,10 +136,5 @@ def _at_all(first: Tracer, setting: Setting) -> list[ResponseSource]:
 
 
 def seed_of_rays(metadata: Mapping[str, Any]) -> int:
-    """The seed of the rays of a dataset.
-
-    Example:
-        >>> seed_of_rays({"propagation": {"seed": 4}}), seed_of_rays({})
-        (4, 1)
-    """
+    """The seed of the rays of a dataset."""
     return metadata.get("propagation", {}).get("seed", DEFAULT_SEED)

@@ -8,19 +8,6 @@ An edge near the surface of a slab is partly in the slab. Let f be the fraction 
 with ε̃ = ε_r − jσ/ωε₀. So the surface is at its true place and not at the nearest edge, and a board thinner than a cell
 acts as an equivalent sheet. [farjadpour2006] derives the same means for FDTD. A conductor consists of the faces between
 the middles of cells on its two sides. Curved and oblique conductors become staircases, up to half a cell off.
-
-
-Corrections at the edges of conductors, where the field is singular and differences between cells are wrong.
-
-The electric field along an edge grows with the distance r from it, like r^½ for a sheet and like r^⅔ for a block.
-Differences between cells assume a smooth field, so a conductor appears about a third of a cell too large. Consider the
-edges of cells next to the conductor's edge. The difference form of Laplace's equation, Σ (E_neighbour − E)/μ_r = 0,
-holds there for this static field if the difference towards the conductor's edge has the weight α = 1/μ_r [mur1981]:
-
-    α = √2 + 2·2^¼ cos(π/8) − 3                  = 0.612 beside the edge of a sheet,
-    α = (2^⅔ sin 60° + 2^⅓ (1 + ½)) / sin 60° − 3 = 0.770 beside the edge of a block.
-
-The field across the edge, which grows like r^−½, is not corrected. Corners of staircases count as edges of blocks.
 """
 
 from __future__ import annotations
@@ -203,7 +190,19 @@ PERMEABILITY = (1.0, SHEET, BLOCK)
 
 
 def beside_edges(conducting: Bool[np.ndarray, "3 nx+1 ny+1 nz+1"]) -> UInt8[np.ndarray, "3 nx+1 ny+1 nz+1"]:
-    """Find the magnetic components beside edges of conductors."""
+    """Find the magnetic components beside edges of conductors, where differences between cells are wrong.
+
+    The electric field along an edge grows with the distance r from it, like r^½ for a sheet and like r^⅔ for a block.
+    Differences between cells assume a smooth field, so a conductor appears about a third of a cell too large. Consider
+    the edges of cells next to the conductor's edge. The difference form of Laplace's equation, Σ (E_neighbour − E)/μ_r
+    = 0, holds there for this static field if the difference towards the conductor's edge has the weight α = 1/μ_r
+    [mur1981]:
+
+        α = √2 + 2·2^¼ cos(π/8) − 3                  = 0.612 beside the edge of a sheet,
+        α = (2^⅔ sin 60° + 2^⅓ (1 + ½)) / sin 60° − 3 = 0.770 beside the edge of a block.
+
+    The field across the edge, which grows like r^−½, is not corrected. Corners of staircases count as edges of blocks.
+    """
     faces = np.stack([_faces(conducting, axis) for axis in range(3)])
     found = np.zeros(conducting.shape, np.uint8)
     for axis in range(3):

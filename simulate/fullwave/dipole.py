@@ -1,29 +1,23 @@
 """Short dipoles, which are the antennas of the full-wave engine, and their response in free space.
 
-Exact field of a dipole beside a conducting half-plane, a reference for tests of diffraction.
 
-The half-plane is x = 0, y < 0, and its edge is the z axis. A dipole parallel to the edge has a Hertz vector along z,
-which vanishes on the plane. Macdonald [macdonald1915] solved this case ([bowman1969], chapter 8). With the distances R
-from the source and R′ from its image,
 
-    G = g(R, m) − g(R′, m′),
-    g(R, m) = k/(8πj) · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,
-    m = 2k √(ρρ₀) cos((φ − φ₀)/2),   m′ = 2k √(ρρ₀) cos((φ + φ₀)/2),
+A dipole that oscillates at one frequency, on the edges of the cells, and the phasor of its field.
 
-where ρ is the distance from the edge and φ the angle from the half-plane. The index 0 marks those of the source.
+Weights that spread a source over the lattice points around it.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
-from scipy.integrate import quad_vec
+from jaxtyping import Complex, Float, Int
 from scipy.spatial.transform import Rotation
-from scipy.special import hankel2
 
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
+from simulate.fullwave.yee_grid import YeeGrid
 
 GAIN = 1.5
 """Gain of a short dipole."""
@@ -67,67 +61,80 @@ def free_space_response(
     return GAIN * wavelength / (4 * np.pi * distance) * np.exp(-2j * np.pi * distance / wavelength) * field
 
 
-def half_plane_response(
-    source: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"], frequency: float
-) -> Complex[np.ndarray, " K"]:
-    """Response between short dipoles along z beside the conducting half-plane x = 0, y < 0.
+RISE = 6
+"""Periods over which the amplitude of the source rises, as half a raised cosine. The rise is slow, so that the source
+hardly radiates at other frequencies."""
 
-    It is y = 1.5 λ (1 + ∂²/∂z² / k²) G, and ``|y|²`` is the channel gain.
+SNAPSHOTS = 4
+"""Number of moments in a period at which the field is kept. Amplitude, phase and a constant are fitted to them. The
+constant is needed, since the start of the oscillation leaves static charges at the ends of the dipole."""
 
-    Example:
-        >>> source = np.array([-1.0, 0.3, 0.0])
-        >>> lit_and_shadow = half_plane_response(source, np.array([[1.0, 0.5, 0.0], [1.0, -2.0, 0.0]]), 915e6)
-        >>> np.round(20 * np.log10(np.abs(lit_and_shadow)), 1).tolist()
-        [-32.7, -62.5]
+
+@dataclass(frozen=True)
+class Source:
+    """A short dipole that oscillates at one frequency."""
+
+    position: Float[np.ndarray, " 3"]  # metres, world frame
+    direction: Float[np.ndarray, " 3"]  # unit vector, world frame
+    frequency: float  # hertz
+
+    def current(self, times: Float[np.ndarray, " n"] | float) -> Float[np.ndarray, " n"]:
+        """The current at some times, seconds, relative to its final amplitude."""
+        rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(np.asarray(times) * self.frequency / RISE, 0, 1))
+        return rise * np.cos(2 * np.pi * self.frequency * np.asarray(times))
+
+    def edges(self, grid: YeeGrid) -> list[tuple[int, Int[np.ndarray, "n 3"], Float[np.ndarray, " n"]]]:
+        """The edges of the cells that share the source: axis, places, and shares of the current."""
+        place = (self.position - np.asarray(grid.origin)) / grid.cell
+        shared = []
+        for axis, share in enumerate(self.direction):
+            if abs(share) > 1e-9:
+                points, weights = source_weights(place - grid.edge_offset(axis))
+                shared.append((axis, points, share * weights))
+        return shared
+
+
+def moments(end: int, frequency: float, time_step: float) -> list[int]:
+    """Numbers of time steps, a quarter of a period apart, to which the phasor after ``end`` steps is fitted."""
+    quarter = round(1 / (SNAPSHOTS * frequency * time_step))
+    return [end - number * quarter for number in range(SNAPSHOTS)]
+
+
+def phasor(
+    fields: Float[np.ndarray, "moments ..."], steps: Sequence[int], frequency: float, time_step: float
+) -> Complex[np.ndarray, "..."]:
+    """The phasor E of a field Re(E e^{jωt}) + const, by least squares."""
+    phase = 2 * np.pi * frequency * time_step * np.array(steps)
+    design = np.stack([np.cos(phase), -np.sin(phase), np.ones_like(phase)], axis=1)
+    real, imaginary, _ = np.tensordot(np.linalg.pinv(design), fields, axes=1)
+    return real + 1j * imaginary
+
+
+POINTS = 4
+"""Number of lattice points along each axis that share a source: cubic interpolation."""
+
+SOURCE_REACH = POINTS // 2
+"""Largest distance of these points from the source, in units of the lattice's spacing."""
+
+
+def source_weights(
+    position: Float[np.ndarray, " 3"],
+) -> tuple[Int[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+    """Lattice points around a position, and their weights in cubic Lagrange interpolation.
+
+    The weights interpolate the field. So, by reciprocity, sources with these weights at these points radiate like one
+    source at the position. A position on a lattice point needs only this point.
     """
-    wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
-    step = 0.1 / wavenumber  # metres
-    weights = {-2: -1 / 12, -1: 4 / 3, 0: -5 / 2, 1: 4 / 3, 2: -1 / 12}  # second difference of fourth order
-    values = {
-        number: half_plane_green(source, positions + number * step * np.array([0, 0, 1]), wavenumber)
-        for number in weights
-    }
-    second = sum(weight * values[number] for number, weight in weights.items()) / step**2
-    return GAIN * 2 * np.pi / wavenumber * (values[0] + second / wavenumber**2)
-
-
-def half_plane_green(
-    source: Float[np.ndarray, " 3"],
-    positions: Float[np.ndarray, "K 3"],
-    wavenumber: float,
-    image: Literal[-1, 1] = -1,
-) -> Complex[np.ndarray, " K"]:
-    """The scalar wave G of a point source beside a half-plane. In free space it would be e^{−jkR}/4πR."""
-
-    def around_edge(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        angle = np.arctan2(points[:, 0], -points[:, 1])  # 0 on the half-plane, positive where x > 0
-        return np.hypot(points[:, 0], points[:, 1]), np.where(angle < 0, angle + 2 * np.pi, angle)
-
-    (radius,), (angle,) = around_edge(source[None])
-    radii, angles = around_edge(positions)
-    total = np.zeros(len(positions), complex)
-    for sign, factor in ((1, 1), (-1, image)):
-        across = radii**2 + radius**2 - 2 * radii * radius * np.cos(angles - sign * angle)
-        distance = np.sqrt(across + (positions[:, 2] - source[2]) ** 2)
-        m = 2 * np.sqrt(radii * radius) * np.cos((angles - sign * angle) / 2)
-        total += factor * _wave(wavenumber * distance, np.arcsinh(m / distance)) * wavenumber
-    return total
-
-
-def _wave(phase: Float[np.ndarray, " K"], until: Float[np.ndarray, " K"]) -> Complex[np.ndarray, " K"]:
-    """g / k for kR = ``phase`` and T = ``until``."""
-
-    def tail(start: Float[np.ndarray, " K"]) -> Complex[np.ndarray, " K"]:
-        """∫ of H₁⁽²⁾(kR cosh t) from a start that is not negative to ∞, along a path on which the integrand decays."""
-
-        def integrand(s: float) -> Complex[np.ndarray, " K"]:
-            bend = np.pi / 4
-            t = start + s - 1j * bend * np.tanh(s)
-            return hankel2(1, phase * np.cosh(t)) * (1 - 1j * bend / np.cosh(s) ** 2)
-
-        start = np.minimum(start, 10)  # the integral beyond is negligible
-        return quad_vec(integrand, 0, 6, epsabs=1e-12, epsrel=1e-10)[0]
-
-    whole = 2j * np.exp(-1j * phase) / phase
-    rest = tail(np.abs(until))
-    return np.where(until < 0, rest, whole - rest) / (8j * np.pi)
+    first = np.floor(position).astype(int) - (POINTS // 2 - 1)
+    nodes = np.arange(POINTS)
+    along = []
+    for offset in position - first:
+        weight = np.ones(POINTS)
+        for node in nodes:
+            others = nodes[nodes != node]
+            weight[node] = np.prod((offset - others) / (node - others))
+        along.append(weight)
+    weights = np.einsum("i,j,k->ijk", *along).ravel()
+    points = first + np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 3)
+    used = np.abs(weights) > 1e-9
+    return points[used], weights[used]

@@ -1,7 +1,4 @@
-"""The responses of elements at every position of the region, from solver runs.
-
-Solver runs for some elements each.
-"""
+"""Solver runs for some elements each, and the responses at every position of the region that follow from them."""
 
 from __future__ import annotations
 
@@ -13,17 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from simulate.fullwave import OURS
 from simulate.fullwave.cells import EdgeMaterials
-from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direction
+from simulate.fullwave.dipole import GAIN, Source, element_direction, transmitter_direction
 from simulate.fullwave.gprmax import run, write_geometry
 from simulate.fullwave.leapfrog import Cells, cells_at_rest
 from simulate.fullwave.run_plan import BandPlan, Plan
 from simulate.fullwave.solver import SourceField, looks, solve, solve_band, still_to_come
-from simulate.fullwave.source import Source
 from simulate.fullwave.stored_field import LOST, FieldBand, StoredField, undo_mean_of_edges
 from simulate.fullwave.yee_grid import numerical_frequency
 
@@ -125,12 +121,7 @@ Run = Callable[[list[int], Callable[[int], None]], list[StoredField]]
 
 
 def groups(numbers: list[int], at_once: int, solver: str = OURS) -> list[list[int]]:
-    """Divide elements into runs of similar size, for some runs at a time. gprMax runs one element at a time.
-
-    Example:
-        >>> groups([0, 1, 2, 3, 4], 2)
-        [[0, 1, 2], [3, 4]]
-    """
+    """Divide elements into runs of similar size, for some runs at a time. gprMax runs one element at a time."""
     if solver != OURS:
         return [[number] for number in numbers]
     runs = at_once * math.ceil(len(numbers) / (at_once * MOST_AT_ONCE))

@@ -1,14 +1,4 @@
-"""The absorbing boundary around the cells: a convolutional perfectly matched layer [roden2000].
-
-The update of a field contains differences D of other fields. In the layer, a difference along the layer's normal is
-replaced by D + ψ with
-
-    ψ ← e^{−σΔt/ε₀} ψ + (e^{−σΔt/ε₀} − 1) D,
-
-where σ grows like (d/L)³ with the depth d in a layer of L cells, up to 0.8·4/(η₀Δ).
-
-
-Time steps of Maxwell's equations on Yee's cells [yee1966], for several sources side by side.
+"""Time steps of Maxwell's equations on Yee's cells [yee1966], for several sources side by side.
 
 With E divided by η₀, S = cΔt/Δ, ε̃ = σΔt/2ε₀ε_r, and axes a, b, c in cyclic order, a time step is
 
@@ -39,7 +29,14 @@ GRADING, STRENGTH = 3, 3.2
 
 
 class Absorber(NamedTuple):
-    """State of the absorbing boundary, for several sources side by side.
+    """State of the absorbing boundary, a convolutional perfectly matched layer [roden2000], for several sources.
+
+    The update of a field contains differences D of other fields. In the layer, a difference along the layer's normal is
+    replaced by D + ψ with
+
+        ψ ← e^{−σΔt/ε₀} ψ + (e^{−σΔt/ε₀} − 1) D,
+
+    where σ grows like (d/L)³ with the depth d in a layer of L cells, up to 0.8·4/(η₀Δ).
 
     Kind 0 are the electric fields, kind 1 the magnetic fields. Two of the three components of a kind have differences
     along the normal of a layer. In cyclic order, component 0 is along the second axis after the normal, component 1

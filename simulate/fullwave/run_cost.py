@@ -1,7 +1,4 @@
-"""The memory of this machine, and how many solver runs fit in it at a time.
-
-The field of a scene from the solver, with its progress, and a sentence for the user that describes the runs.
-"""
+"""What full-wave runs cost in memory and time, and whether this machine can carry them."""
 
 from __future__ import annotations
 

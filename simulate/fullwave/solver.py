@@ -1,9 +1,4 @@
-"""The test of whether a field that oscillates at one frequency has settled.
-
-The fields that several sources produce in a box, from the materials of the cells.
-
-The fields that several sources produce in a box at many frequencies, in one run.
-"""
+"""The fields that several sources produce in a box, at one frequency or at many, and whether they have settled."""
 
 from __future__ import annotations
 
@@ -15,9 +10,9 @@ from jaxtyping import Complex, Float, Float32, Int
 
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
+from simulate.fullwave.dipole import Source, moments, phasor
 from simulate.fullwave.leapfrog import Cells, advance
 from simulate.fullwave.pulse import FourierSums, Pulse, spectrum
-from simulate.fullwave.source import Source, moments, phasor
 from simulate.fullwave.yee_grid import YeeGrid
 
 SETTLED = 1e-3
@@ -42,11 +37,6 @@ def still_to_come(
 
     The phasors at three equally spaced moments change by d₁ and then by d₂. If the changes continue to shrink by the
     ratio q = d₂/d₁, the change still to come is d₂ q/(1 − q).
-
-    Example:
-        >>> field = np.array([1.0 + 0j, 1j])
-        >>> round(still_to_come(0.98 * field, 0.99 * field, 0.995 * field), 4)
-        0.005
     """
     size = float(np.linalg.norm(now))
     if size == 0:

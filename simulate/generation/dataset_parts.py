@@ -1,7 +1,4 @@
-"""A part of a dataset: the responses and pictures of consecutive positions, with the same bytes on every machine.
-
-The files of a dataset's parts: which of them are whole, and how a new part is written.
-"""
+"""The parts of a dataset: how one is made, with the same bytes on every machine, and which are whole in a folder."""
 
 from __future__ import annotations
 
@@ -19,8 +16,8 @@ from PIL import Image
 
 from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
+from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import encode_picture, encode_power
-from simulate.dataset.folder_kinds import PARTS
 from simulate.dataset.responses_file import read_responses
 from simulate.engines.engine import BandSource, ResponseSource
 from simulate.generation.request import Request

@@ -1,12 +1,10 @@
-"""Tell whether the same simulation began a folder, so that it can continue there, by what metadata.json records.
-
-Simulate a dataset: positions -> responses -> spectra -> a NeRF² folder, interruptible at any moment.
+"""Simulate a dataset: positions -> responses -> spectra -> a NeRF² folder, interruptible at any moment.
 
 A run first writes ``metadata.json``, which records the request. Then it works through the positions in parts. Each
 finished part leaves its pictures and its responses, the latter as ``parts/NNNNN.npy``. When the same request is given
 again, its settings are those of the metadata, so the run skips the parts whose files are whole and ends with the same
-bytes. This also
-repairs a finished dataset. The index files come last, so that no loader takes an unfinished folder for a dataset.
+bytes. This also repairs a finished dataset. The index files come last, so that no loader takes an unfinished folder for
+a dataset.
 """
 
 from __future__ import annotations
@@ -29,6 +27,7 @@ from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_frequency import FREQUENCIES
+from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import (
     write_frequencies,
     write_gateway,
@@ -37,12 +36,11 @@ from simulate.dataset.dataset_writer import (
     write_positions,
     write_responses,
 )
-from simulate.dataset.folder_kinds import PARTS
 from simulate.dataset.metadata import Metadata, read_metadata_file
 from simulate.generation.dataset_parts import WrittenParts, make_part, part_by_worker
 from simulate.generation.request import Request
 from simulate.parallel.machines import Machines, by_workers
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 
 
 def begun(folder: Path, metadata: dict[str, Any]) -> bool:
@@ -53,7 +51,6 @@ def begun(folder: Path, metadata: dict[str, Any]) -> bool:
     if not path.is_file():
         raise InputError(f"{folder}: expected a new folder or one that this command began, found other files in it")
     found = read_metadata_file(path, "the settings of a dataset")
-    found.setdefault("engine", "rays")  # the only engine of version 0.1, which did not record it
     # Through JSON, so that numbers compare as they were written.
     wanted, missing = json.loads(json.dumps(metadata)), to_builtins(Metadata())
     recorded = [key for key in missing if key in found]  # some settings are recorded by some simulations only

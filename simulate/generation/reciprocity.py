@@ -1,12 +1,7 @@
-"""A scene with the roles of its antennas exchanged, for a receiver that moves.
+"""Arrays that move, alone or with the transmitter, by reciprocity.
 
 By reciprocity the response between two antennas is the same whichever of them transmits. So a fixed transmitter and a
 moving array are simulated as one fixed antenna, whose field is wanted at the places of the array's elements.
-
-
-Responses of an array that moves, from the field of a fixed antenna at the places of its elements.
-
-Responses of pairs whose both ends move, from the fields of fixed antennas at the places of the transmitter.
 """
 
 from __future__ import annotations
@@ -19,7 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene
 from scenes.scene.orientation import GATEWAY_FROM_TRANSMITTER

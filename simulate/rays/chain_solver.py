@@ -1,14 +1,4 @@
-"""Paths of chains: the chains that carry power are found once, then solved exactly for all elements and transmitters.
-
-Chains of reflections are found first, then those with diffractions.
-
-
-The responses over a band, from paths that are solved at a few frequencies of the band.
-
-A path of length L contributes a(f) e^{−j2πfL/c}. The exponential turns many times over a band, whereas the amplitude a
-with its reflections and diffractions hardly changes. So each path is solved at a few frequencies f_n, and between them
-f a is interpolated by polynomials (Lagrange), f a(f) = Σ_n ℓ_n(f) f_n a(f_n).
-"""
+"""The paths of chains that were found once, between all elements and transmitters, and their sum over a band."""
 
 from __future__ import annotations
 
@@ -30,7 +20,7 @@ from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
 from simulate.rays.diffraction.search import EdgeScene, diffracted, find_diffracted_chains
-from simulate.spectra.band_interpolation import chebyshev_points
+from simulate.spectra.band import chebyshev_points
 
 
 class Found(NamedTuple):
@@ -142,7 +132,11 @@ def _between(
 
 
 class BandSum:
-    """Adds up paths to responses at all subcarriers.
+    """Adds up paths to responses at all subcarriers, from a few frequencies of the band.
+
+    A path of length L contributes a(f) e^{−j2πfL/c}. The exponential turns many times over a band, whereas the
+    amplitude a with its reflections and diffractions hardly changes. So each path is solved at a few frequencies f_n,
+    and between them f a is interpolated by polynomials (Lagrange), f a(f) = Σ_n ℓ_n(f) f_n a(f_n).
 
     The sums are made at fewer frequencies if these tell those of all subcarriers, which depends on the longest path.
     """

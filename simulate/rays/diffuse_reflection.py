@@ -1,8 +1,4 @@
-"""The part of diffuse reflection in the responses: one path for every source, patch and target.
-
-The patches of a scene's rough surfaces.
-
-The waves between antennas and the patches of rough surfaces.
+"""Diffuse reflection at patches of rough surfaces: one path for every source, patch and target.
 
 This is the effective-roughness model [degliesposti2007] with Lambert's pattern, as in Sionna RT. A wave of field
 strength E meets a patch of area A at the angle of incidence θ. It is scattered in all directions on the side that it
@@ -33,7 +29,7 @@ from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.spectra.band_interpolation import enough_frequencies, interpolated
+from simulate.spectra.band import enough_frequencies, interpolated
 
 FREQUENCIES_MORE = 10
 """Number of frequencies beyond those that the delays need. They make the error of the interpolation negligible."""

@@ -1,6 +1,4 @@
-"""Paths as Sionna RT finds them: rays are shot from every element anew for each batch of transmitters.
-
-All code that uses internals of Sionna RT: from candidate chains to element responses.
+"""Sionna RT's own paths: rays are shot anew for each batch of transmitters. All code that uses its internals is here.
 
 ``PathSolver`` works in three steps. A generator shoots rays to find candidate chains of interactions. The image method
 turns each candidate into an exact path or discards it. The field calculator gives the path's coefficient and delay. We

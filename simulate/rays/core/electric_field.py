@@ -1,9 +1,4 @@
-"""The electric field of a wave on its way out of an antenna, through objects, and into another antenna.
-
-At each object the field is multiplied by the transmission coefficients of a slab [itu2023]. A conductor blocks it.
-
-
-The amplitude that a path contributes to a response, from the electric field along the path.
+"""The electric field of a wave along a path, and the amplitude that the path so contributes to a response.
 
 At every reflection, and where the path passes through an object, the field is multiplied by the coefficients of a slab
 [itu2023]. A path that a conductor blocks contributes nothing.

@@ -1,14 +1,9 @@
-"""The terms of a response, one for each path, and how their lengths change when things move a little.
+"""The multipath components of responses, and how their lengths change when things move a little.
 
 A response is y = Σ a e^{−jkL} over paths of length L. An end of a path, or a surface or edge that it touches, may move
 by a small δ. To first order, the length then changes by δ·(u − u′), with the unit vectors u and u′ of the wave before
 and behind that point. The point also slides along the surface or edge, but this changes nothing, since the length of a
 path is stationary there (Fermat). The amplitude a changes little over a fraction of a wavelength.
-
-
-A single path as a user sees it, to draw its course or its delay.
-
-The paths that solved chains give, from which a caller takes what it needs.
 """
 
 from __future__ import annotations

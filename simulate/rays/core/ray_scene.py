@@ -1,12 +1,8 @@
 """A scene in the ray tracer's form, with the propagation to follow. Every step of the tracing needs both.
 
 Rays are traced in single precision, which rounds a coordinate of 100 km to 8 mm. So the tracer counts coordinates from
-a point near the antennas. ``Tracer`` converts positions on their way in and out. In the files of its two solvers, and
-in all files of ``core``, ``diffraction`` and ``scattering``, "world frame" stands for the axes of the world with this
-point as the origin.
-
-
-Where paths pass through objects, for those who look at single paths.
+a point near the antennas. ``Tracer`` converts positions on their way in and out. In all other
+files of ``rays``, "world frame" stands for the axes of the world with this point as the origin.
 """
 
 from __future__ import annotations

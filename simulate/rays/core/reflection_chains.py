@@ -7,9 +7,6 @@ collected. Then the image method solves each chain for every element and transmi
 
 Every path counts once, since two triangles of one wall lie in the same plane. Objects that a path passes through are
 not part of its chain. They are found when the path is solved.
-
-
-Sequences of planes that can reflect waves in turn, found by shooting rays.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Arms: the ways from an antenna to an edge, straight or with reflections.
-
-The images of antennas mirrored by arms, and the places of an arm's reflections.
-"""
+"""Arms: the ways from an antenna to an edge, straight or with reflections, and the images of antennas by them."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class PathGeometry(Ways):
 
     edges: UInt32[np.ndarray, "diffractions paths"]  # index of each edge
     angles: Float32[np.ndarray, "diffractions 2 paths"]  # φ′ and φ at each edge, radians
-    length: Float32[np.ndarray, "diffractions paths"]  # L at each edge (wedge.py), metres
+    length: Float32[np.ndarray, "diffractions paths"]  # L at each edge (``transition_pairs``), metres
     sin_beta: Float32[np.ndarray, "diffractions paths"]  # sine of the angle β₀ between path and edge
     # how much longer the ways through the start and the end of the edge are, from the vertex before the edge to the
     # vertex after it, metres; negative if the point of diffraction lies beyond that end

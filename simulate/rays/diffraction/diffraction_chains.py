@@ -1,12 +1,6 @@
 """Chains with diffractions: an arm from the source to an edge, perhaps a link to another edge, an arm to the target.
 
 Objects that a path passes through are not part of the chain. They are found when the path is solved.
-
-
-Links: the ways from one edge to another, for waves that are diffracted twice.
-
-A way leads through open space, or along a face that both edges bound, such as the top of a cabinet or either side of a
-sheet.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""Points in the cylindrical coordinates (ρ, φ, z) of an edge: z from its start along it, φ from face 0 on.
+"""Where the shortest way between two antennas' images, by one edge or two, touches the edges.
 
+Points are in the cylindrical coordinates (ρ, φ, z) of an edge: z from its start along it, φ from face 0 on.
 All functions take single numbers and tuples of numbers, not arrays, since numba counts references to arrays at every
 call. A wedge is a tuple here: start, direction, normal and tangent of face 0, length, exterior angle (``Edges``).
-
-
-The points where the shortest way between two antennas' images, by one edge or two, touches the edges.
 """
 
 from __future__ import annotations

@@ -1,58 +1,4 @@
-"""The field behind an edge of a conductor or of a dielectric sheet.
-
-The uniform theory of diffraction at a conducting wedge [kouyoumjian1974].
-
-The open space around the edge has the angle nπ. The source is at the angle φ′ from face 0, and the target at φ. With
-the distances s′ and s to the edge, the angle β₀ between ray and edge, and L = s s′/(s + s′) · sin² β₀,
-
-    D_s, D_h = −e^{−jπ/4} / (2n √(2πk) sin β₀) · [d₁ + d₂ ∓ (d₃ + d₄)],
-    d₁, d₂ = cot((π ± (φ − φ′))/2n) F(kL a±(φ − φ′)),    d₃, d₄ = cot((π ± (φ + φ′))/2n) F(kL a±(φ + φ′)),
-
-with the transition function F and a±(β) = 2 cos²((2nπN± − β)/2), where N± is the integer nearest to (β ± π)/2πn. D_s
-belongs to an electric field along the edge (soft), D_h to one across it (hard).
-
-The effect of the ends of an edge on a diffracted wave.
-
-Consider an opening with a corner, which is open for x, y > 0. Behind it, Kirchhoff's integral gives the wave F(x)F(y),
-where F is the Fresnel integral from −∞. Geometric optics gives the product of steps θ(x)θ(y). For any λ
-
-    θ(x)θ(y) − F(x)F(y) = [θ(x) − F(x)] · [λ F(y) + (1 − λ) θ(y)] + [θ(y) − F(y)] · [λ θ(x) + (1 − λ) F(x)].
-
-The first bracket of each term is the wave diffracted at an edge without an end. The second is the share of this wave
-that the end leaves. We weight the waves of the uniform theory in this way, with λ = p/(p + q). Here p is the detour of
-the diffracted wave compared to the direct or reflected one; it is 0 at the boundary where the latter ends. q is the
-detour by the end of the edge. Each wave is then continuous where its point of diffraction passes the end, and complete
-where it makes up for a direct or reflected wave.
-
-The Fresnel integral of an end is
-
-    f(u) = e^{jπ/4}/√π · ∫_{−∞}^{u} e^{−jt²} dt,    u² = kq,
-
-where u is positive if the point of diffraction is on the edge. A distant end has little effect. So f(u) approaches the
-step in proportion to q, and equals it beyond ``REACH``.
-
-Diffraction at the edge of a dielectric sheet: a half-plane that reflects waves and lets them pass.
-
-A thin sheet scatters by the currents in it. A wave with the angle of incidence θ drives four kinds of currents. They
-send different waves to the two sides, so their amplitudes follow from the coefficients R of reflection and T of
-transmission:
-
-    along the sheet, E across the plane of incidence (TE)    a² = (1 − T − R)/2 · cos θ,
-    along it, in the plane of incidence (TM)                 b² = (1 − T + R)/2 / cos θ,
-    across it (TM)                                           c² = (1 − T − R)/2 · cos θ / sin² θ,
-    loops of current, which a magnetic current stands for    d² = (1 − T + R)/2 / cos θ    (TE).
-
-A piece of a weakly scattering sheet scatters a wave in proportion to a a′ (likewise for b, c, d) times the product of
-both waves' unit vectors along the current. Here a belongs to the incident and a′ to the outgoing wave. For a thin sheet
-this is the Born approximation (a² = jkt(ε − 1)/2). In the directions of reflection and transmission it is right for any
-sheet. Summed over the half-plane, with the angles φ′ and φ about its edge, it gives
-
-    D = −e^{−jπ/4} / (2√(2πk) sin² β₀) · N / (2 cos((φ − φ′)/2) cos((φ + φ′)/2)),    N the negative sum of the four.
-
-With c∓ = cos((φ ∓ φ′)/2) and C = c₊² + c₋², N/(c₋c₊) = (N c₊/C)/c₋ + (N c₋/C)/c₊. The first term is singular at the
-shadow boundary, the second at the reflection boundary. Each is multiplied by the transition function of the uniform
-theory (wedge.py). At these boundaries the sum then makes up for the jump of T − 1 or R in geometric optics.
-"""
+"""The field behind an edge of a conductor or of a dielectric sheet."""
 
 from __future__ import annotations
 
@@ -140,7 +86,18 @@ def diffracted_amplitudes(
 def transition_pairs(
     phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, wavenumber: mi.Float | float
 ) -> tuple[mi.Complex2f, mi.Complex2f]:
-    """The sums d₁ + d₂ and d₃ + d₄. Without F they would be singular at the shadow and the reflection boundary."""
+    """The sums d₁ + d₂ and d₃ + d₄ of the uniform theory of a conducting wedge [kouyoumjian1974].
+
+    The open space around the edge has the angle nπ. The source is at the angle φ′ from face 0, and the target at φ.
+    With the distances s′ and s to the edge, the angle β₀ between ray and edge, and L = s s′/(s + s′) · sin² β₀,
+
+        D_s, D_h = −e^{−jπ/4} / (2n √(2πk) sin β₀) · [d₁ + d₂ ∓ (d₃ + d₄)],
+        d₁, d₂ = cot((π ± (φ − φ′))/2n) F(kL a±(φ − φ′)),    d₃, d₄ = cot((π ± (φ + φ′))/2n) F(kL a±(φ + φ′)),
+
+    with the transition function F and a±(β) = 2 cos²((2nπN± − β)/2), where N± is the integer nearest to (β ± π)/2πn.
+    D_s belongs to an electric field along the edge (soft), D_h to one across it (hard). Without F the sums would be
+    singular at the shadow and the reflection boundary.
+    """
 
     def pair(beta: mi.Float) -> mi.Complex2f:
         result = mi.Complex2f(0)
@@ -159,22 +116,26 @@ def common_factor(n: mi.Float, sin_beta: mi.Float, wavenumber: mi.Float | float)
     return mi.Complex2f(-1, 1) / dr.sqrt(2) / (2 * n * dr.sqrt(2 * dr.pi * wavenumber) * sin_beta)
 
 
-def wedge_coefficients(
-    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, sin_beta: mi.Float, wavenumber: mi.Float | float
-) -> tuple[mi.Complex2f, mi.Complex2f]:
-    """D_s and D_h, √metres."""
-    direct, reflected = transition_pairs(phi, phi_source, n, length, wavenumber)
-    factor = common_factor(n, sin_beta, wavenumber)
-    return factor * (direct - reflected), factor * (direct + reflected)
-
-
 def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavenumber: mi.Float | float) -> mi.Complex2f:
     """The share of a wave that both ends of an edge leave.
 
-    Example:
-        >>> start, end = mi.Float([9.0, 0.0, -9.0]), mi.Float([9.0, 9.0, 9.0])
-        >>> end_weight((start, end), mi.Float([1.0, 1.0, 1.0]), 20.0).real.numpy().round(2).tolist()
-        [1.0, 0.5, 0.0]
+    Consider an opening with a corner, which is open for x, y > 0. Behind it, Kirchhoff's integral gives the wave
+    F(x)F(y), where F is the Fresnel integral from −∞. Geometric optics gives the product of steps θ(x)θ(y). For any λ
+
+        θ(x)θ(y) − F(x)F(y) = [θ(x) − F(x)] · [λ F(y) + (1 − λ) θ(y)] + [θ(y) − F(y)] · [λ θ(x) + (1 − λ) F(x)].
+
+    The first bracket of each term is the wave diffracted at an edge without an end. The second is the share of this
+    wave that the end leaves. We weight the waves of the uniform theory in this way, with λ = p/(p + q). Here p is the
+    detour of the diffracted wave compared to the direct or reflected one; it is 0 at the boundary where the latter
+    ends. q is the detour by the end of the edge. Each wave is then continuous where its point of diffraction passes the
+    end, and complete where it makes up for a direct or reflected wave.
+
+    The Fresnel integral of an end is
+
+        f(u) = e^{jπ/4}/√π · ∫_{−∞}^{u} e^{−jt²} dt,    u² = kq,
+
+    where u is positive if the point of diffraction is on the edge. A distant end has little effect. So f(u) approaches
+    the step in proportion to q, and equals it beyond ``REACH``.
     """
     weight = mi.Complex2f(-1)
     for detour in detours:
@@ -204,7 +165,29 @@ class Currents(NamedTuple):
 
 
 def currents(way: mi.Vector3f, normal: mi.Vector3f, r_te, r_tm, t_te, t_tm) -> Currents:
-    """The currents of a plane wave."""
+    """The currents of a plane wave in a dielectric sheet, a half-plane that reflects waves and lets them pass.
+
+    A thin sheet scatters by the currents in it. A wave with the angle of incidence θ drives four kinds of currents.
+    They send different waves to the two sides, so their amplitudes follow from the coefficients R of reflection and T
+    of transmission:
+
+        along the sheet, E across the plane of incidence (TE)    a² = (1 − T − R)/2 · cos θ,
+        along it, in the plane of incidence (TM)                 b² = (1 − T + R)/2 / cos θ,
+        across it (TM)                                           c² = (1 − T − R)/2 · cos θ / sin² θ,
+        loops of current, which a magnetic current stands for    d² = (1 − T + R)/2 / cos θ    (TE).
+
+    A piece of a weakly scattering sheet scatters a wave in proportion to a a′ (likewise for b, c, d) times the product
+    of both waves' unit vectors along the current. Here a belongs to the incident and a′ to the outgoing wave. For a
+    thin sheet this is the Born approximation (a² = jkt(ε − 1)/2). In the directions of reflection and transmission it
+    is right for any sheet. Summed over the half-plane, with the angles φ′ and φ about its edge, it gives
+
+        D = −e^{−jπ/4} / (2√(2πk) sin² β₀) · N / (2 cos((φ − φ′)/2) cos((φ + φ′)/2)),    N the negative sum of the four.
+
+    With c∓ = cos((φ ∓ φ′)/2) and C = c₊² + c₋², N/(c₋c₊) = (N c₊/C)/c₋ + (N c₋/C)/c₊. The first term is singular at the
+    shadow boundary, the second at the reflection boundary. Each is multiplied by the transition function of the uniform
+    theory (``transition_pairs``). At these boundaries the sum then makes up for the jump of T − 1 or R in geometric
+    optics.
+    """
     cosine = dr.maximum(dr.abs(dr.dot(way, normal)), GRAZING)
     sine_squared = dr.maximum(1 - cosine**2, GRAZING)
     axis = across(way, normal)
@@ -229,7 +212,7 @@ def behind_sheet(
     pairs: tuple[mi.Complex2f, mi.Complex2f],
     sin_beta: mi.Float,
 ) -> Field:
-    """The field diffracted at the edge of a sheet, over the common factor of wedge.py, without phase and spreading."""
+    """The field diffracted at the edge of a sheet, over ``common_factor``, without phase and spreading."""
     te_in = component(field, driven.across)
     first, second = driven.a * te_in, driven.b * component(field, driven.along)
 

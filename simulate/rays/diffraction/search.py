@@ -1,11 +1,8 @@
-"""Find the chains with diffractions that carry power from the gateway into a region.
+"""Find the chains with diffractions that carry power from the gateway into a region, and solve them.
 
 Rays from the elements, and from positions in the region, find the sequences of planes that reflect waves. A sequence
 after which a wave can reach an edge is an arm. Two arms at one edge, or at two edges that a link joins, make a
 candidate. A candidate is kept if it carries power to one of some trial positions.
-
-
-Solve chains with diffractions between all sources and targets.
 """
 
 from __future__ import annotations
