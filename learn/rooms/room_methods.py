@@ -19,7 +19,7 @@ from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.models.base import SpectrumModel
 from learn.models.images.image_field import ImageField
 from learn.models.kriging.helmholtz import HelmholtzField
-from learn.models.loss import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
+from learn.models.quadrature import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
 from learn.rooms.neighbour_attention import NeighbourAttention, RoomTensors, local_places, to_all_pixels
 from learn.training.prediction import predict
 from learn.twin.twin_model import Twin
