@@ -14,7 +14,7 @@ from learn.channels.channel_scores import SCORES, correlation, coverage, snr_db
 from learn.comparison.kept_fits import FitRow
 from learn.comparison.score_table import Measure, ScoreTable
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.delay_spread import delay_spread
+from simulate.spectra.band import delay_spread
 
 
 def score_band(

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from scenes.files.errors import ParameterError, require_flag, require_positive, require_whole, require_within
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 
 STEPS_MOST = 10**9  # largest number of steps: many weeks of the fastest model
 MINUTES_MOST = 10_000.0  # largest training time: a week

@@ -26,7 +26,7 @@ from scenes.files.schema import conform
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import write_positions
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 from simulate.spectra.beamformer import Beamformer
 
 FILE, KNOWN = "training.json", "known_positions.csv"

@@ -24,7 +24,7 @@ from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
-from simulate.positions.given_positions import FARTHEST
+from simulate.positions.positions import FARTHEST
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 from tests.small_scene import small_scene

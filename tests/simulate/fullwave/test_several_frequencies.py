@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject

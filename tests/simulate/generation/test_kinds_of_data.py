@@ -10,15 +10,13 @@ from scipy.spatial.transform import Rotation
 
 import bisplat
 from learn.evaluation.check import check
-from learn.evaluation.engines import compare_engines
 from learn.view.subject import subject
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
-from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
+from simulate.exchange.deepmimo_export import export_deepmimo
 from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.generation.simulation import simulate
 from simulate.rays.chain_solver import Found
@@ -310,7 +308,5 @@ def test_region_smaller_than_the_array_is_refused(scene, tmp_path):
 
 
 def test_what_needs_a_fixed_array_refuses_one_that_moves(moving, tmp_path):
-    with pytest.raises(InputError, match="expected a dataset whose transmitter moves, for the comparison of engines"):
-        compare_engines(moving.folder, SIGHT, 2)
     with pytest.raises(InputError, match="expected a dataset of a moving transmitter at one frequency, found one"):
         export_deepmimo(moving.folder, tmp_path / "scenario")

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.checks import outer_walls as module
+from scenes.checks import enclosure as module
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
