@@ -113,17 +113,12 @@ class ImageField(PredictsResponses):
         return self._of_images(positions @ self.frame.T) + self.power.sqrt() * self.rest.responses(positions)
 
     def _of_images(self, places: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """The sum over the images at places in the frame of the walls, compiled in inference mode on the CPU."""
-        if runs_compiled(places):
-            from learn.models.images.quick_images import sum_of_waves  # compiles, which training does not need
-
-            elements = (self.middles + self.signs * self.offsets[:, None]).movedim(1, 0)
-            of_images = elements.numpy(), self.amplitudes.numpy(), float(self.wavelength)
-            found = sum_of_waves(places.numpy(), *of_images)
-            return torch.view_as_real(torch.from_numpy(found)).float()
-        real, imaginary = image_waves(places, self.middles, self.signs, self.offsets, self.wavelength)
-        x, y = self.amplitudes.unbind(dim=1)  # real numbers, since ONNX has no complex ones
-        return torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1)
+        """The sum over the images at places in the frame of the walls; a prediction has double precision for phases."""
+        numbers = (places, self.middles, self.signs, self.offsets, self.wavelength, self.amplitudes)
+        *of_waves, amplitudes = (each.double() for each in numbers) if runs_compiled(places) else numbers
+        real, imaginary = image_waves(*of_waves)
+        x, y = amplitudes.unbind(dim=1)  # real numbers, since ONNX has no complex ones
+        return torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1).float()
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Variance of e relative to the power of the responses. The amplitudes count as known."""

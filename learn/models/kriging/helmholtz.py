@@ -9,15 +9,15 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
+from torch.nn.functional import embedding_bag
 
-from learn.baselines.neighbours import NEIGHBOURS
 from learn.models.base import Beamformed, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import RetrievedOnce
-from learn.models.kriging.stacking import LEAST_DISTANCE, best_mixture, by_distance
+from learn.models.kriging.stacking import best_mixture, by_distance, nearest_known
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
@@ -81,12 +81,9 @@ class HelmholtzField(SpectrumModel):
         known = field.all_known_spectra()
         for way, weight in self._used.items():
             if way == "inverse-distance" and known is not None:
-                from learn.models.kriging.quick_nearest import (
-                    add_mean_of_nearest,  # compiles, which training does not need
-                )
-
-                of_known = field.places.numpy(), known.numpy(), weight, min(NEIGHBOURS, len(known)), LEAST_DISTANCE
-                add_mean_of_nearest(spectra, positions.numpy(), *of_known)
+                near, shares = nearest_known(distances(positions, field.places))
+                of_known = embedding_bag(near, known.flatten(1), per_sample_weights=weight * shares, mode="sum")
+                spectra += of_known.view(spectra.shape).numpy()
             elif way != "responses":
                 for start in range(0, len(positions), PIECE):
                     piece = slice(start, start + PIECE)

@@ -80,7 +80,7 @@ class OneField(KrigedField):
         found.values, found.mean = self.values.reshape(-1, 2), torch.zeros(2)
         return found
 
-    def _quickly(self, positions: Float[Tensor, "B 3"]) -> None:
+    def _compiled_for(self, positions: Float[Tensor, "B 3"]) -> None:
         """None: the compiled loop krigs each element by itself."""
 
     def beamformed(self) -> None:

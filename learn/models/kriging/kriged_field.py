@@ -23,7 +23,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
 if TYPE_CHECKING:
-    from learn.models.kriging.quick_kriging import QuickKriging
+    from learn.models.kriging.compiled_kriging import CompiledKriging
 
 DIRECTIONS = 100  # number of directions of the plane waves, spread evenly over the sphere
 
@@ -77,7 +77,7 @@ class KrigedField(KnownSpectra):
     ):
         super().__init__(region, beamformer, wavelength, of == "responses")
         self.register_buffer("offsets", torch.zeros(1, 3), persistent=False)
-        self._quick: Kept[QuickKriging] = Kept()
+        self._compiled: Kept[CompiledKriging] = Kept()
         # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
@@ -192,20 +192,20 @@ class KrigedField(KnownSpectra):
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y, if these are interpolated; by a compiled loop in inference mode on the CPU."""
-        quick = self._quickly(positions)
+        quick = self._compiled_for(positions)
         if quick is None:
             return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
         return torch.view_as_real(torch.from_numpy(quick.responses(positions.numpy(), self.neighbours)))
 
-    def _quickly(self, positions: Float[Tensor, "B 3"]) -> QuickKriging | None:
+    def _compiled_for(self, positions: Float[Tensor, "B 3"]) -> CompiledKriging | None:
         """What interpolates responses quickly. None: nothing does, or their gradient is needed."""
         if not runs_compiled(positions) or not self.of_responses:
             return None
-        from learn.models.kriging.quick_kriging import QuickKriging  # compiles, which training does not need
+        from learn.models.kriging.compiled_kriging import CompiledKriging  # compiles, which training does not need
 
         known = self.places, self.times, self.values, self.mean, self.directions, self.wavelength
         made_of = *known, self.shares, self.length, self.drift, self.nugget
-        return self._quick.of(made_of, lambda: QuickKriging(*made_of))
+        return self._compiled.of(made_of, lambda: CompiledKriging(*made_of))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]

@@ -48,11 +48,16 @@ def best_weights(
     return {name: count / QUARTERS for name, count in counts.items() if count}, score
 
 
-def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
-    """Mean of the nearest known spectra, weighted by 1 / distance."""
+def nearest_known(distance: Float[Tensor, "B n"]) -> tuple[Int[Tensor, "B m"], Float[Tensor, "B m"]]:
+    """The nearest known spectra, and their weights, 1 / distance."""
     distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
     weights = 1 / distance.clamp_min(LEAST_DISTANCE)
-    weights = weights / weights.sum(dim=1, keepdim=True)
+    return near, weights / weights.sum(dim=1, keepdim=True)
+
+
+def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
+    """Mean of the nearest known spectra, weighted by 1 / distance."""
+    near, weights = nearest_known(distance)
     return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
 
 
