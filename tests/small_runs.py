@@ -120,10 +120,10 @@ def small_models(monkeypatch, small, small_aperture) -> None:
 @pytest.fixture
 def quick_fits(monkeypatch) -> None:
     """Fits of covariances end early, and known spectra are divided into two parts to find the weights of a mixture."""
-    from learn.models.kriging import mixture_weights, vecchia
+    from learn.models.kriging import stacking, vecchia
 
     monkeypatch.setattr(vecchia, "ITERATIONS", 15)
-    monkeypatch.setattr(mixture_weights, "FOLDS", 2)
+    monkeypatch.setattr(stacking, "FOLDS", 2)
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ import numpy as np
 import tyro
 
 from benchmarks.ledger.printing import print_figures
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials

@@ -20,7 +20,7 @@ from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import print_rows
-from simulate.dataset.folder_kinds import is_csi, is_rooms, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
 
 if TYPE_CHECKING:
     ModelName = str

@@ -25,8 +25,8 @@ from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
 from scenes.places.lab import lab
 from simulate.generation.simulation import simulate
-from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import place
+from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
     from learn.evaluation.crossvalidate import CrossValidation

@@ -9,7 +9,7 @@ from bisplat.commands.given_options import refuse_given
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, printable
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.folder_kinds import is_rssi
+from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:
     from learn.localisation.located_places import Place

@@ -13,7 +13,7 @@ from bisplat.commands.simulate_command import Output
 from learn.comparison.protocol import PROTOCOL
 from scenes.files.errors import printable
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.room_settings import Outline, Setting
+from simulate.dataset.dataset_kinds import Outline, Setting
 
 
 def rooms(

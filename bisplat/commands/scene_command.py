@@ -103,8 +103,8 @@ def scene(
         refuse_given(["--port"], "--view beside it, found none")
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
+    from scenes.importing.imported_objects import parts_of
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
-    from scenes.importing.part_listing import parts_of
     from scenes.scene.antennas import Gateway, Transmitter
     from scenes.scene.frequency import read_frequency
     from scenes.scene.orientation import facing

@@ -71,7 +71,7 @@ def simulate(
     from scenes.storage.scene_yaml import load_scene
     from simulate.generation.generate import generate, has_work
     from simulate.generation.simulation import made_again, name_of_engine, request_for
-    from simulate.positions.given_positions import reach_warning
+    from simulate.positions.positions import reach_warning
 
     wanted, places = checked(Simulation, content), checked(Machines, machines)
     again = made_again(scene)

@@ -220,7 +220,7 @@ def predict(
     from learn.training.ensemble import Ensemble
     from learn.training.run_folder import load_run
     from scenes.files.npz_file import write_arrays
-    from simulate.positions.given_positions import reach_warning, read_points
+    from simulate.positions.positions import reach_warning, read_points
     from simulate.spectra.spectrum import grey_levels
 
     loaded = [load_run(run) for run in runs]
@@ -269,7 +269,7 @@ def export(
     if len(given) != 1:
         raise InputError(f"expected one of {', '.join(outputs)}, found {' and '.join(given) or 'none'}")
     if deepmimo is not None:
-        from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
+        from simulate.exchange.deepmimo_export import export_deepmimo
 
         export_deepmimo(what, deepmimo, force)
         print(printable(f"scenario: {deepmimo}"))

@@ -20,7 +20,7 @@ from scenes.files.options import checked, unchecked
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, say
 from scenes.scene.tolerances import Tolerances
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
@@ -56,7 +56,7 @@ def calibrate(
         propagation: what the ray tracer follows.
     """
     from scenes.storage.scene_yaml import load_scene
-    from simulate.positions.given_positions import MOST_POSITIONS
+    from simulate.positions.positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
     powers = is_rssi(dataset)

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from learn.band.band_comparison import BandComparison, BandRow
-from learn.band.band_methods import BAND_METHODS
-from learn.band.band_scores import score_band
-from learn.band.known_band import BandMethod, KnownBand, PredictedBand, require_band
+from learn.band.band_comparison import BandComparison, BandRow, score_band
+from learn.band.band_methods import BAND_METHODS, BandMethod, KnownBand, PredictedBand, require_band
 from learn.channels.channel_scores import snr_db
 from learn.comparison.doubts import average_name
 from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits

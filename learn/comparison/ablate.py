@@ -12,8 +12,7 @@ from learn.comparison.makers import SEEDS_MOST
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
-from learn.models.model_options import OPTION_MOST
-from learn.models.model_settings import STEPS_MOST
+from learn.models.model_settings import OPTION_MOST, STEPS_MOST
 from learn.training.registry import check_options
 from scenes.files.errors import ParameterError, require_whole, shown
 from simulate.dataset.dataset import Dataset

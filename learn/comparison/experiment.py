@@ -41,7 +41,7 @@ from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 

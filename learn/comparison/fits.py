@@ -19,7 +19,7 @@ from learn.data.splits import Split, SplitKind
 from learn.data.splits import split as split_dataset
 from scenes.files.errors import InputError, require_whole
 from scenes.files.plain_text import say
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
     from simulate.csi.csi_dataset import CsiDataset

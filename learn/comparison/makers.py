@@ -19,7 +19,7 @@ from scenes.files.errors import (
     require_word,
     shown,
 )
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 
 SEEDS_MOST = 1000
 """Largest number of fits of each method."""

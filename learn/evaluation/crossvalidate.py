@@ -27,18 +27,16 @@ from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset
-from simulate.dataset.fixed_array import require_fixed_array
-from simulate.dataset.recorded_scene import at_its_frequency
+from simulate.dataset.dataset import Dataset, require_fixed_array
+from simulate.dataset.dataset_folder import at_its_frequency
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
 from simulate.parallel.machines import Machines
-from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import free_positions
-from simulate.positions.places import LEAST_POSITIONS
+from simulate.positions.positions import LEAST_POSITIONS, MOST_POSITIONS
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array
 from simulate.spectra.element_array import array_of

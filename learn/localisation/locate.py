@@ -18,7 +18,7 @@ from learn.models.base import Report
 from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError, ParameterError, shown
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.spectra.spectrum import check_pictures, evenly
 
 SPACING = 0.125

@@ -13,8 +13,8 @@ from learn.models.geometry import grid_in
 from scenes.files.errors import ParameterError, check_array, require_instance
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
-from simulate.exchange.recorded_rows import one_way
-from simulate.positions.given_positions import check_points
+from simulate.exchange.named_arrays import one_way
+from simulate.positions.positions import check_points
 
 LEAST_READS = 4
 """Least number of antenna positions at which a tag must be read."""

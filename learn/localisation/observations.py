@@ -29,10 +29,10 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import frequency_of
+from simulate.dataset.dataset_kinds import not_spectra
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
-from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.picture_files import read_all
-from simulate.rssi.power_range import NOT_RECEIVED, fault_of_powers
+from simulate.rssi.power_receiver import NOT_RECEIVED, fault_of_powers
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.rssi.rssi_files import read_powers
 from simulate.spectra.identification import EXPLAINED, can_fit, examined, stated_array, stated_grid

@@ -32,8 +32,8 @@ from scenes.files.input_file import what_is_at
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
-from simulate.dataset.folder_kinds import is_rssi
-from simulate.dataset.recorded_scene import recorded_scene
+from simulate.dataset.dataset_folder import recorded_scene
+from simulate.dataset.dataset_kinds import is_rssi
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.array import Array, PlanarArray

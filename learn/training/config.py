@@ -25,7 +25,7 @@ from scenes.files.json_yaml_xml import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER, Count, conform
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.dataset.folder_kinds import content_of
+from simulate.dataset.dataset_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

@@ -26,9 +26,8 @@ from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss, PredictsResponses
-from learn.models.loss import composite_loss
 from learn.models.model_settings import MatmulPrecision, Processes, Steps
-from learn.models.quadrature import Quadrature
+from learn.models.quadrature import Quadrature, composite_loss
 from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
 from learn.training.run_files import write_training
 from learn.training.run_folder import save_weights

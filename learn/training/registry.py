@@ -17,8 +17,7 @@ from pathlib import Path
 from traceback import FrameSummary, extract_tb
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from learn.models.model_options import check_options_of
-from learn.models.model_settings import Steps
+from learn.models.model_settings import Steps, check_options_of
 from scenes.files.errors import ParameterError, cut, did_you_mean, reason, shown
 from scenes.files.optional_packages import require_extra
 

@@ -14,8 +14,8 @@ from msgspec import Meta, Struct, to_builtins
 
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
+from learn.models.capabilities import suit_to
 from learn.models.model_settings import STEPS_MOST
-from learn.models.networks.suited_to import suit_to
 from learn.training.config import Config
 from learn.training.deviation import Deviation
 from learn.training.registry import check_options, model_class, model_entry
@@ -26,7 +26,7 @@ from scenes.files.schema import conform
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import write_positions
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 from simulate.spectra.beamformer import Beamformer
 
 FILE, KNOWN = "training.json", "known_positions.csv"

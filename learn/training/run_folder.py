@@ -36,7 +36,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_frequency import several_frequencies
 from simulate.dataset.picture_files import what_is_at
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.spectra.beamformer import Beamformer
 
 LARGEST_WEIGHTS = 40_000 * MEGABYTE

@@ -60,7 +60,7 @@ from scenes.files.output_folder import own_folder, require_own
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
     from learn.training.budget import Timed

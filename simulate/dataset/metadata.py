@@ -17,8 +17,7 @@ from scenes.files.input_file import beside
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import Count, conform, recorded
 from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, read_frequency
-from simulate.dataset.moving import Moving
-from simulate.dataset.phases import Phases
+from simulate.dataset.dataset_kinds import Moving, Phases
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid

@@ -16,8 +16,8 @@ from PIL import Image
 
 from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
+from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import encode_picture, encode_power
-from simulate.dataset.folder_kinds import PARTS
 from simulate.dataset.responses_file import read_responses
 from simulate.engines.engine import BandSource, ResponseSource
 from simulate.generation.request import Request
@@ -131,7 +131,7 @@ class WrittenParts:
     def _whole(
         self, start: int, recorded: Complex[np.ndarray, "K elements *band"] | None, pool: ThreadPoolExecutor
     ) -> Complex[np.ndarray, "n elements *band"] | None:
-        """The responses of a part, from its file or channels.npz; None if it is unfinished or one of its files damaged."""
+        """The responses of a part, from its file or channels.npz; None if it is unfinished or damaged."""
         names = self._names(start)
         if self._marker(start).exists():
             try:

@@ -27,6 +27,7 @@ from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_frequency import FREQUENCIES
+from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import (
     write_frequencies,
     write_gateway,
@@ -35,12 +36,11 @@ from simulate.dataset.dataset_writer import (
     write_positions,
     write_responses,
 )
-from simulate.dataset.folder_kinds import PARTS
 from simulate.dataset.metadata import Metadata, read_metadata_file
 from simulate.generation.dataset_parts import WrittenParts, make_part, part_by_worker
 from simulate.generation.request import Request
 from simulate.parallel.machines import Machines, by_workers
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 
 
 def begun(folder: Path, metadata: dict[str, Any]) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene
 from scenes.scene.orientation import GATEWAY_FROM_TRANSMITTER

@@ -19,15 +19,14 @@ from scenes.scene.same_array import with_same_array
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
-from simulate.dataset.folder_kinds import not_spectra
+from simulate.dataset.dataset_kinds import Moving, not_spectra
 from simulate.dataset.metadata import band_of, read_metadata_file
-from simulate.dataset.moving import Moving
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.reciprocity import AtElements, AtPairs, element_offsets, reciprocal
-from simulate.positions.given_positions import points_digest, read_points
 from simulate.positions.placement import AT_IT
+from simulate.positions.positions import points_digest, read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer

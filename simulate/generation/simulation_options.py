@@ -13,8 +13,8 @@ from tyro.conf import arg
 
 from scenes.files.errors import ParameterError, require_whole, shown
 from scenes.scene.frequency import read_frequency
-from simulate.dataset.moving import Moving
-from simulate.positions.places import NO_FILE, Places
+from simulate.dataset.dataset_kinds import Moving
+from simulate.positions.positions import NO_FILE, Places
 from simulate.spectra.band import Band, stated_band
 from simulate.spectra.measurement import Measurement
 

@@ -20,7 +20,7 @@ from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
 from simulate.rays.diffraction.search import EdgeScene, diffracted, find_diffracted_chains
-from simulate.spectra.band_interpolation import chebyshev_points
+from simulate.spectra.band import chebyshev_points
 
 
 class Found(NamedTuple):

@@ -29,7 +29,7 @@ from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.spectra.band_interpolation import enough_frequencies, interpolated
+from simulate.spectra.band import enough_frequencies, interpolated
 
 FREQUENCIES_MORE = 10
 """Number of frequencies beyond those that the delays need. They make the error of the interpolation negligible."""

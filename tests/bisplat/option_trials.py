@@ -77,8 +77,6 @@ SWEPT = "learn.comparison.sweep:sweep"
 CALIBRATED = "learn.twin.calibrate:calibrate"
 CALIBRATED_BY_POWERS = "learn.twin.calibrate_powers:calibrate_powers"
 PLANNED = "learn.planning.next_positions:plan"
-OF_EVALUATION = "bisplat.commands.evaluation_commands"
-ENGINES = "learn.evaluation.engines:compare_engines"
 NEW_FOLDER = "bisplat.commands.uses_commands:new_folder"
 NEW_IN_USES = "bisplat.commands.uses_commands:require_new"
 SERVED = "scenes.browser.served_page:serve"
@@ -166,7 +164,9 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("check data --split random", ["--guard 1", "--seed 1"]),
     ],
     "dataset": [
-        *_trials(RECORDED, [("--frequency 915e6", "--frequency 2.4GHz")], "simulate.exchange.recorded_dataset:record"),
+        *_trials(
+            RECORDED, [("--frequency 915e6", "--frequency 2.4GHz")], "simulate.exchange.recorded_responses:record"
+        ),
         *_trials(
             RECORDED,
             [
@@ -264,7 +264,7 @@ TRIALS: dict[str, list[Trial]] = {
     "export": [
         *_trials("export mlp", ["-o out.pt2"]),
         *_trials("export data", ["--hdf5 out.h5"]),
-        *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo.deepmimo_export:export_deepmimo"),
+        *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo_export:export_deepmimo"),
         *_trials("export powers", ["--hdf5 out.h5"]),
         *_trials("export data", ["--csi out"], "simulate.exchange.csi_export:export_csi"),
         *_trials("export data --hdf5 out.h5", ["--force"], there="out.h5"),
@@ -304,14 +304,6 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(SWEEP_POWERS, [("--sizes 4", "--sizes 3"), ("--models mri", "--models mean")], COMPARED_POWERS),
         *_trials("sweep heard -o out --models twin --sizes 3", ["--scene closet"], COMPARED_POWERS),
         *_trials("sweep links -o out --models copy --sizes 3", ["--split random", "--json"]),
-    ],
-    "engines": [
-        *_trials("engines data -o out", ["-n 2", *MECHANISMS], ENGINES),
-        *_trials("engines uneven -o out", ["--diffuse"], ENGINES),
-        *_trials("engines uneven -o out --diffuse", ["--patches 50"], ENGINES),
-        *_trials("engines data -o out -n 2 --max-depth 0", ["--json"], f"{OF_EVALUATION}:print_table"),
-        *_trials("engines rough/scene.yaml", ["--json"], f"{OF_EVALUATION}:print_table"),
-        *_trials("engines data -o out", [("-o out2", "-o out"), "--force"], f"{OF_EVALUATION}:require_new"),
     ],
     "calibrate": [
         *_trials("calibrate closet data -o out", ["-n 5", "--split random", *MECHANISMS], CALIBRATED),

@@ -200,17 +200,12 @@ REFUSED: dict[str, str] = {
     "plan closet -o out.csv --target 1.5": "--target: expected a median SSIM from 0 to 1, found 1.5",
     "plan closet -o out.csv --target 0.999": "--target: expected a median SSIM that the curve of measured rooms has,",
     "plan closet -o out.csv --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
-    "engines data -o out --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
     "dataset --frequency 2.4GHz --array 4x4@0.5 -o out": "--files: expected at least one file, found none",
     "dataset recording.npz --frequency 2.4GHz --array 4x4 -o out": "--array: expected the spacing in wavelengths, too",
     "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out --bandwidth 1MHz --round-trip": (
         "--round-trip: expected no band beside it, found one"
     ),
     "dataset recording.npz --frequency 2.4 --array 4x4@0.5 -o out": "--frequency: expected hertz",
-    "engines closet -n 9": "-n: expected a full-wave dataset and -o, found the scene closet alone",
-    "engines closet --max-depth 2": "--max-depth: expected a full-wave dataset and -o, found the scene closet alone",
-    "engines data": "data: expected -o FOLDER with a dataset, found none",
-    "engines data -o out --patches 9": "--patches: expected --diffuse with it",
     "calibrate closet data -o out --seed 1": "--seed: expected --split random or area beside it, found files",
     "calibrate bare/scene.yaml data -o out --objects 0.03": "--objects: expected an object inside the room",
     "calibrate bare/scene.yaml data -o out --materials 0.2": "--materials: expected a material that is no conductor",

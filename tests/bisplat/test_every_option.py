@@ -31,7 +31,7 @@ from simulate.dataset.dataset_writer import write_positions
 from simulate.exchange.given_responses import write_dataset
 from simulate.generation.simulated_rooms import simulate_rooms
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.given_powers import write_rssi
+from simulate.rssi.rssi_writer import write_rssi
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
 from tests.bisplat.refused_options import REFUSED
@@ -137,11 +137,6 @@ def place(tmp_path_factory) -> Path:
     write_scene(dataclasses.replace(scene, materials=rough), folder / "rough")
     floor = dataclasses.replace(scene.objects[0], material="metal")
     write_scene(dataclasses.replace(small_scene(), objects=(floor,)), folder / "bare")
-    shutil.copytree(folder / "data", folder / "uneven")
-    described = (folder / "uneven" / "scene" / "scene.yaml").read_text()
-    assert "scattering_coefficient: 0.0" in described
-    uneven = described.replace("scattering_coefficient: 0.0", "scattering_coefficient: 0.5")
-    (folder / "uneven" / "scene" / "scene.yaml").write_text(uneven)
     return folder
 
 

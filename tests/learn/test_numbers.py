@@ -13,7 +13,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
 from learn.data.splits import Split
 from learn.evaluation.check import check
-from learn.models.kriging import mixture_weights, stacking, vecchia
+from learn.models.kriging import stacking, vecchia
 from learn.models.quadrature import quadrature
 from learn.training.config import Config
 from learn.training.gradient_steps import Spectra, Training
@@ -24,7 +24,7 @@ from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
-from simulate.positions.given_positions import FARTHEST
+from simulate.positions.positions import FARTHEST
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 from tests.small_scene import small_scene
@@ -135,8 +135,8 @@ FEWER = [far_apart, at_one_place, black, white, hardly_any_signal]
 def short_fits(monkeypatch):
     """Few iterations of every fit, and kriging's scores without folds."""
     monkeypatch.setattr(vecchia, "ITERATIONS", 3)
-    monkeypatch.setattr(mixture_weights, "FOLDS", 1)
-    monkeypatch.setattr(mixture_weights, "LEFT_OUT", 2)
+    monkeypatch.setattr(stacking, "FOLDS", 1)
+    monkeypatch.setattr(stacking, "LEFT_OUT", 2)
     monkeypatch.setattr(stacking, "QUARTERS", 1)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import torch
 from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
 from torch import Tensor
 
 from learn.data.comparable_phases import no_comparable_phases
@@ -16,12 +17,54 @@ from learn.models.base import runs_compiled
 from learn.models.capabilities import PredictsResponses
 from learn.models.images.image_search import ImageSearch, offsets_of, waves_of
 from learn.models.images.mirror_images import image_waves
-from learn.models.images.wall_angle import angle_of_walls, frame_of_walls, in_frame
 from learn.models.kriging.kriged_field import KrigedField
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly
+
+COARSE = 5
+"""Step of the angles that are tried first, degrees. Around the best one, whole degrees are tried."""
+
+CLEAR = 0.25
+"""Least gain of the log-likelihood of each response over that of walls along the axes. For less, walls are not turned:
+most descriptions of rooms have them along the axes, and an angle that is a few degrees off changes little."""
+
+
+def angle_of_walls(likelihood: Callable[[int], float]) -> int:
+    """The angle of perpendicular walls from the x axis, degrees, 0…89.
+
+    >>> angle_of_walls(lambda degrees: -abs(degrees - 31) / 30), angle_of_walls(lambda degrees: -abs(degrees - 3) / 30)
+    (31, 0)
+    """
+    tried = {degrees: likelihood(degrees) for degrees in range(0, 90, COARSE)}
+    best = max(tried, key=tried.__getitem__)
+    for each in range(best - COARSE + 1, best + COARSE):
+        degrees = each % 90
+        tried[degrees] = tried[degrees] if degrees in tried else likelihood(degrees)
+    best = max(tried, key=tried.__getitem__)
+    return best if tried[best] > tried[0] + CLEAR else 0
+
+
+def frame_of_walls(degrees: int) -> Float[np.ndarray, "3 3"]:
+    """The rotation matrix from the world frame to a frame whose axes run along the walls and up.
+
+    >>> (frame_of_walls(90) @ [0, 1, 0]).round(3).tolist()
+    [1.0, 0.0, 0.0]
+    """
+    return Rotation.from_euler("z", -degrees, degrees=True).as_matrix()
+
+
+def in_frame(dataset: Dataset, frame: Float[np.ndarray, "3 3"]) -> Dataset:
+    """A dataset whose world frame is another one."""
+    turn = Rotation.from_matrix(frame)
+    return replace(
+        dataset,
+        positions=turn.apply(dataset.positions),
+        gateway_position=turn.apply(dataset.gateway_position),
+        gateway_orientation=(turn * Rotation.from_quat(dataset.gateway_orientation)).as_quat(),
+    )
+
 
 FITTED_ON = 128
 """Largest number of known spectra, evenly spread, in which the images are found."""

@@ -16,9 +16,8 @@ from learn.models.geometry import distances
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.mixture_weights import best_mixture
 from learn.models.kriging.retrieved_field import RetrievedOnce
-from learn.models.kriging.stacking import LEAST_DISTANCE, by_distance
+from learn.models.kriging.stacking import LEAST_DISTANCE, best_mixture, by_distance
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer

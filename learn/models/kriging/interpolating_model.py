@@ -10,8 +10,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from learn.models.base import BeamformingLayer, SpectrumModel
-from learn.models.kept import Kept
+from learn.models.base import BeamformingLayer, Kept, SpectrumModel
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer

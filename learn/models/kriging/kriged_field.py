@@ -11,13 +11,11 @@ import torch
 from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
-from learn.models.base import Beamformed, runs_compiled
+from learn.models.base import Beamformed, Kept, runs_compiled
 from learn.models.geometry import distances, evenly_spread_directions
-from learn.models.kept import Kept
 from learn.models.kriging.interpolating_model import KnownSpectra
-from learn.models.kriging.leg_times import leg_times
 from learn.models.kriging.vecchia import fit_covariance
-from learn.models.kriging.wave_covariance import Separations, between_rows, with_turned_rows
+from learn.models.kriging.wave_covariance import Separations, between_rows, leg_times, with_turned_rows
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS

@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from torch import Tensor
 
-from learn.models.kriging.leg_times import LEGS, leg_shapes
 from learn.models.kriging.quick_nearest import keep_smallest
+from learn.models.kriging.wave_covariance import LEGS, leg_shapes
 from simulate.parallel.compiled import SUMS, compiled, in_threads
 
 TASK = 8

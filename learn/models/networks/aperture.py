@@ -9,12 +9,11 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
+from learn.models.base import Kept
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
-from learn.models.kept import Kept
+from learn.models.networks.bisplat import SCALE_LEAST, SCALE_MOST, Primitives
 from learn.models.networks.feed_forward import ResidualFFN
-from learn.models.networks.path_delays import PathDelays
-from learn.models.networks.primitives import SCALE_LEAST, SCALE_MOST, Primitives
-from learn.models.networks.response_network import ResponseNetwork
+from learn.models.networks.response_network import PathDelays, ResponseNetwork
 from learn.models.splatting.splat import Splats, blending_weights, conic_of, gaussian, pixel_grid, splat
 from simulate.spectra.beamformer import Beamformer
 

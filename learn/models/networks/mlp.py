@@ -11,8 +11,7 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import relative_error
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks.feed_forward import ResidualFFN
-from learn.models.networks.path_delays import PathDelays
-from learn.models.networks.response_network import ResponseNetwork
+from learn.models.networks.response_network import PathDelays, ResponseNetwork
 from learn.models.quadrature import Quadrature, interpolation, picture_pixels
 from simulate.spectra.beamformer import Beamformer
 

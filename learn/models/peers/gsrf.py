@@ -14,9 +14,8 @@ from jaxtyping import Complex, Float
 from torch import Tensor, nn
 
 from learn.models.base import SplatModel, power
-from learn.models.loss import composite_loss
-from learn.models.splatting.spatial_gaussians import directions, neighbour_distance, rotation_matrix
-from learn.models.splatting.splat import Conic, splat_by_conic
+from learn.models.quadrature import composite_loss
+from learn.models.splatting.splat import Conic, directions, neighbour_distance, rotation_matrix, splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 3000

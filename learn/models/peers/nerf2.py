@@ -16,8 +16,8 @@ from torch import Tensor
 
 from learn.models.base import SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
-from learn.models.model_options import OPTION_MOST
-from learn.models.peers.radiance_field import RadianceField
+from learn.models.model_settings import OPTION_MOST
+from learn.models.peers.ray_signals import RadianceField
 from learn.models.quadrature import interpolation, picture_pixels
 from scenes.files.errors import require_whole
 from simulate.spectra.angular_grid import COLUMNS

@@ -13,11 +13,10 @@ from torch import Tensor, nn
 
 from learn.models.base import SplatModel
 from learn.models.encoding import octaves
-from learn.models.loss import composite_loss
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.peers.swiftwrf import clipped_magnitude
-from learn.models.splatting.spatial_gaussians import conic_of_axes, directions, neighbour_distance, rotation_matrix
-from learn.models.splatting.splat import splat_by_conic
+from learn.models.quadrature import composite_loss
+from learn.models.splatting.splat import conic_of_axes, directions, neighbour_distance, rotation_matrix, splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 200_000

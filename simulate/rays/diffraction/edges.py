@@ -17,7 +17,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Bool, Float, Int
 
-from scenes.checks.outer_walls import outline
+from scenes.checks.enclosure import outline
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
 from scenes.scene.shapes import union

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.band.band_kriging import Kriging
-from learn.band.band_scores import score_band
-from learn.band.known_band import KnownBand, PredictedBand
+from learn.band.band_comparison import score_band
+from learn.band.band_methods import KnownBand, Kriging, PredictedBand
 from scenes.files.errors import InputError
 
 ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8
@@ -20,8 +19,8 @@ def quick():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("learn.models.kriging.vecchia.FITTED_ON", 30)
         patch.setattr("learn.models.kriging.vecchia.ITERATIONS", 15)
-        patch.setattr("learn.models.kriging.mixture_weights.FOLDED", 1)
-        patch.setattr("learn.models.kriging.band_errors.FOLDED", 1)
+        patch.setattr("learn.models.kriging.stacking.FOLDED", 1)
+        patch.setattr("learn.models.kriging.deviation_curve.FOLDED", 1)
         yield
 
 

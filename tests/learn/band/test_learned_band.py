@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from learn.band.band_methods import BAND_METHODS
-from learn.band.known_band import KnownBand
-from learn.band.learned_band import ApertureBand, ResponseMLPBand
+from learn.band.band_methods import BAND_METHODS, ApertureBand, KnownBand, ResponseMLPBand
 from learn.comparison.makers import chosen
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray

@@ -22,7 +22,7 @@ def quick():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("learn.models.kriging.vecchia.FITTED_ON", 40)
         patch.setattr("learn.models.kriging.vecchia.ITERATIONS", 25)
-        patch.setattr("learn.models.kriging.band_errors.FOLDED", 72)
+        patch.setattr("learn.models.kriging.deviation_curve.FOLDED", 72)
         yield
 
 

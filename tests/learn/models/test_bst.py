@@ -5,7 +5,7 @@ import pytest
 import torch
 from torch import nn
 
-from learn.models.networks.bst import BilinearSpatialTransformer, bilinear_weights
+from learn.models.networks.bisplat import BilinearSpatialTransformer, bilinear_weights
 from learn.models.networks.feed_forward import Interpolated, LinearOfParts
 from learn.training.train import train
 from scenes.files.errors import InputError

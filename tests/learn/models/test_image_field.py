@@ -9,10 +9,9 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from learn.comparison.compare import compare
-from learn.models.images.image_field import ImageField
-from learn.models.images.image_strengths import most_likely
+from learn.models.images.image_field import ImageField, frame_of_walls, in_frame
+from learn.models.images.image_search import most_likely
 from learn.models.images.mirror_images import gateway_and_first_images, image_waves, second_images
-from learn.models.images.wall_angle import frame_of_walls, in_frame
 from learn.models.kriging.kriged_field import KrigedField
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.train import train

@@ -6,9 +6,8 @@ import torch
 from scipy.stats import kstest
 
 from learn.data.metrics import ssim
-from learn.models.loss import composite_loss
-from learn.models.networks.bisplat import BiSplatWRF
-from learn.models.networks.primitives import SCALE_MAX, SCALE_MIN, Primitives
+from learn.models.networks.bisplat import SCALE_MAX, SCALE_MIN, BiSplatWRF, Primitives
+from learn.models.quadrature import composite_loss
 from learn.training.registry import MODELS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise

@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from learn.data.metrics import ssim
 from learn.models.kriging.helmholtz import HelmholtzField
-from learn.models.kriging.interpolators import WAYS, kriging_ways
+from learn.models.kriging.interpolators import WAYS, OneField, kriging_ways
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.one_field import OneField
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.mlp import ResponseMLP
 from learn.training.train import train

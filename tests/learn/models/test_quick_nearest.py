@@ -8,9 +8,9 @@ from learn.baselines.neighbours import NEIGHBOURS
 from learn.models.geometry import distances
 from learn.models.kriging import interpolating_model as known_spectra
 from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.kriging.interpolators import SmoothField
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.quick_nearest import add_mean_of_nearest
-from learn.models.kriging.smooth_field import SmoothField
 from learn.models.kriging.stacking import LEAST_DISTANCE, by_distance
 from learn.training.prediction import predicted
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH

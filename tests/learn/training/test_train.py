@@ -21,11 +21,10 @@ import bisplat
 from learn.data.metrics import ssim
 from learn.evaluation.evaluate import evaluate
 from learn.models.capabilities import WEAK
-from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
 from learn.models.model_settings import Processes, Steps
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.mlp import ResponseMLP
-from learn.models.quadrature import quadrature
+from learn.models.quadrature import L1_WEIGHT, SSIM_WEIGHT, composite_loss, quadrature
 from learn.reports.evaluation_report import write_evaluation
 from learn.reports.provenance import Provenance
 from learn.training import gradient_steps as by_steps

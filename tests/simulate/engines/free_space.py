@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import require_within
 from scenes.scene.description import Scene
 from simulate.engines.engine import Engine, ResponseSource, Setting

@@ -13,9 +13,9 @@ from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.rays_engine import Rays
-from simulate.exchange.deepmimo import deepmimo_export as module
-from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
-from simulate.exchange.deepmimo.path_list import PathList, sorted_by_receiver
+from simulate.exchange import deepmimo_export as module
+from simulate.exchange.deepmimo_export import export_deepmimo
+from simulate.exchange.deepmimo_scenario import PathList, sorted_by_receiver
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays import diffuse_reflection

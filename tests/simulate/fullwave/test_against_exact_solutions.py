@@ -9,7 +9,7 @@ from scipy.integrate import quad_vec
 from scipy.special import j0
 
 from benchmarks.ledger.half_plane import half_plane_response
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import RadioMaterial

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject

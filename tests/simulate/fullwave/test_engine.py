@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files import optional_packages
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene

@@ -11,11 +11,10 @@ from scipy.spatial.transform import Rotation
 import bisplat
 from learn.evaluation.check import check
 from learn.view.subject import subject
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
 from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.generation.simulation import simulate

@@ -12,7 +12,7 @@ from learn.data.splits import split
 from learn.data.torch_dataset import TorchDataset
 from learn.evaluation.check import check
 from learn.view.subject import subject
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.progress import progress_bar
 from scenes.scene.description import SPEED_OF_LIGHT, SceneObject
@@ -20,7 +20,6 @@ from scenes.scene.shapes import box
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 from simulate.engines.rays_engine import Rays
-from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
 from simulate.exchange.csi_export import export_csi
 from simulate.generation.dataset_parts import part_by_worker
