@@ -170,4 +170,4 @@ def _course(
     kinds = np.full(objects.shape, int(Interaction.REFLECTION))
     kinds[:, at_edges] = Interaction.DIFFRACTION
     vertices = np.concatenate([starts[:, None], geometry.vertices.transpose(2, 0, 1), ends[:, None]], axis=1)
-    return Course(vertices, objects, kinds)
+    return vertices, objects, kinds

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.checks.occupancy import element_positions
 from scenes.files import optional_packages
 from scenes.files.errors import InputError, ParameterError
@@ -18,7 +19,6 @@ from scenes.scene.description import Scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave import all_elements, element_fields, gprmax
-from simulate.fullwave.dipole import free_space_response
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from tests.simulate.fullwave.free_space_solver import FreeSpaceSolver, floor_and_two_elements, replace_solver
