@@ -16,6 +16,7 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.exchange.convert import convert
+from simulate.exchange.reading_options import Conversion
 from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.generation.simulation import simulate
 from simulate.rays.chain_solver import Found
