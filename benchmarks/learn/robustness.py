@@ -20,8 +20,8 @@ import tyro
 from rich.progress import track
 
 from benchmarks.ledger.printing import print_figures
-from learn.comparison.baseline_methods import BASELINES
-from learn.comparison.task import Task
+from learn.comparison.known_spectra import Task
+from learn.comparison.spectrum_methods import BASELINES
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind
 from learn.models.kriging.helmholtz import HelmholtzField

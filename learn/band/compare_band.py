@@ -12,11 +12,17 @@ import numpy as np
 from learn.band.band_comparison import BandComparison, BandRow, score_band
 from learn.band.band_methods import BAND_METHODS, BandMethod, KnownBand, PredictedBand, require_band
 from learn.channels.channel_scores import snr_db
-from learn.comparison.doubts import average_name
-from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
-from learn.comparison.kept_fits import earlier_sizes, kept_fits
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.makers import check_effort, chosen
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import check_effort, chosen
+from learn.comparison.results_folder import given_folder
+from learn.comparison.scored_methods import (
+    Parts,
+    asked_sizes,
+    checked_with_deviation,
+    earlier_sizes,
+    kept_fits,
+    measure_fits,
+)
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected

@@ -14,12 +14,19 @@ from jaxtyping import Complex, Float, Int
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
 from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels, PredictedChannels
-from learn.comparison.doubts import average_name
-from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
-from learn.comparison.kept_fits import FitRow, earlier_sizes, kept_fits
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.makers import check_effort, chosen
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import check_effort, chosen
+from learn.comparison.results_folder import given_folder
 from learn.comparison.score_table import Measure, ScoreTable
+from learn.comparison.scored_methods import (
+    FitRow,
+    Parts,
+    asked_sizes,
+    checked_with_deviation,
+    earlier_sizes,
+    kept_fits,
+    measure_fits,
+)
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected

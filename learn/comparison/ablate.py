@@ -8,9 +8,9 @@ from typing import Any
 
 from learn.comparison.compare import spectrum_makers
 from learn.comparison.experiment import begun
-from learn.comparison.makers import SEEDS_MOST
+from learn.comparison.method_factories import SEEDS_MOST
+from learn.comparison.spectrum_methods import TrainedModel
 from learn.comparison.table import Comparison
-from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
 from learn.models.model_settings import OPTION_MOST, STEPS_MOST
 from learn.training.registry import check_options

@@ -19,23 +19,30 @@ from jaxtyping import Float, Int
 from msgspec import Meta
 
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
-from learn.comparison.baseline_methods import KrigingResponses
-from learn.comparison.doubts import MEAN_PICTURE
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
-from learn.comparison.methods import usual_methods
-from learn.comparison.own_method import built, checked_spectra, is_own, named, source_of
-from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, in_common, read_protocol
-from learn.comparison.scores_file import write_scores
-from learn.comparison.task import Method, Task
-from learn.comparison.trained_model import TrainedModel
+from learn.comparison.averaged_table import MEAN_PICTURE
+from learn.comparison.known_spectra import Method, Task
+from learn.comparison.method_factories import built, checked_spectra, is_own, named, source_of
+from learn.comparison.results_folder import (
+    PROTOCOL,
+    SPLIT_SEED,
+    KeptRow,
+    KeptRows,
+    Settings,
+    given_folder,
+    in_common,
+    read_protocol,
+    row_name,
+    run_folder,
+)
+from learn.comparison.spectrum_methods import KrigingResponses, TrainedModel, usual_methods
 from learn.data.metrics import Scores, scorable, score, ssim
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind, split
 from learn.training.config import require_same_spectra
 from learn.training.run_files import device_name
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError, require_whole, require_within, require_word
+from scenes.files.errors import InputError, require_whole, require_within, require_word, shown
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.json_yaml_xml import plain_number
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
@@ -43,6 +50,46 @@ from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
+
+COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
+"""Columns of the file after the first one, ``name``, which is that of the spectrum."""
+
+LARGEST = 100 * MEGABYTE
+"""Largest size of the file, bytes: a hundred for each of a million spectra."""
+
+
+def write_scores(path: Path, names: Sequence[str], scores: Scores) -> None:
+    """Write the scores of K spectra."""
+    columns = zip(scores.ssim, scores.psnr, scores.mae, scores.aoa_error, strict=True)
+    lines = [f"{name}," + ",".join(f"{value:.6f}" for value in row) for name, row in zip(names, columns, strict=True)]
+    write_atomically(path, "\n".join([",".join(["name", *COLUMNS]), *lines, ""]).encode())
+
+
+def read_scores(path: Path) -> dict[str, Float[np.ndarray, " K"]]:
+    """Read what ``write_scores`` wrote: the scores of K spectra, by ``COLUMNS``."""
+    expected = "the scores of each test spectrum"
+    lines = read_text(path, expected, LARGEST).splitlines()
+    header = ",".join(["name", *COLUMNS])
+    if lines[:1] != [header]:
+        raise InputError(f"{path}, line 1: expected the header {header}, found {shown(''.join(lines[:1]))}")
+    values = [_numbers(line) for line in lines[1:]]
+    if None in values:
+        number = values.index(None) + 1
+        found = shown(lines[number])
+        raise InputError(f"{path}, line {number + 1}: expected a name and {len(COLUMNS)} finite numbers, found {found}")
+    if not values:
+        raise InputError(f"{path}: expected {expected}, found none")
+    return dict(zip(COLUMNS, np.array(values).T, strict=True))
+
+
+def _numbers(line: str) -> list[float] | None:
+    """The numbers of a line. None: there are more or fewer than expected, or one is not a finite number."""
+    _, *texts = line.split(",")
+    try:
+        values = [parse_number(text) for text in texts]
+    except ValueError:
+        return None
+    return values if len(values) == len(COLUMNS) and np.isfinite(values).all() else None
 
 
 class Row(KeptRow, frozen=True, kw_only=True):

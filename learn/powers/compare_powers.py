@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from learn.comparison.doubts import average_name
-from learn.comparison.fits import Parts, asked_sizes, checked_array, measure_fits
-from learn.comparison.kept_fits import earlier_sizes, kept_fits
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.makers import check_effort, chosen
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import check_effort, chosen
+from learn.comparison.results_folder import given_folder
+from learn.comparison.scored_methods import Parts, asked_sizes, checked_array, earlier_sizes, kept_fits, measure_fits
 from learn.data.splits import Split, SplitKind
 from learn.powers.fit_powers import with_twin
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers

@@ -13,10 +13,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int
 
-from learn.comparison.kept_folder import given_folder, kept_in
-from learn.comparison.kept_rows import KeptRows, row_name
-from learn.comparison.makers import check_effort, makers
-from learn.comparison.own_method import built, checked_spectra, is_own, named, source_of
+from learn.comparison.method_factories import built, check_effort, checked_spectra, is_own, makers, named, source_of
+from learn.comparison.results_folder import KeptRows, given_folder, kept_in, row_name
 from learn.data.metrics import ssim
 from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.room_comparison import RoomComparison, RoomProtocol, RoomRow

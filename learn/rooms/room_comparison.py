@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 from msgspec import Meta, Struct
 
 from learn.comparison.averaged_table import AveragedTable
-from learn.comparison.kept_rows import KeptRow
+from learn.comparison.results_folder import KeptRow
 from learn.comparison.score_table import by_name
 from simulate.dataset.dataset_kinds import Setting
 

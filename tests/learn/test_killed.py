@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
+from learn.comparison.results_folder import KeptRow, KeptRows, row_name, run_folder
 from scenes.files.output_folder import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.comparison.baseline_methods import BASELINES
-from learn.comparison.task import Task
+from learn.comparison.known_spectra import Task
+from learn.comparison.spectrum_methods import BASELINES
 from learn.data.splits import Split
 from learn.evaluation.check import check
 from learn.models.kriging import stacking, vecchia

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from learn.band.band_methods import BAND_METHODS, ApertureBand, KnownBand, ResponseMLPBand
-from learn.comparison.makers import chosen
+from learn.comparison.method_factories import chosen
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 

@@ -21,17 +21,15 @@ from bisplat.__main__ import main
 from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
-from learn.comparison import experiment, trained_model
+from learn.comparison import experiment
+from learn.comparison import spectrum_methods as trained_model
 from learn.comparison.ablate import ablate, variants
-from learn.comparison.averages import averaged
-from learn.comparison.compare import compare, spectrum_makers
-from learn.comparison.doubts import FEW_STEPS
+from learn.comparison.averaged_table import FEW_STEPS, averaged
+from learn.comparison.compare import SWEPT, compare, spectrum_makers, sweep
 from learn.comparison.experiment import CEILING
-from learn.comparison.methods import method_named, method_names
-from learn.comparison.sweep import SWEPT, sweep
+from learn.comparison.known_spectra import Task
+from learn.comparison.spectrum_methods import TrainedModel, method_named, method_names
 from learn.comparison.table import table_cells
-from learn.comparison.task import Task
-from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import score
 from learn.data.splits import split
 from learn.reports.comparison_report import validation_curve, write_ablation, write_comparison, write_sweep

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.comparison.fits import Parts
-from learn.comparison.makers import chosen
+from learn.comparison.method_factories import chosen
+from learn.comparison.scored_methods import Parts
 from learn.reports.score_report import write_score_sweep
 
 
@@ -277,7 +277,7 @@ def test_another_method_with_the_same_label_is_fitted_again(kind, tmp_path, caps
 def test_a_class_that_was_edited_is_fitted_again(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(Stops, "fits", 9)
     hashes = iter(["first", "second"])
-    monkeypatch.setattr("learn.comparison.own_method.source_hash", lambda method: next(hashes))
+    monkeypatch.setattr("learn.comparison.method_factories.source_hash", lambda method: next(hashes))
     for _ in range(2):
         comparison = kind.compare(kind.dataset, {"mine": Stops}, output=tmp_path / "kept")
     assert Stops.fits == 11 and [row["source"] for row in comparison] == ["second"]

@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from learn.baselines.neighbours import inverse_distance
-from learn.comparison.task import Task
-from learn.comparison.trained_model import TrainedModel
+from learn.comparison.known_spectra import Task
+from learn.comparison.spectrum_methods import TrainedModel
 from learn.data.metrics import ssim
 from learn.models.kriging import vecchia
 from learn.models.kriging.helmholtz import HelmholtzField

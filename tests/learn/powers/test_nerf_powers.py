@@ -5,7 +5,7 @@ import pytest
 import torch
 
 import bisplat
-from learn.comparison.makers import chosen
+from learn.comparison.method_factories import chosen
 from learn.models.peers.ray_signals import RaySize
 from learn.powers.fit_powers import POWER_METHODS
 from learn.powers.known_powers import KnownPowers
