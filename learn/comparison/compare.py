@@ -8,7 +8,7 @@ from pathlib import Path
 
 from learn.comparison.experiment import begun
 from learn.comparison.known_spectra import Method
-from learn.comparison.method_factories import check_effort, checked_sizes, makers
+from learn.comparison.method_factories import check_effort, checked_sizes, method_factories
 from learn.comparison.spectrum_methods import TrainedModel, is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.data.splits import SplitKind
@@ -41,8 +41,9 @@ def compare(
 
     A second call with the same ``output`` measures only the rows that are missing there, and returns all rows.
 
-    A method is an object with two methods. ``fit(task)`` learns from ``task.positions`` [n, 3] (metres) and
-    ``task.spectra`` [n, 90, 360] (0…1). ``predict(positions)`` takes positions [K, 3] and returns spectra [K, 90, 360].
+    A method is an object with two methods. ``fit(known)`` learns from ``known.positions`` [n, 3] (metres) and
+    ``known.spectra`` [n, 90, 360] (0…1). ``predict(positions)`` takes positions [K, 3] and returns spectra
+    [K, 90, 360].
 
     Args:
         dataset: a dataset, or its folder.
@@ -74,8 +75,8 @@ def compare(
     Example:
         >>> import numpy as np
         >>> class Grey:
-        ...     def fit(self, task):
-        ...         self.mean = task.spectra.mean()
+        ...     def fit(self, known):
+        ...         self.mean = known.spectra.mean()
         ...
         ...     def predict(self, positions):
         ...         return np.full((len(positions), 90, 360), self.mean)
@@ -90,7 +91,7 @@ def compare(
         True
     """
     check_effort(budget, seeds, steps)
-    methods = spectrum_makers(method_names() if models is None else models)
+    methods = spectrum_factories(method_names() if models is None else models)
     minutes = budget if steps is None else None
     with begun(
         dataset, split, output, minutes=minutes, steps=steps, test_spectra=test_spectra, guard=guard
@@ -100,15 +101,17 @@ def compare(
         return Comparison.of(experiment)
 
 
-def spectrum_makers(models: Models) -> dict[str, Callable[[], Method]]:
+def spectrum_factories(models: Models) -> dict[str, Callable[[], Method]]:
     """Functions that make new, unfitted methods, by the label of their rows.
 
     The label of a model of reduced size ends in "(reduced)", also a label of the user's.
 
-    >>> list(spectrum_makers(["nearest", "kriging"]))
+    >>> list(spectrum_factories(["nearest", "kriging"]))
     ['nearest', 'kriging']
     """
-    return makers(models, method_named, "models", lambda name: f"{name} (reduced)" if is_reduced(name) else name)
+    return method_factories(
+        models, method_named, "models", lambda name: f"{name} (reduced)" if is_reduced(name) else name
+    )
 
 
 SWEPT = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance")
@@ -169,7 +172,7 @@ def sweep(
     """
     check_effort(budget, seeds, steps)
     rising = checked_sizes("spectra", sizes=sizes)
-    methods = spectrum_makers(models)
+    methods = spectrum_factories(models)
     run = init if init is None or isinstance(init, Run) else load_run(init)
     if run is not None:
         model = run.config.model

@@ -20,13 +20,13 @@ from msgspec import Meta
 
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.comparison.averaged_table import MEAN_PICTURE
-from learn.comparison.known_spectra import Method, Task
+from learn.comparison.known_spectra import KnownSpectra, Method
 from learn.comparison.method_factories import built, checked_spectra, is_own, named, source_of
 from learn.comparison.results_folder import (
     PROTOCOL,
     SPLIT_SEED,
-    KeptRow,
-    KeptRows,
+    ResultRow,
+    ResultsFile,
     Settings,
     given_folder,
     in_common,
@@ -92,7 +92,7 @@ def _numbers(line: str) -> list[float] | None:
     return values if len(values) == len(COLUMNS) and np.isfinite(values).all() else None
 
 
-class Row(KeptRow, frozen=True, kw_only=True):
+class Row(ResultRow, frozen=True, kw_only=True):
     """The keys that every line of results.jsonl has. Further keys are scores and costs."""
 
     test: Annotated[int, Meta(ge=1)]
@@ -104,7 +104,7 @@ class Experiment:
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
-        self.kept = KeptRows(folder, Row)
+        self.kept = ResultsFile(folder, Row)
         self._mean_picture_ssim: dict[int | None, float] = {}  # by the number of training spectra
 
     @cached_property
@@ -158,7 +158,7 @@ class Experiment:
         say(name)
         known_as = {} if source is None else {"source": source}
         settings, folder = self.settings, self.folder / run_folder({**key, **known_as})
-        task = Task(
+        known = KnownSpectra(
             self.dataset,
             settings.split,
             settings.split_seed,
@@ -170,8 +170,8 @@ class Experiment:
             settings.guard or 0.0,
         )
         began = time.perf_counter()
-        with named(label, method, "fit to learn from the task"):
-            method.fit(task)
+        with named(label, method, "fit to learn from what is known"):
+            method.fit(known)
         seconds = getattr(method, "seconds", time.perf_counter() - began)
         test, positions = self.test, self.dataset.positions[self.test]
         began = time.perf_counter()
@@ -180,13 +180,13 @@ class Experiment:
         milliseconds = 1e3 * (time.perf_counter() - began) / len(positions)
         scores = score(np.clip(prediction, 0, 1), self._spectra(test), self.dataset.grid, self.dataset.array)
         cost = {
-            "train": len(task.parts.train),
-            "known": len(task.parts.known),
+            "train": len(known.parts.train),
+            "known": len(known.parts.known),
             "parameters": getattr(method, "parameters", None),
             "steps": getattr(method, "steps", None),
             "training_seconds": round(seconds, 1),
             "milliseconds_per_spectrum": round(milliseconds, 2),
-            MEAN_PICTURE: self._ssim_of_mean_picture(task),
+            MEAN_PICTURE: self._ssim_of_mean_picture(known),
         }
         self._keep(key, test, scores, {**cost, **known_as})
 
@@ -204,13 +204,15 @@ class Experiment:
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
         self._keep(key, test, score(bound, truth, self.dataset.grid, self.dataset.array), {})
 
-    def _ssim_of_mean_picture(self, task: Task) -> float:
-        """Median SSIM of the mean of a task's known spectra on the test spectra."""
-        if task.train_size not in self._mean_picture_ssim:
-            mean = self.dataset.pictures[task.parts.known].mean(axis=0) / LARGEST_GREY
+    def _ssim_of_mean_picture(self, known: KnownSpectra) -> float:
+        """Median SSIM of the mean of the known spectra on the test spectra."""
+        if known.train_size not in self._mean_picture_ssim:
+            mean = self.dataset.pictures[known.parts.known].mean(axis=0) / LARGEST_GREY
             truth = self._spectra(self.test)
-            self._mean_picture_ssim[task.train_size] = float(np.median(ssim(np.broadcast_to(mean, truth.shape), truth)))
-        return self._mean_picture_ssim[task.train_size]
+            self._mean_picture_ssim[known.train_size] = float(
+                np.median(ssim(np.broadcast_to(mean, truth.shape), truth))
+            )
+        return self._mean_picture_ssim[known.train_size]
 
     def _distances(self, test: Int[np.ndarray, " K"], train_size: int | None) -> SplitDistances:
         """Distances from test positions to the nearest known ones, where so many spectra are trained on."""

@@ -164,7 +164,7 @@ SEEDS_MOST = 1000
 """Largest number of fits of each method."""
 
 
-def makers(
+def method_factories(
     given: Any, find: Callable[[str], Callable[[], Any]], parameter: str, label: Callable[[str], str] = str
 ) -> dict[str, Callable[[], Any]]:
     """Functions that make new, unfitted methods, by the label of their rows."""
@@ -197,14 +197,14 @@ def _maker(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], para
     return given
 
 
-def chosen(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Callable[[], Any]]:
+def chosen_methods(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Callable[[], Any]]:
     """The methods of a comparison of powers or channels that are given as ``methods``, by label.
 
     The label of a method of reduced size ends in "(reduced)".
 
     >>> class Learned:
     ...     by_steps = True
-    >>> list(chosen(None, {"text": str, "learned": Learned}))
+    >>> list(chosen_methods(None, {"text": str, "learned": Learned}))
     ['text']
     """
     if given is None:
@@ -219,7 +219,7 @@ def chosen(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Call
     def label(name: str) -> str:
         return f"{name} (reduced)" if name in known and getattr(known[name](), "reduced", False) else name
 
-    return makers(given, find, "methods", label)
+    return method_factories(given, find, "methods", label)
 
 
 def trained_by_steps(make: Callable[[], Any]) -> bool:

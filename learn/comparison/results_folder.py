@@ -103,7 +103,7 @@ LARGEST_RESULTS = 64 * MEGABYTE
 """Largest size of the file, bytes; a row takes about 400."""
 
 
-class KeptRow(Struct, frozen=True, kw_only=True):
+class ResultRow(Struct, frozen=True, kw_only=True):
     """The entries of a row's key, and so of every row."""
 
     label: str
@@ -111,13 +111,13 @@ class KeptRow(Struct, frozen=True, kw_only=True):
     train_size: Annotated[int, Meta(ge=1)] | None
 
 
-class KeptRows:
+class ResultsFile:
     """The rows in ``results.jsonl``, a JSON object per line.
 
     A row has a *key*, its label, seed and number of training spectra. No two rows have the same key.
     """
 
-    def __init__(self, folder: Path, schema: type[KeptRow]):
+    def __init__(self, folder: Path, schema: type[ResultRow]):
         self.path, self._schema = folder / RESULTS, schema
 
     @property
@@ -209,18 +209,18 @@ def given_folder(output: Path | str | None) -> Path | None:
 
 
 @contextmanager
-def kept_in(
+def results_in(
     output: Path | None,
     kind: str,
     settings: dict[str, Any],
     fingerprint: Callable[[], str],
-    schemas: tuple[type[Struct], type[KeptRow]],
-) -> Iterator[KeptRows]:
+    schemas: tuple[type[Struct], type[ResultRow]],
+) -> Iterator[ResultsFile]:
     """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it."""
     protocol, row = schemas
     if output is None:
         with tempfile.TemporaryDirectory(prefix="bisplat-") as temporary:
-            yield KeptRows(Path(temporary), row)
+            yield ResultsFile(Path(temporary), row)
         return
 
     def read(path: Path) -> dict[str, Any]:
@@ -238,4 +238,4 @@ def kept_in(
         write_atomically(
             path, (json.dumps({**settings, "data_sha256": digest}, indent=2, default=plain_number) + "\n").encode()
         )
-        yield KeptRows(output, row)
+        yield ResultsFile(output, row)

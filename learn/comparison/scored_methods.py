@@ -17,7 +17,7 @@ from msgspec import Meta, Struct
 
 from learn.comparison.averaged_table import average_name
 from learn.comparison.method_factories import built, checked_sizes, is_own, named, source_of, trained_by_steps
-from learn.comparison.results_folder import KeptRow, KeptRows, kept_in, row_name
+from learn.comparison.results_folder import ResultRow, ResultsFile, results_in, row_name
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, Split, SplitKind
 from learn.data.splits import split as split_dataset
@@ -51,17 +51,17 @@ class FitsProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     data_sha256: str  # fingerprint of the dataset
 
 
-class FitRow(KeptRow, frozen=True, kw_only=True):
+class FitRow(ResultRow, frozen=True, kw_only=True):
     """The entries that every row has. The others are the scores."""
 
     known: Annotated[int, Meta(ge=1)]
     seconds: float
 
 
-class KeptFits(KeptRows):
+class FitResults(ResultsFile):
     """The rows in results.jsonl, and the arrays of those of the first seed in per_sample/."""
 
-    def keep_fit(self, key: dict[str, Any], row: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+    def add_fit(self, key: dict[str, Any], row: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Write a fit to the files, in place of an old one with this key."""
         if key["seed"] == 0:
             archive = io.BytesIO()
@@ -80,14 +80,14 @@ class KeptFits(KeptRows):
 
 
 @contextmanager
-def kept_fits(
+def fit_results(
     output: Path | None,
     predicted: str,
     dataset: Path,
     settings: dict[str, Any],
     data: Iterable[np.ndarray | None],
     schema: type[FitRow],
-) -> Iterator[KeptFits]:
+) -> Iterator[FitResults]:
     """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it."""
 
     def fingerprint() -> str:
@@ -99,13 +99,13 @@ def kept_fits(
         return digest.hexdigest()
 
     given = {"dataset": str(dataset.resolve()), "predicted": predicted, **settings}
-    with kept_in(output, f"comparison of {predicted}", given, fingerprint, (FitsProtocol, schema)) as kept:
-        yield KeptFits(kept.path.parent, schema)
+    with results_in(output, f"comparison of {predicted}", given, fingerprint, (FitsProtocol, schema)) as kept:
+        yield FitResults(kept.path.parent, schema)
 
 
 def earlier_sizes(output: Path | None) -> set[int | None]:
     """The numbers of training positions of the rows that a folder has from earlier calls."""
-    rows = [] if output is None else KeptRows(output, FitRow).rows
+    rows = [] if output is None else ResultsFile(output, FitRow).rows
     return {row["train_size"] for row in rows}
 
 
@@ -157,7 +157,7 @@ def asked_sizes(train_size: Any, things: str) -> list[int | None]:
     return [train_size]
 
 
-def measure_fits(
+def score_fits(
     methods: Mapping[str, Callable[[], Any]],
     usual: Mapping[str, Callable[[], Any]],
     seeds: int,
@@ -165,7 +165,7 @@ def measure_fits(
     known: Callable[[Split, int], Any],
     predict: Callable[[str, Any], Any],
     score: Callable[[Any], tuple[dict[str, Any], dict[str, np.ndarray]]],
-    kept: KeptFits,
+    kept: FitResults,
 ) -> None:
     """Fit and score methods where the row is missing: all with the first seed, then all with the next one.
 
@@ -193,7 +193,7 @@ def measure_fits(
                 cost = {"steps": getattr(method, "steps", None), "seconds": round(time.perf_counter() - began, 3)}
                 scores, arrays = score(predicted)
                 row = {"known": len(split.known), **scores, **cost}
-                kept.keep_fit(key, row if source is None else {**row, "source": source}, arrays)
+                kept.add_fit(key, row if source is None else {**row, "source": source}, arrays)
 
 
 def checked_array(label: str, what: str, given: Any, shape: tuple[int, ...], kind: str) -> Float[np.ndarray, "..."]:

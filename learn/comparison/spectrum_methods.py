@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
-from learn.comparison.known_spectra import Method, Task
+from learn.comparison.known_spectra import KnownSpectra, Method
 from learn.data.comparable_phases import no_comparable_phases
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import unsuited
@@ -29,7 +29,7 @@ from simulate.dataset.dataset import Dataset
 
 @dataclass
 class TrainedModel:
-    """A model trained as by ``bisplat train``, for the task's steps or for as many as fit into its minutes."""
+    """A model trained as by ``bisplat train``, for the asked steps or for as many as fit into its minutes."""
 
     model: str  # its name in the registry
     # options of the model that differ from those of its registry entry
@@ -37,34 +37,34 @@ class TrainedModel:
     # folder of a finished run of the same model, with whose weights training starts. None: random weights.
     init: str | None = None
 
-    def fit(self, task: Task) -> None:
-        begun = (task.folder / "config.json").exists()
-        config, learned = (read_config(task.folder).config, None) if begun else self._config(task)
-        train_run(config, task.folder, dataset=task.dataset, learned=learned)
-        self._run: Run = load_run(task.folder)
+    def fit(self, known: KnownSpectra) -> None:
+        begun = (known.folder / "config.json").exists()
+        config, learned = (read_config(known.folder).config, None) if begun else self._config(known)
+        train_run(config, known.folder, dataset=known.dataset, learned=learned)
+        self._run: Run = load_run(known.folder)
 
-    def _config(self, task: Task) -> tuple[Config, Learned | None]:
+    def _config(self, known: KnownSpectra) -> tuple[Config, Learned | None]:
         """Settings of the run, and the responses to learn from. None: nobody has looked for them yet."""
         config = Config(
-            dataset=str(task.dataset.folder.resolve()),
+            dataset=str(known.dataset.folder.resolve()),
             model=self.model,
-            split=task.kind,
-            guard=task.guard,
-            seed=task.seed,
-            split_seed=task.split_seed,
-            train_size=task.train_size,
+            split=known.kind,
+            guard=known.guard,
+            seed=known.seed,
+            split_seed=known.split_seed,
+            train_size=known.train_size,
             options=self.options,
         )
         entry = model_entry(self.model)
         if entry.by_steps is None:
             return config, None
-        by_steps = replace(entry.by_steps, steps=task.steps or 1, init=self.init)
+        by_steps = replace(entry.by_steps, steps=known.steps or 1, init=self.init)
         learned = None
-        if task.minutes is not None:
+        if known.minutes is not None:
             from learn.training.budget import timed
 
-            model = untrained_model(config, task.dataset, task.parts)
-            by_steps, learned, _ = timed(task.minutes, model, by_steps, task.dataset, task.parts, task.seed)
+            model = untrained_model(config, known.dataset, known.parts)
+            by_steps, learned, _ = timed(known.minutes, model, by_steps, known.dataset, known.parts, known.seed)
         return replace(config, by_steps=by_steps), learned
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
@@ -104,8 +104,8 @@ class MeanPicture:
 
     _predict: Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]
 
-    def fit(self, task: Task) -> None:
-        self._predict = partial(mean_picture, task.spectra)
+    def fit(self, known: KnownSpectra) -> None:
+        self._predict = partial(mean_picture, known.spectra)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         return self._predict(positions)
@@ -114,22 +114,22 @@ class MeanPicture:
 class Nearest(MeanPicture):
     """A copy of the spectrum at the nearest known position."""
 
-    def fit(self, task: Task) -> None:
-        self._predict = partial(nearest, task.positions, task.spectra)
+    def fit(self, known: KnownSpectra) -> None:
+        self._predict = partial(nearest, known.positions, known.spectra)
 
 
 class InverseDistance(MeanPicture):
     """The mean of the four nearest known spectra, weighted by 1 / distance."""
 
-    def fit(self, task: Task) -> None:
-        self._predict = partial(inverse_distance, task.positions, task.spectra)
+    def fit(self, known: KnownSpectra) -> None:
+        self._predict = partial(inverse_distance, known.positions, known.spectra)
 
 
 class Kriging(MeanPicture):
     """Kriging (Gaussian-process interpolation) of the spectra."""
 
-    def fit(self, task: Task) -> None:
-        self._predict = krige_spectra(task.positions, task.spectra, task.seed)
+    def fit(self, known: KnownSpectra) -> None:
+        self._predict = krige_spectra(known.positions, known.spectra, known.seed)
 
 
 class KrigingResponses(MeanPicture):
@@ -139,10 +139,10 @@ class KrigingResponses(MeanPicture):
         """As for ``TrainedModel``."""
         return no_comparable_phases(dataset) if dataset.responses is None else None
 
-    def fit(self, task: Task) -> None:
-        if task.responses is None:
-            raise InputError(f"{task.dataset.folder}: {no_comparable_phases(task.dataset)}")
-        self._predict = krige_responses(task.positions, task.responses, task.beamformer, task.seed)
+    def fit(self, known: KnownSpectra) -> None:
+        if known.responses is None:
+            raise InputError(f"{known.dataset.folder}: {no_comparable_phases(known.dataset)}")
+        self._predict = krige_responses(known.positions, known.responses, known.beamformer, known.seed)
 
 
 BASELINES: dict[str, Callable[[], Method]] = {

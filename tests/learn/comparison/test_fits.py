@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.comparison.method_factories import chosen
+from learn.comparison.method_factories import chosen_methods
 from learn.comparison.scored_methods import Parts
 from learn.reports.score_report import write_score_sweep
 
@@ -161,7 +161,7 @@ def test_methods_that_are_trained_by_steps_are_only_compared_if_named():
         by_steps = True
 
     known = {"quick": Own, "learned": Learned}
-    assert list(chosen(None, known)) == ["quick"] and list(chosen(["learned"], known)) == ["learned"]
+    assert list(chosen_methods(None, known)) == ["quick"] and list(chosen_methods(["learned"], known)) == ["learned"]
 
 
 def test_the_command_prints_the_best_first_and_writes_nothing(kind, bisplat_command, tmp_path):
