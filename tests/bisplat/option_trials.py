@@ -139,7 +139,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("train data -o out --model mlp", ["--budget 0.01", "--matmul-precision medium"], TRAIN),
         *_trials("train data -o out --model twin --scene closet", [("--scene lab", "--scene closet")], TRAIN),
         *_trials("train measured -o out --model mlp-responses", ["--no-find-phases"], TRAIN),
-        *_trials(f"{MLP}", ["--devices 2", "--nodes 2", "--guard 0.1"], TRAIN),
+        *_trials(f"{MLP}", ["--trainer devices=2", "--guard 0.1"], TRAIN),
     ],
     "evaluate": [
         *_trials("evaluate mlp", ["--dataset others", "--index one.txt", "--no-ceiling", "--json"]),
