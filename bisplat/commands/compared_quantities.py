@@ -97,7 +97,7 @@ class Fitted:
         from learn.band.band_methods import BAND_METHODS
         from learn.channels.channel_methods import CHANNEL_METHODS
         from learn.comparison.makers import trained_by_steps
-        from learn.powers.power_methods import POWER_METHODS
+        from learn.powers.fit_powers import POWER_METHODS
 
         known: Mapping[str, Callable[[], Any]] = POWER_METHODS if is_rssi(self.folder) else CHANNEL_METHODS
         known = BAND_METHODS if self.over_band else known
@@ -153,12 +153,12 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
     """
     fitted.refuse_idle_scene()
     fitted.refuse_idle_budget()
-    from learn.channels import channel_methods
-    from learn.powers import power_methods
+    from learn.channels.channel_methods import BASELINES as OF_CHANNELS
+    from learn.powers.fit_powers import BASELINES as OF_POWERS
     from learn.reports.method_styles import method_name
     from learn.reports.score_evaluation import write_score_evaluation
 
-    baselines = power_methods.BASELINES if is_rssi(fitted.folder) else channel_methods.BASELINES
+    baselines = OF_POWERS if is_rssi(fitted.folder) else OF_CHANNELS
     (model,) = fitted.methods
 
     among = replace(fitted, methods=tuple(dict.fromkeys([*baselines, model])))

@@ -16,10 +16,9 @@ from learn.comparison.kept_fits import earlier_sizes, kept_fits
 from learn.comparison.kept_folder import given_folder
 from learn.comparison.makers import check_effort, chosen
 from learn.data.splits import Split, SplitKind
+from learn.powers.fit_powers import with_twin
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
-from learn.powers.power_comparison import GATEWAYS, PowerComparison, PowerRow
-from learn.powers.power_methods import with_twin
-from learn.powers.power_scores import of_gateway, score_powers
+from learn.powers.power_comparison import GATEWAYS, PowerComparison, PowerRow, of_gateway, score_powers
 from learn.powers.twin_powers import TwinPowers
 from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected

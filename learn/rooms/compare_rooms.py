@@ -19,10 +19,8 @@ from learn.comparison.makers import check_effort, makers
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_of
 from learn.data.metrics import ssim
 from learn.data.same_receiver import other_array, other_frequency
-from learn.rooms.known_in_room import KnownInRoom
-from learn.rooms.room_comparison import RoomComparison
-from learn.rooms.room_methods import ROOM_METHODS, USUAL, RoomMethod
-from learn.rooms.room_protocol import RoomProtocol, RoomRow
+from learn.rooms.room_comparison import RoomComparison, RoomProtocol, RoomRow
+from learn.rooms.room_methods import ROOM_METHODS, USUAL, KnownInRoom, RoomMethod
 from learn.training.registry import own_class
 from learn.training.run_files import device_name
 from scenes.files.errors import (

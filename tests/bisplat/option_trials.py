@@ -102,6 +102,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("scene wall.obj", ["--list"]),
         *_trials("scene closet --view", ["--port 8081"], SERVED),
         *_trials("scene closet", ["--view"], SERVED),
+        *_trials("scene closet", ["--accuracy"], "simulate.rays.expected_correlation:expectation"),
         *_trials("scene closet --json", ["--frequency 2.4GHz", "--array 8x8", "--array elements.csv"]),
     ],
     "simulate": [

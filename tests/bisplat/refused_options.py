@@ -40,6 +40,7 @@ REFUSED: dict[str, str] = {
     "scene wall.obj --list -o out": "-o: expected none beside --list",
     "scene wall.obj --list --walls as-drawn": "--walls: expected none beside --list",
     "scene closet --port 8080": "--port: expected --view beside it, found none",
+    "scene closet --view --accuracy": "--accuracy: expected none beside --view, which prints no description",
     "scene closet --view --json": "--json: expected none beside --view, which prints no description",
     "scene closet --view --force": "--force: expected none beside --view, which asks before it replaces a scene",
     "scene wall.obj --material a=wood --material b=wood": "--material: expected once, with all its values",

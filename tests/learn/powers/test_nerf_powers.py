@@ -7,9 +7,9 @@ import torch
 import bisplat
 from learn.comparison.makers import chosen
 from learn.models.peers.ray_signals import RaySize
+from learn.powers.fit_powers import POWER_METHODS
 from learn.powers.known_powers import KnownPowers
 from learn.powers.nerf_powers import NerfPowers
-from learn.powers.power_methods import POWER_METHODS
 
 SMALL = RaySize(4, 2, 4, width=16, layers=4)
 GATEWAYS = np.array([[0.0, 0, 2], [6.0, 4, 2]])
