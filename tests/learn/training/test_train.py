@@ -554,7 +554,7 @@ def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, t
     [
         ({"devices": 3}, "batch_size: expected a multiple of the number of devices, 3, found 2"),
         ({"num_nodes": 3}, "batch_size: expected a multiple of the number of devices, 3, found 2"),
-        ({"devices": 0}, "trainer: expected arguments of Lightning's Trainer, found {'accelerator': 'cpu', 'devices': 0}"),
+        ({"devices": 0}, "trainer: expected arguments of Lightning's Trainer"),
         ({"max_epochs": 2}, "trainer: expected some of accelerator, devices, num_nodes, strategy, found 'max_epochs'"),
     ],
 )
