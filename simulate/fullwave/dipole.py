@@ -122,8 +122,7 @@ def source_weights(
 ) -> tuple[Int[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
     """Lattice points around a position, and their weights in cubic Lagrange interpolation.
 
-    The weights interpolate the field. So, by reciprocity, sources with these weights at these points radiate like one
-    source at the position. A position on a lattice point needs only this point.
+    By reciprocity, sources with these weights at these points radiate like one source at the position.
     """
     first = np.floor(position).astype(int) - (POINTS // 2 - 1)
     nodes = np.arange(POINTS)

@@ -108,11 +108,20 @@ def tried_positions(scene: Scene, region: Float[np.ndarray, "2 3"]) -> Float[np.
     return free_positions(scene, region, POSITIONS, np.random.default_rng(0))
 
 
-def sentence(expected: Expected) -> str:
-    """What to expect, in words.
-
-    >>> sentence(Expected(0.881, 0.913, 0.942))
-    'rays and full wave are expected to correlate at 0.91 (0.88 to 0.94)'
-    """
+def sentence(expected: Expected, transmitters: int = 1) -> str:
+    """What to expect, in words, and what to do if that is too little; of several transmitters, of the worst one."""
     low, middle, high = expected
-    return f"rays and full wave are expected to correlate at {middle:.2f} ({low:.2f} to {high:.2f})"
+    told = f"rays and full wave are expected to correlate at {middle:.2f} ({low:.2f} to {high:.2f})"
+    use = "--engine fullwave"
+    if transmitters > 1:
+        told = f"{told} for the worst of {transmitters} transmitters"
+        use = f"{use} --moving receiver for one transmitter at a time"
+    return told if middle >= BELIEVED else f"{told}; for spectra that must be right, use {use}"
+
+
+def expectation(scene: Scene) -> str:
+    """What to expect of rays with the default mechanisms in a scene of one gateway, in words."""
+    from simulate.rays.tracer import Tracer
+
+    expected = expected_correlation(Tracer(scene, Propagation()), scene, scene.transmitter.region)
+    return "no power arrives by rays" if expected is None else sentence(expected)

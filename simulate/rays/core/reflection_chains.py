@@ -49,10 +49,7 @@ def line_of_sight(propagation: Propagation) -> Chains:
 def find_chains(
     ray_scene: RayScene, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
 ) -> Chains:
-    """Find the chains that carry power from the gateway to anywhere in a region.
-
-    The result depends only on the arguments.
-    """
+    """Find the chains that carry power from the gateway to anywhere in a region."""
     scene, propagation = ray_scene.description, ray_scene.propagation
     if not propagation.specular or not propagation.max_depth:
         return line_of_sight(propagation)
