@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bisplat.commands.given_options import refuse_given
-from learn.comparison.protocol import PROTOCOL
+from learn.comparison.results_folder import PROTOCOL
 from learn.data.splits import SplitKind
 from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
@@ -55,7 +55,7 @@ class Fitted:
 
     def __call__(self, output: Path | None = None) -> ScoreTable:
         """Fit and score the methods."""
-        from learn.comparison.makers import checked_sizes
+        from learn.comparison.method_factories import checked_sizes
 
         compare: Callable[..., ScoreTable]
         of_powers: dict[str, Any] = {}
@@ -96,7 +96,7 @@ class Fitted:
             return
         from learn.band.band_methods import BAND_METHODS
         from learn.channels.channel_methods import CHANNEL_METHODS
-        from learn.comparison.makers import trained_by_steps
+        from learn.comparison.method_factories import trained_by_steps
         from learn.powers.fit_powers import POWER_METHODS
 
         known: Mapping[str, Callable[[], Any]] = POWER_METHODS if is_rssi(self.folder) else CHANNEL_METHODS

@@ -61,27 +61,6 @@ class Steps:
         return round((1 - self.full_resolution) * self.steps)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Processes:
-    """Where a training runs.
-
-    Attributes:
-        devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines. Start the same command on each, as Lightning's launchers do.
-    """
-
-    devices: int = 1
-    nodes: int = 1
-
-    def __post_init__(self) -> None:
-        check_kinds(self)
-
-    @property
-    def count(self) -> int:
-        """Number of devices on all machines together."""
-        return self.devices * self.nodes
-
-
 OPTION_MOST = 1_000_000
 """Largest number that a model's option can be; more primitives or a wider network would exhaust the memory."""
 

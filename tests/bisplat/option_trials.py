@@ -73,7 +73,7 @@ ABLATED = "learn.comparison.ablate:ablate"
 SWEEP = "sweep others -o out --models nearest --sizes 3"
 SWEEP_POWERS = "sweep heard -o out --models mean --sizes 3"
 EVALUATE = "evaluate heard -o out --model mri"
-SWEPT = "learn.comparison.sweep:sweep"
+SWEPT = "learn.comparison.compare:sweep"
 CALIBRATED = "learn.twin.calibrate:calibrate"
 CALIBRATED_BY_POWERS = "learn.twin.calibrate_powers:calibrate_powers"
 PLANNED = "learn.planning.next_positions:plan"
@@ -102,6 +102,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("scene wall.obj", ["--list"]),
         *_trials("scene closet --view", ["--port 8081"], SERVED),
         *_trials("scene closet", ["--view"], SERVED),
+        *_trials("scene closet", ["--accuracy"], "simulate.rays.expected_correlation:expectation"),
         *_trials("scene closet --json", ["--frequency 2.4GHz", "--array 8x8", "--array elements.csv"]),
     ],
     "simulate": [
@@ -139,7 +140,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("train data -o out --model mlp", ["--budget 0.01", "--matmul-precision medium"], TRAIN),
         *_trials("train data -o out --model twin --scene closet", [("--scene lab", "--scene closet")], TRAIN),
         *_trials("train measured -o out --model mlp-responses", ["--no-find-phases"], TRAIN),
-        *_trials(f"{MLP}", ["--devices 2", "--nodes 2", "--guard 0.1"], TRAIN),
+        *_trials(f"{MLP}", ["--trainer devices=2", "--guard 0.1"], TRAIN),
     ],
     "evaluate": [
         *_trials("evaluate mlp", ["--dataset others", "--index one.txt", "--no-ceiling", "--json"]),

@@ -40,6 +40,7 @@ REFUSED: dict[str, str] = {
     "scene wall.obj --list -o out": "-o: expected none beside --list",
     "scene wall.obj --list --walls as-drawn": "--walls: expected none beside --list",
     "scene closet --port 8080": "--port: expected --view beside it, found none",
+    "scene closet --view --accuracy": "--accuracy: expected none beside --view, which prints no description",
     "scene closet --view --json": "--json: expected none beside --view, which prints no description",
     "scene closet --view --force": "--force: expected none beside --view, which asks before it replaces a scene",
     "scene wall.obj --material a=wood --material b=wood": "--material: expected once, with all its values",
@@ -112,8 +113,7 @@ REFUSED: dict[str, str] = {
     "train data -o out --model mlp --encoding waves --option encoding=octaves": (
         "--option: expected each option once, found encoding twice"
     ),
-    "train data -o out --devices 1": f"--devices: {OF_STEPS} helmholtz",
-    "train data -o out --nodes 2": f"--nodes: {OF_STEPS} helmholtz",
+    "train data -o out --trainer devices=1": "--trainer: expected a model trained by steps, found helmholtz",
     "train data -o out --find-phases": f"--find-phases: {OF_STEPS} helmholtz",
     "train data -o out --steps 9": f"--steps: {OF_STEPS} helmholtz",
     "train data -o out --scene lab": "--scene: expected an option of the model helmholtz",

@@ -69,6 +69,7 @@ LONGER_WORK = (
 """More of them, which take longer."""
 
 REFUSED = {
+    "scene lab -o new0.png --accuracy": RAY_TRACING,
     "simulate lab -o new1": RAY_TRACING,
     "simulate traced -o new2": RAY_TRACING,
     "crossvalidate run --scene lab": RAY_TRACING,

@@ -41,8 +41,6 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     (TRAIN, "--learning-rate"): (*NUMBERS, "0"),
     (TRAIN, "--weight-decay"): NUMBERS,
     (TRAIN, "--full-resolution"): (*NUMBERS, "1.01"),
-    (TRAIN, "--devices"): WHOLE,
-    (TRAIN, "--nodes"): WHOLE,
     (COMPARE, "--budget"): (*NUMBERS, "0"),
     (COMPARE, "--seeds"): WHOLE,
     (SWEEP, "--budget"): (*NUMBERS, "0"),

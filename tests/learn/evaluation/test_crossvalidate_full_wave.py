@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchmarks.ledger.exact_fields import free_space_response
 from benchmarks.ledger.rays_against_full_wave import compare_engines, compare_on_plane, compare_responses, draw_plane
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.training.train import train
@@ -18,7 +19,6 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset import Dataset
 from simulate.fullwave import run_cost, run_plan
-from simulate.fullwave.dipole import free_space_response
 from simulate.fullwave.stored_field import StoredField
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
