@@ -180,8 +180,8 @@ def sweep(
     if kind != "spectra":
         sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, json)
         return
-    from learn.comparison.sweep import SWEPT
-    from learn.comparison.sweep import sweep as sweep_sizes
+    from learn.comparison.compare import SWEPT
+    from learn.comparison.compare import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
     models = models or SWEPT
@@ -218,7 +218,7 @@ def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, r
         json: print a JSON object, with the rows by their names, instead of a table.
         remark: sentence to print below the table, or on stderr beside JSON.
     """
-    from learn.comparison.doubts import average_name
+    from learn.comparison.averaged_table import average_name
     from learn.comparison.table import table_cells
 
     if json:

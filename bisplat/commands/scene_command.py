@@ -55,6 +55,7 @@ def scene(
     region_min: Triple | None = None,
     region_max: Triple | None = None,
     json: bool = False,
+    accuracy: bool = False,
     view: bool = False,
     port: int = 8080,
     force: Force = False,
@@ -88,12 +89,13 @@ def scene(
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
+        accuracy: also trace the scene, and say how near rays are expected to come to full wave: about a minute.
         view: edit the gateway, the transmitter region and the materials in the browser.
         port: with --view: port of the page. If it is taken, the next free port.
     """
     given = given_options(globals()["scene"], locals())  # here, scene is the argument
     if view:
-        refuse_idle(given, ["json"], "beside --view, which prints no description")
+        refuse_idle(given, ["json", "accuracy"], "beside --view, which prints no description")
         require_extra("viewer", "the viewer")
     else:
         refuse_idle(given, ["port"], "without --view")
@@ -119,7 +121,8 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            refuse_idle(given, ["output", "walls", "pattern", "array", "view", "force", *PLACES], "beside --list")
+            idle = ["output", "walls", "pattern", "array", "view", "accuracy", "force", *PLACES]
+            refuse_idle(given, idle, "beside --list")
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
             return
@@ -180,6 +183,11 @@ def scene(
         draw_scene(place, drawing)
         failure = None
     _describe(place, json, None if failure else drawing)
+    if accuracy:
+        from simulate.rays.expected_correlation import expectation
+
+        for seen in place.by_gateway().values():
+            say(f"{seen.name}: {expectation(seen)}")
 
 
 def _failure_to_draw(place: Scene, drawing: Path) -> str | None:
