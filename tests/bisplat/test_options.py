@@ -35,7 +35,6 @@ ABSURD: dict[str, dict[str, tuple[str, ...]]] = {
         "--batch-size": ("0",),
         "--learning-rate": ("nan", "0", "1e300"),
         "--full-resolution": ("1.01",),
-        "--devices": ("-1",),
     },
     "compare nowhere -o out": {"--budget": ("nan", "0", "1e300"), "--seeds": ("0", HUGE)},
     "sweep nowhere -o out --sizes 5": {"--budget": ("-1",), "--sizes": ("0", HUGE)},
@@ -48,7 +47,7 @@ ABSURD: dict[str, dict[str, tuple[str, ...]]] = {
 
 IDLE: dict[str, tuple[str, ...]] = {
     "scene closet": ("--unit mm", "--up y", "--list", "--gateway 1 1 1", "--own-material wet=15,2,0.1", "--port 1"),
-    "scene closet --view": ("--json", "--force"),
+    "scene closet --view": ("--json", "--force", "--accuracy"),
     "scene wall.obj --list": ("--output out", "--walls as-drawn", "--array 4x4"),
     "simulate closet -o out": ("--field data", "--gpu", "--diffuse", "--patches 9"),
     "simulate data -o out": ("-n 5", "--seed 3", "--snr-db 10", "--cell 0.05", "--engine fullwave", "--array 2x2"),
@@ -60,7 +59,7 @@ IDLE: dict[str, tuple[str, ...]] = {
     "dataset nowhere --frequency 1e9 --array 4x4@0.5 -o out --moving both": ("--gateway 1 1 1",),
     "check data": ("--guard 1", "--seed 1"),
     "train data -o out --preset paper": ("--model mlp",),
-    "train data -o out": ("--devices 2", "--no-find-phases", "--steps 9", "--budget 1"),
+    "train data -o out": ("--trainer devices=2", "--no-find-phases", "--steps 9", "--budget 1"),
     "train data -o out --model mlp": ("--no-find-phases", "--bypass bst", "--scene closet"),
     "train data -o out --model mlp --budget 1": ("--steps 9",),
     "train data -o out --model nerf2": ("--full-resolution 1",),
