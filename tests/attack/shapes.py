@@ -113,7 +113,7 @@ TRIANGLES = {4: "triangles", 6: "fan"}
 
 @st.composite
 def nodes(draw: Draw) -> Shape:
-    """A .gltf file of nested, mirrored and scaled nodes with primitives of all modes but strips, and with odd extensions."""
+    """A .gltf file of nested, mirrored and scaled nodes with primitives (no strips), and with odd extensions."""
     content: dict[str, Any] = {"asset": {"version": "2.0"}, "scene": 0, "accessors": [], "bufferViews": []}
     data, meshes, area_known = b"", [], True
     soups: list[np.ndarray] = []
