@@ -133,13 +133,7 @@ def _roofed(scene: Scene) -> bool:
 def far_from_origin(
     bounds: Float[np.ndarray, "2 3"], antennas: Float[np.ndarray, "n 3"], shift: Float[np.ndarray, " 3"]
 ) -> str | None:
-    """Say that objects are too far from the origin, and which shift mends it; None if they are near enough.
-
-    >>> far = np.array([[691231.5, 5334565.3, 515.2], [691237.5, 5334570.3, 518.0]])
-    >>> far_from_origin(far, far, np.zeros(3))
-    'expected coordinates within 100000 m of the origin, found the objects at (691232, 5334565, 515) to (691238, \
-5334570, 518), as in map coordinates; --shift -691234 -5334568 -515 moves all of them to the origin'
-    """
+    """Say that objects are too far from the origin, and which shift mends it; None if they are near enough."""
     if np.abs(bounds).max() <= FARTHEST:
         return None
     middle = bounds.mean(axis=0)
@@ -179,15 +173,7 @@ class UnitDoubt(NamedTuple):
 def unit_doubt(
     bounds: Float[np.ndarray, "2 3"], antennas: Float[np.ndarray, "n 3"], unit: str, wavelength: float
 ) -> UnitDoubt | None:
-    """Return the reason to doubt the unit of a file; None if the unit is plausible.
-
-    >>> unit_doubt(np.array([[0, 0, 0], [5000, 4000, 3000]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33).sentence
-    'expected a scene about as large as the gateway and the transmitter region together, 3.77 m, found one of \
-5000 x 4000 x 3000 m with the unit m; with the unit mm it would be 5 x 4 x 3 m (in the others: cm 50 x 40 x 30 m, in \
-127 x 102 x 76.2 m, ft 1524 x 1219 x 914 m)'
-    >>> unit_doubt(np.array([[0, 0, 0], [5, 4, 3]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33) is None
-    True
-    """
+    """Return the reason to doubt the unit of a file; None if the unit is plausible."""
     if not np.abs(antennas).max() <= FARTHEST:
         return None  # other checks refuse this case and the next one
     extents = bounds[1] - bounds[0]

@@ -123,11 +123,7 @@ def _by_names(file: ImportedFile, areas: Float[np.ndarray, "parts 3"]) -> tuple[
 
 
 def _words(name: str) -> list[str]:
-    """Split a name into words in lower case, without the s of a plural.
-
-    >>> _words("ground_floor-Walls2"), _words("mat-itu_ceilingBoard.001")
-    (['ground', 'floor', 'wall'], ['mat', 'itu', 'ceiling', 'board'])
-    """
+    """Split a name into words in lower case, without the s of a plural."""
     return [
         word.lower().removesuffix("s") for word in re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name))
     ]

@@ -67,12 +67,6 @@ def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
     """The lags Δ of an array, wavelengths, gateway frame; zero first, and only one of Δ and −Δ.
 
     They are the different differences of two element positions.
-
-    Example:
-        >>> lag_vectors(PlanarArray()).shape
-        (25, 3)
-        >>> lag_vectors(PlanarArray(1, 3)).tolist()
-        [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
     """
     if isinstance(array, PlanarArray):
         steps = _steps(array)
@@ -89,11 +83,7 @@ def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
 
 
 def too_many_lags(array: Array, most: int = MOST_FUNCTIONS) -> str | None:
-    """Why pictures cannot be fitted with an array: it has too many lag functions. None: they can.
-
-    >>> too_many_lags(PlanarArray(8, 8)) is None
-    True
-    """
+    """Why pictures cannot be fitted with an array: it has too many lag functions. None: they can."""
     functions = 2 * len(lag_vectors(array)) - 1
     if functions <= most:
         return None

@@ -80,15 +80,7 @@ def median_residual(
 def magnitudes(
     spectra: Float[np.ndarray, "K 90 360"], scale: PictureScale, decibels: Float[np.ndarray, " K"] | None = None
 ) -> Float[np.ndarray, "K 90 360"]:
-    """Turn pictures of a scale into normalised magnitudes.
-
-    Example:
-        >>> power, level = np.array([[[0.25, 0.0, 1.0]]]), np.array([[[0.5, 0.0, 1.0]]])
-        >>> magnitudes(power, "power").tolist()
-        [[[0.5, 0.0, 1.0]]]
-        >>> magnitudes(level, "decibels", np.array([40.0])).round(4).tolist()
-        [[[0.0909, 0.0, 1.0]]]
-    """
+    """Turn pictures of a scale into normalised magnitudes."""
     if scale == "magnitude":
         return spectra
     if scale == "power":
