@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 from jaxtyping import Float, Shaped, UInt8
 
@@ -10,6 +12,11 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 LARGEST_GREY = 255
 """Grey level of an 8-bit picture that stands for the value 1."""
+
+PictureScale = Literal["magnitude", "power", "decibels"]
+"""What the grey levels of a picture stand for: the magnitude of a spectrum, its power, or its power in decibels."""
+
+SCALES: tuple[PictureScale, ...] = get_args(PictureScale)
 
 
 def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
@@ -76,3 +83,15 @@ def check_pictures(
 def evenly(values: Shaped[np.ndarray, "n *shape"], most: int) -> Shaped[np.ndarray, "m *shape"]:
     """At most ``most`` of the values, spread evenly over all of them."""
     return values[np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).astype(int))]
+
+
+def magnitudes(
+    spectra: Float[np.ndarray, "K 90 360"], scale: PictureScale, decibels: Float[np.ndarray, " K"] | None = None
+) -> Float[np.ndarray, "K 90 360"]:
+    """Turn pictures of a scale into normalised magnitudes."""
+    if scale == "magnitude":
+        return spectra
+    if scale == "power":
+        return np.sqrt(spectra)
+    assert decibels is not None
+    return normalise(10 ** ((spectra - 1) * decibels[:, None, None] / 20))

@@ -10,7 +10,7 @@ from simulate.spectra import phase_retrieval
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.lags import fit_grids
+from simulate.spectra.identification import fit_grids
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import normalise, picture, spectrum_of
 
