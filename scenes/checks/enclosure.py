@@ -66,17 +66,17 @@ def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float
     steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
     spread = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2)
     over_region = [
-        _lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
+        lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
     ]
     gateways = (scene.gateway, *scene.further_gateways.values())
-    over_gateways = [_lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
+    over_gateways = [lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
     # The median, since a lamp or a duct above a part of the region is not a ceiling.
     heights = [float(np.median(over_region)), *over_gateways]
     below = triangles[:, :, 2].min() < min(heights) - UNDER_CEILING
     return min(heights) if max(heights) < np.inf and below else np.inf
 
 
-def _lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
+def lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
     """Return the height of the first surface straight above a point, metres, or infinity if there is none."""
     a, b, c = np.moveaxis(triangles[:, :, :2] - point[:2], 1, 0)
     weights, covered = barycentric(a, b, c)

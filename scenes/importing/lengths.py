@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-import numpy as np
-from jaxtyping import Float
-
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """Units of length, in metres."""
 
@@ -28,8 +25,3 @@ def plain_size(extents: Iterable[float]) -> str:
 def plain_point(point: Iterable[float]) -> str:
     """Format a position in metres."""
     return f"({', '.join(plain(coordinate) for coordinate in point)})"
-
-
-def in_each_unit(extents: Float[np.ndarray, " 3"], unit: str) -> dict[str, str]:
-    """Return the size that a box would have in each unit."""
-    return {other: plain_size(extents * metres / METRES[unit]) for other, metres in METRES.items()}

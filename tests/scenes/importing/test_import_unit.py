@@ -36,19 +36,19 @@ def test_right_unit_is_not_doubted(unit):
 @pytest.mark.parametrize(("true", "read"), [("mm", "m"), ("mm", "ft"), ("m", "mm"), ("m", "cm"), ("ft", "mm")])
 def test_wrong_unit_is_impossible_and_the_right_one_is_named(true, read):
     found = doubt(true, read)
-    assert found.impossible and f"with the unit {true} it would be 5 x 4 x 3 m (in the others: " in found.sentence
+    assert found.decisive and f"with the unit {true} it would be 5 x 4 x 3 m (in the others: " in found.sentence
 
 
 @pytest.mark.parametrize("read", ["m", "mm"])
 def test_centimetres_read_as_metres_or_millimetres_are_doubted(read):
     found = doubt("cm", read)
-    assert not found.impossible and "with the unit cm it would be 5 x 4 x 3 m" in found.sentence
+    assert not found.decisive and "with the unit cm it would be 5 x 4 x 3 m" in found.sentence
 
 
 def test_place_smaller_than_the_wavelength_is_impossible():
     close = np.array([[0.05, 0.0, 0.0], [0.01, 0.02, 0.0]])
     found = unit_doubt(ROOM / 50, close, "m", 0.33)
-    assert found.impossible and found.sentence.startswith("expected a scene larger than the wavelength, 0.33 m")
+    assert found.decisive and found.sentence.startswith("expected a scene larger than the wavelength, 0.33 m")
     assert unit_doubt(ROOM / 50, close, "m", 0.01) is None
 
 
