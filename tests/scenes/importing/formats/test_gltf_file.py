@@ -279,14 +279,6 @@ def test_required_extensions_that_are_not_supported_are_refused_by_name(make, na
         read_gltf(data, PATH)
 
 
-@pytest.mark.parametrize("name", ["KHR_texture_transform", "KHR_materials_unlit", "KHR_lights_punctual"])
-def test_required_extensions_without_triangles_do_not_matter(make, name):
-    data = make.glb(
-        meshes=[{"primitives": [make.box((0, 0, 0), (1, 1, 1))]}], nodes=[{"mesh": 0}], extensionsRequired=[name]
-    )
-    assert one(data).volume == pytest.approx(1) and not read_gltf(data, PATH).left_out
-
-
 def test_extensions_that_are_not_required_are_named(make):
     primitive = make.box((0, 0, 0), (1, 1, 1), extensions={"KHR_materials_variants": {}, "ACME_bend": {}})
     nodes = [{"mesh": 0, "name": "wall", "extensions": {"KHR_node_visibility": {"visible": False}}}]

@@ -70,10 +70,6 @@ def test_line_ends_of_windows():
     assert area(text) == area(head.replace(b"\n", b"\r\n") + b"end_header\r\n" + body) == pytest.approx(16)
 
 
-def test_the_end_of_the_header_is_a_line_of_its_own():
-    assert area(ply("ascii").replace(b"comment from a test", b"comment end_header")) == pytest.approx(16)
-
-
 def test_rows_with_more_numbers_than_declared():
     """MeshLab once wrote the colours of a face as a list, and declared four numbers."""
     head, _, body = ply("ascii").partition(b"end_header\n")
