@@ -141,7 +141,7 @@ def interactions_of(buffer: PathsBuffer) -> Interactions:
 
 
 def multipath(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Multipath:
-    """The contribution and the vertices of each valid path, with the arguments and in the order of ``path_responses``."""
+    """The contribution and the vertices of each valid path, in the order of ``path_responses``."""
     paths = path_responses(ray_scene, buffer, sources, targets)
     hit = interactions_of(buffer)
     starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
