@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from matplotlib.figure import Figure
 
-from learn.channels.channel_comparison import ChannelComparison
+from learn.channels.compare_channels import ChannelComparison
 from learn.comparison.score_table import ScoreTable
 from learn.powers.power_comparison import PowerComparison
 from learn.reports.figures import MapScore, draw_error_map, ranked

@@ -99,11 +99,7 @@ class Plan:
 
 
 def default_cell(scene: Scene) -> float:
-    """The default cell: a seventh of the shortest wavelength in a slab, or a sixteenth of that in air if shorter.
-
-    It is rounded down to two digits. Slabs thinner than λ/28 (1.2 cm at 915 MHz) do not count, since they act as
-    equivalent sheets.
-    """
+    """The default cell: a seventh of the shortest wavelength in a slab, or a sixteenth of that in air if shorter."""
     return two_digits_down(_wavelength_to_resolve(scene, dielectric_slabs(scene)) / CELLS_PER_WAVELENGTH)
 
 

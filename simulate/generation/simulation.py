@@ -225,10 +225,9 @@ def chosen_pairs(
 def _drawn(
     scene: Scene, content: Simulation, offsets: Float[np.ndarray, "elements 3"]
 ) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"], str]:
-    """Draw the array's places as those of any end that moves, and the transmitter's at random.
+    """Draw the array's places as those of any end that moves, and assign the transmitter's to them evenly, at random.
 
-    Each of the transmitter's places is assigned to as many of the array's as the others, give or take one. The order is
-    random: taken in turn, the places of a grid would meet the same transmitter in a whole column.
+    Taken in turn, the places of a grid would meet the same transmitter in a whole column.
     """
     assert content.transmitters is not None
     receivers = place(scene, content.placement, content.n, content.seed, offsets)

@@ -1,33 +1,29 @@
 """Rays against a full-wave dataset, and cross-validation by its stored field; the solver is replaced by a formula."""
 
-import json
-import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from benchmarks.ledger.exact_fields import free_space_response
+from benchmarks.ledger.rays_against_full_wave import compare_engines, compare_on_plane, compare_responses, draw_plane
 from learn.evaluation.crossvalidate import crossvalidate
-from learn.evaluation.engines import compare_engines, compare_responses
-from learn.evaluation.engines_plane import compare_on_plane
-from learn.reports.engines_report import draw_plane, write_engines
 from learn.training.train import train
 from scenes.checks.occupancy import element_positions
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset import Dataset
-from simulate.fullwave import run_cost, run_plan
-from simulate.fullwave.dipole import free_space_response
+from simulate.fullwave import all_elements, run_plan
 from simulate.fullwave.stored_field import StoredField
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 
-LINE_OF_SIGHT = Propagation(max_depth=0, rays=1000)
+LINE_OF_SIGHT, ONCE = Propagation(max_depth=0, rays=1000), Propagation(max_depth=1, diffraction=False, rays=20_000)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -47,7 +43,7 @@ def in_free_space():
         return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_cost, "stored_field", field)
+        patch.setattr(all_elements, "stored_field", field)
         yield
 
 
@@ -67,59 +63,23 @@ def full_wave(floor_scene, tmp_path_factory) -> Dataset:
     return simulate(floor_scene, folder, n=24, engine="fullwave", cell=0.03)
 
 
-def test_line_of_sight_is_the_field_in_free_space(full_wave, tmp_path):
-    compared = compare_engines(full_wave.folder, LINE_OF_SIGHT, 20)
-    assert len(compared.positions) == 20
-    assert compared.correlation.min() > 0.999
-    assert np.abs(compared.level_error_db).max() < 0.2
-    write_engines(compared, tmp_path / "report")
-    metrics = json.loads((tmp_path / "report" / "engines.json").read_text())
-    assert metrics["correlation_rays_together"] > 0.999 and metrics["ssim_rays"] > 0.97
-    assert (tmp_path / "report" / "engines_map.png").stat().st_size > 10_000
+def test_benchmark_finds_the_field_in_free_space_and_a_reflection_that_it_lacks(full_wave):
+    sight, reflected = (compare_engines(full_wave.folder, each, 20).metrics() for each in (LINE_OF_SIGHT, ONCE))
+    assert sight["correlation_rays"] > 0.999 and sight["correlation_rays_together"] > 0.999
+    assert sight["ssim_rays"] > 0.97 and abs(sight["level_bias_db"]) < 0.2
+    assert 1 - reflected["correlation_rays_together"] > 3 * (1 - sight["correlation_rays_together"])
+    stronger = compare_responses(full_wave, np.arange(5), 2 * full_wave.responses[:5])
+    assert stronger.metrics()["level_bias_db"] == pytest.approx(20 * np.log10(2))
 
 
-def test_stronger_rays_have_a_positive_level_error(full_wave):
-    chosen = np.arange(5)
-    compared = compare_responses(full_wave, chosen, 2 * full_wave.responses[chosen])
-    assert compared.level_error_db == pytest.approx(20 * np.log10(2))
-
-
-def test_rays_are_traced_at_the_frequency_of_the_dataset(floor_scene, tmp_path):
-    folder = simulate(floor_scene, tmp_path / "data", n=8, engine="fullwave", cell=0.03, frequencies=(1e9,)).folder
-    assert compare_engines(folder, LINE_OF_SIGHT, 8).correlation.min() > 0.999
-
-
-def test_reflection_that_the_field_lacks_is_seen(full_wave):
-    without = compare_engines(full_wave.folder, LINE_OF_SIGHT, 20).metrics()
-    with_floor = compare_engines(
-        full_wave.folder, Propagation(max_depth=1, diffraction=False, rays=20_000), 20
-    ).metrics()
-    assert 1 - with_floor["correlation_rays_together"] > 3 * (1 - without["correlation_rays_together"])
-    assert with_floor["level_error_db"] > 3 * without["level_error_db"]
-
-
-def test_plane_shows_each_depths_error_and_counts_paths(floor_scene, full_wave, tmp_path):
-    plane = compare_on_plane(full_wave.folder, Propagation(max_depth=1, diffraction=False, rays=20_000))
+def test_plane_of_the_benchmark_shows_each_depths_error_and_counts_paths(full_wave, tmp_path):
+    plane = compare_on_plane(full_wave.folder, ONCE)
     assert plane.errors_db[0].max() < -25  # the field is that in free space, near field included
     assert plane.errors_db[1].mean() > plane.errors_db[0].max() + 4  # and lacks the reflection
     assert (plane.paths == 2).all()
     draw_plane(replace(plane, paths=plane.paths + (plane.x > -2)), tmp_path)
     with Image.open(tmp_path / "engines_plane.png") as image:
         assert "the full wave of floor at z = " in image.text["Description"]
-
-
-def test_other_datasets_are_refused(floor_scene, full_wave, tmp_path):
-    rays = simulate(floor_scene, tmp_path / "rays", n=4, propagation=LINE_OF_SIGHT)
-    with pytest.raises(InputError, match="expected a dataset simulated with --engine fullwave"):
-        compare_engines(rays.folder, LINE_OF_SIGHT, 4)
-    with pytest.raises(ParameterError, match="positions: expected a whole number of at least 1, found 0"):
-        compare_engines(full_wave.folder, LINE_OF_SIGHT, 0)
-    noisy = shutil.copytree(full_wave.folder, tmp_path / "noisy")
-    metadata = json.loads((noisy / "metadata.json").read_text())
-    metadata["measurement"]["snr_db"] = 20.0
-    (noisy / "metadata.json").write_text(json.dumps(metadata))
-    with pytest.raises(InputError, match="expected a dataset without measurement errors"):
-        compare_engines(noisy, LINE_OF_SIGHT, 4)
 
 
 @pytest.mark.slow

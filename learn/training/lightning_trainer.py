@@ -1,16 +1,20 @@
-"""Checkpoints of a training by steps.
+"""Lightning's Trainer as every training by steps uses it: where it runs, progress, interrupts and checkpoints.
 
-They hold only plain data, so that reading them runs no code, and are never left half written. There are two,
+Checkpoints hold only plain data, so that reading them runs no code, and are never left half written. There are two,
 ``last.ckpt`` and the one before it, ``previous.ckpt``. Each holds everything that is needed to resume the training,
 including the best weights so far.
 """
 
 from __future__ import annotations
 
+import logging
 import math
 import os
+import signal
 import struct
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from pickle import UnpicklingError
@@ -23,17 +27,26 @@ from lightning.fabric.plugins import CheckpointIO
 from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch.callbacks import Callback
 from lightning.pytorch.utilities import rank_zero_only
+from rich.progress import TextColumn
 from torch import Tensor
 
+from learn.models.model_settings import MatmulPrecision
 from scenes.files.atomic import sync_folder, write_atomically
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, ParameterError, reason, shown
 from scenes.files.input_file import require_regular
 from scenes.files.plain_text import say
+from scenes.files.progress import progress_bar
+
+GRADIENT_NORM = 1.0
+"""Gradients are clipped to this norm."""
+
+WHERE = ("accelerator", "devices", "num_nodes", "strategy")
+"""Arguments of Lightning's Trainer that say where a training runs, and change its weights by rounding alone."""
 
 LAST, PREVIOUS = "last.ckpt", "previous.ckpt"
 
 BEST = "best"
-"""Key of the best weights and their score. Checkpoints of other programs, and of older versions, do not have it."""
+"""Key of the best weights and their score. Checkpoints of other programs do not have it."""
 
 LARGEST = 10**11
 """Largest size of a checkpoint, bytes."""
@@ -44,6 +57,86 @@ UNREADABLE = (
 )  # fmt: skip
 """Errors that torch and Lightning raise on files that are damaged, hold more than plain data, or belong to another
 training."""
+
+
+def quiet_trainer(**settings: Any) -> L.Trainer:
+    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own.
+
+    A branch that is bypassed gets no gradient; the strategy of several processes (DDP) allows that.
+    """
+    several = (settings.get("devices", 1), settings.get("num_nodes", 1)) != (1, 1)
+    where = {"accelerator": "auto", "devices": 1, "strategy": "ddp_find_unused_parameters_true" if several else "auto"}
+    for name in ("lightning.pytorch", "lightning.fabric"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+    warnings.filterwarnings("ignore", module="lightning")
+    return L.Trainer(
+        num_sanity_val_steps=0,
+        gradient_clip_val=GRADIENT_NORM,
+        enable_checkpointing=False,  # Lightning's own; ours is one of the callbacks
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        **{**where, **settings},
+    )
+
+
+def process_count(trainer: Mapping[str, Any]) -> int:
+    """Number of processes of a training that runs where these arguments of Lightning's Trainer say."""
+    for name in trainer:
+        if name not in WHERE:
+            raise ParameterError("trainer", f"expected some of {', '.join(WHERE)}, found {shown(name)}")
+    try:
+        found = quiet_trainer(**trainer, logger=False)
+    except (MisconfigurationException, ValueError, TypeError, RuntimeError) as error:
+        raise ParameterError(
+            "trainer", f"expected arguments of Lightning's Trainer, found {shown(dict(trainer))} ({reason(error)})"
+        ) from error
+    return found.num_devices * found.num_nodes
+
+
+@contextmanager
+def interrupts() -> Iterator[None]:
+    """Turn the end of Lightning's loop by SIGINT or SIGTERM into KeyboardInterrupt.
+
+    Lightning raises SystemExit with various statuses, and ignores later SIGINTs.
+    """
+    on_interrupt = signal.getsignal(signal.SIGINT)
+    try:
+        yield
+    except SystemExit:
+        signal.signal(signal.SIGINT, on_interrupt)
+        raise KeyboardInterrupt from None
+
+
+@contextmanager
+def multiplying(precision: MatmulPrecision) -> Iterator[None]:
+    """Multiply matrices of single precision with this precision, and then with the one before again."""
+    before = torch.get_float32_matmul_precision()
+    torch.set_float32_matmul_precision(precision)
+    try:
+        yield
+    finally:
+        torch.set_float32_matmul_precision(before)
+
+
+class ProgressOnStderr(Callback):
+    """Shows steps, remaining time, loss and the last validation SSIM on stderr."""
+
+    def __init__(self, steps: int) -> None:
+        self._steps = steps
+        self._progress = progress_bar(TextColumn("{task.fields[figures]}"))
+
+    def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        if trainer.is_global_zero:
+            self._progress.start()
+        self._bar = self._progress.add_task("training", total=self._steps, completed=trainer.global_step, figures="")
+
+    def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
+        metrics = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}
+        text = "  ".join(f"{name} {float(value):.4f}" for name, value in metrics.items() if value is not None)
+        self._progress.update(self._bar, completed=trainer.global_step, figures=text)
+
+    def teardown(self, trainer: L.Trainer, module: L.LightningModule, stage: str) -> None:
+        self._progress.stop()
 
 
 def has_checkpoint(folder: Path) -> bool:
