@@ -1,13 +1,10 @@
 # Every public name of bisplat and the module it comes from: __init__.py, type checkers and editors read this.
 
 from learn.band.compare_band import compare_band as compare_band
-from learn.benchmark.make_benchmark import make_benchmark as make_benchmark
-from learn.benchmark.read_benchmark import read_benchmark as read_benchmark
-from learn.benchmark.score_predictions import score_predictions as score_predictions
 from learn.channels.compare_channels import compare_channels as compare_channels
 from learn.comparison.ablate import ablate as ablate
 from learn.comparison.compare import compare as compare
-from learn.comparison.sweep import sweep as sweep
+from learn.comparison.compare import sweep as sweep
 from learn.data.metrics import aoa_error as aoa_error
 from learn.data.metrics import score as score
 from learn.data.metrics import ssim as ssim
@@ -62,17 +59,17 @@ from simulate.dataset.dataset_folder import read_dataset as read_dataset
 from simulate.engines.fullwave_engine import FullWave as FullWave
 from simulate.engines.rays_engine import Rays as Rays
 from simulate.exchange.csi_export import export_csi as export_csi
-from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo as export_deepmimo
+from simulate.exchange.deepmimo_export import export_deepmimo as export_deepmimo
 from simulate.exchange.given_responses import write_dataset as write_dataset
 from simulate.exchange.hdf5_export import export_hdf5 as export_hdf5
 from simulate.generation.simulated_rooms import simulate_rooms as simulate_rooms
 from simulate.generation.simulation import simulate as simulate
 from simulate.rays.core.propagation import Propagation as Propagation
 from simulate.rays.tracer import Tracer as Tracer
-from simulate.rssi.given_powers import write_rssi as write_rssi
 from simulate.rssi.rssi_dataset import RssiDataset as RssiDataset
 from simulate.rssi.rssi_dataset import read_rssi as read_rssi
 from simulate.rssi.rssi_simulation import simulate_rssi as simulate_rssi
+from simulate.rssi.rssi_writer import write_rssi as write_rssi
 from simulate.spectra.angular_grid import AngularGrid as AngularGrid
 from simulate.spectra.array import PlanarArray as PlanarArray
 from simulate.spectra.band import Band as Band

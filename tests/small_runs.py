@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.models.steps import Steps
+from learn.models.model_settings import Steps
 from learn.training.config import Config
 from learn.training.registry import MODELS
 from simulate.dataset.dataset_writer import (
@@ -106,7 +106,7 @@ def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int], small_ap
     sizes = {"bisplat": small, "bisplat-plus": {**small, "primitives": 60}, "bisplat-aperture": small_aperture}
     for name, options in sizes.items():
         patch.setitem(MODELS, name, replace(MODELS[name], options=options))
-    from learn.training import epochs
+    from learn.training import validation_part as epochs
 
     patch.setattr(epochs, "STEPS_PER_VALIDATION", 6)
 
@@ -120,10 +120,10 @@ def small_models(monkeypatch, small, small_aperture) -> None:
 @pytest.fixture
 def quick_fits(monkeypatch) -> None:
     """Fits of covariances end early, and known spectra are divided into two parts to find the weights of a mixture."""
-    from learn.models import mixture_weights, vecchia
+    from learn.models.kriging import stacking, vecchia
 
     monkeypatch.setattr(vecchia, "ITERATIONS", 15)
-    monkeypatch.setattr(mixture_weights, "FOLDS", 2)
+    monkeypatch.setattr(stacking, "FOLDS", 2)
 
 
 @pytest.fixture

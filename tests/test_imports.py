@@ -14,7 +14,7 @@ MODULES = {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path 
 FOLDERS = sorted({path.parent for path in FILES})
 
 NAMED = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:\.\w+)+(?=:\w+$|$)")
-"""A string that names a module, such as "learn.models.mlp:ResponseMLP"."""
+"""A string that names a module, such as "learn.models.networks.mlp:ResponseMLP"."""
 
 
 def imported(path: Path) -> set[str]:

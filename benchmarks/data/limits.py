@@ -28,7 +28,7 @@ from tyro.conf import Positional
 from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind, split
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.kriged_field import KrigedField
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import evenly, spectrum_of

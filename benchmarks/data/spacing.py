@@ -1,6 +1,6 @@
 """How many spectra does a room need? The score over the density of the known positions, for several rooms.
 
-python -m benchmarks.data.spacing data/rfid-s23-160 --curve learn/expectation/expected_score.json \
+python -m benchmarks.data.spacing data/rfid-s23-160 --curve learn/data/expected_score.json \
     --figure docs/generated/expected-score.png --json > runs/spacing.json
 
 In each room, known and test positions are drawn uniformly: in the volume, and at one height; in the whole transmitter
@@ -34,10 +34,9 @@ from tyro.conf import Positional
 from benchmarks.learn.interval_coverage import in_l_shape, l_shaped_room
 from benchmarks.ledger.printing import print_figures
 from benchmarks.uses.plan import dataset_at, fitted
+from learn.data.expected_score import Expected, ScoreCurve, Shape, Spacing, scores_in
 from learn.data.metrics import ssim
 from learn.data.splits import split
-from learn.expectation.expected_score import Expected, ScoreCurve, scores_in
-from learn.expectation.mean_spacing import Shape, Spacing
 from learn.training.prediction import predict
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
@@ -208,7 +207,7 @@ def rows(rooms: dict[str, list[Point]], shape: Shape) -> dict[str, Any]:
 
 def measured_path(folder: Path) -> dict[str, Any]:
     """The score of the measured sample, and its spacing."""
-    from learn.models.helmholtz import HelmholtzField
+    from learn.models.kriging.helmholtz import HelmholtzField
 
     dataset = read_dataset(folder)
     parts = split(dataset, "files", 0)

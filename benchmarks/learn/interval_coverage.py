@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float
 from tyro.conf import Positional
 
 from benchmarks.ledger.printing import print_figures
-from learn.evaluation.stated_intervals import intervals_by_distance
+from learn.evaluation.prediction_intervals import intervals_by_distance
 from learn.training.config import Config
 from learn.training.deviation import nearest_known, pixel_errors
 from learn.training.registry import MODELS

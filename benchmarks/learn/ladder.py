@@ -28,7 +28,7 @@ from benchmarks.ledger.printing import print_figures
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import BLOCK, EVERY, split
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.kriged_field import KrigedField
 from learn.training.prediction import predict
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset

@@ -23,9 +23,9 @@ from jaxtyping import Int
 from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
-from learn.models.helmholtz import HelmholtzField
-from learn.models.kriged_field import KrigedField
-from learn.models.one_field import OneField
+from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.kriging.interpolators import OneField
+from learn.models.kriging.kriged_field import KrigedField
 from simulate.dataset.dataset import Dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation

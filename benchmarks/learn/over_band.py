@@ -2,7 +2,7 @@
 
 python -m benchmarks.learn.over_band --json > runs/over_band.json
 
-The dataset is that of csi-lab: responses of 8 antennas over 52 subcarriers (20 MHz) in the lab, by rays, with noise
+The dataset has responses of 8 antennas over 52 subcarriers (20 MHz) in the lab, by rays, with noise
 25 dB below the signal. Methods learn from the responses at known positions, and are scored at others (`bisplat compare
 --over-band`).
 """
@@ -16,6 +16,7 @@ from typing import Annotated, Any
 import tyro
 
 from benchmarks.ledger.printing import print_figures
+from benchmarks.ledger.walks import channels_in_lab
 
 SIZES = (50, 200, 800)
 """Numbers of training positions; a ninth as many are known besides, for validation."""
@@ -36,13 +37,12 @@ COLUMNS = {
 
 
 def main(
-    folder: Path = Path("runs/benchmarks/csi-lab"),
+    folder: Path = Path("runs/walks/channels"),
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare methods on the band of csi-lab."""
+    """Compare methods over the band in the lab."""
     from learn.band.compare_band import compare_band
-    from learn.benchmark.make_benchmark import make_benchmark
     from simulate.generation.simulation import simulate
     from simulate.rays.core.propagation import Propagation
 
@@ -52,7 +52,7 @@ def main(
             coarse = {"bandwidth": 20e6, "subcarriers": 8, "propagation": Propagation(max_depth=1, rays=1000)}
             simulate("closet", band, 60, **coarse)
         else:
-            make_benchmark("csi-lab", folder)
+            channels_in_lab(folder)
             band, sizes = folder / "band", SIZES
         learned_sizes, minutes = (sizes, 0.01) if smallest else (LEARNED_SIZES, MINUTES)
         compared = [("random", compare_band(band, split="random", train_size=sizes))]

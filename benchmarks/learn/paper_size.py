@@ -30,7 +30,7 @@ from benchmarks.ledger.validation_figure import draw
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import split
-from learn.models.steps import MatmulPrecision
+from learn.models.model_settings import MatmulPrecision
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import spectrum_of
 
@@ -65,7 +65,7 @@ SMALLEST = {"bisplat": Size("bisplat", {"primitives": 20, "clusters": 16, "ffn_w
 
 def device() -> str:
     """The GPU that PyTorch finds, or how many threads it uses."""
-    from learn.training.training_file import device_name
+    from learn.training.run_files import device_name
 
     return device_name()
 
@@ -109,7 +109,7 @@ def timed_alone(dataset: Path, folder: Path, size: Size, training: Training) -> 
 
 def trained(dataset: Path, folder: Path, size: Size, training: Training) -> dict[str, Any]:
     """Train a model and score it on the test part."""
-    from learn.reports.learning_curves import validation_curve
+    from learn.reports.comparison_report import validation_curve
     from learn.training.train import train
 
     run = train(dataset, folder, model=size.model, options=size.options, **training.settings())

@@ -1,99 +1,101 @@
-"""Score our methods on the named benchmark datasets, and keep the scores for the leaderboard.
+"""How well are powers, channels and the spectra of a moving receiver predicted along a walk?
 
-python -m benchmarks.learn.quantity_tables --json > runs/quantity_tables.json
+python -m benchmarks.learn.quantity_tables --of powers --json > runs/powers-office.json
 
-Datasets that are not there yet are made, which takes minutes each. Powers and channels are compared by
-``compare_powers`` and ``compare_channels``. Of spectra, the predictions are written, and scored as those of others are.
-Seconds are those of fit and predictions. Each method has a file in benchmarks/leaderboard/, which
-benchmarks/results.py reads.
+Methods that are fitted without steps are compared for several numbers of known positions, split random and blocked.
+The table has the score that ranks methods; with ``--scores`` it has all of them, and seconds of fit and predictions.
+Fits are kept in runs/walks.
 """
 
 from __future__ import annotations
 
 import tempfile
-import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-import numpy as np
 import tyro
 
 from benchmarks.ledger.printing import print_figures
-from learn.benchmark.benchmark_sets import SETS
-
-BOARD = Path(__file__).parents[1] / "leaderboard"
+from benchmarks.ledger.smallest_room import smallest_room
+from benchmarks.ledger.walks import channels_in_lab, powers_in_office, receiver_in_bedroom, with_known
 
 OF_SPECTRA = "mean-picture", "nearest", "inverse-distance", "kriging", "kriging-responses", "helmholtz"
 """Methods for spectra. None is trained by steps."""
 
+KNOWN = {"powers": (50, 200, 1000), "channels": (50, 200, 400, 1000), "receiver": (25, 100, 400)}
 
-def of_links(benchmark: str, folder: Path, powers: bool) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Every method for powers or channels, and its scores."""
-    from learn.benchmark.read_benchmark import read_benchmark
+SCORES: dict[str, dict[str, tuple[str, str]]] = {
+    "powers": {
+        "error_median_db": ("median error (dB)", ".2f"),
+        "error_p90_db": ("90th percentile (dB)", ".2f"),
+        "coverage_90": ("in 90 % interval", ".3f"),
+        "seconds": ("seconds", ".1f"),
+    },
+    "channels": {
+        "snr_median_db": ("median SNR (dB)", ".1f"),
+        "snr_p10_db": ("10th percentile (dB)", ".1f"),
+        "correlation_median": ("correlation", ".4f"),
+        "delay_spread_error_median_ns": ("delay spread off (ns)", ".1f"),
+        "coverage_90": ("in 90 % interval", ".3f"),
+        "seconds": ("seconds", ".1f"),
+    },
+    "receiver": {
+        "ssim_median": ("median SSIM", ".3f"),
+        "ssim_p05": ("5th percentile", ".3f"),
+        "psnr_mean": ("PSNR (dB)", ".1f"),
+        "aoa_error_median_deg": ("error of the strongest direction (°)", ".1f"),
+        "training_seconds": ("seconds", ".1f"),
+    },
+}
+"""Scores with heading and format, by their key in a row; the first one ranks."""
+
+
+def compared(of: str, dataset: Any, output: Path) -> list[dict[str, Any]]:
+    """The scores of all methods on the dataset's own parts, the best first."""
     from learn.channels.compare_channels import compare_channels
+    from learn.comparison.compare import compare
     from learn.powers.compare_powers import compare_powers
 
-    comparison = (compare_powers if powers else compare_channels)(read_benchmark(benchmark, folder), split="files")
-    for row in comparison.rows:
-        yield row["label"], {key: value for key, value in row.items() if key != "label"}
-
-
-def of_spectra(
-    benchmark: str, folder: Path, methods: tuple[str, ...], temporary: Path
-) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Each method for spectra, and the scores of what it predicts; it is fitted to each frequency by itself."""
-    from learn.benchmark.benchmark_sets import benchmarks
-    from learn.benchmark.read_benchmark import read_benchmark
-    from learn.benchmark.score_predictions import score_predictions
-    from learn.comparison.methods import method_named
-    from learn.comparison.task import Task
-
-    frequencies = SETS[benchmarks()[benchmark].of].frequencies or (None,)
-    datasets = [read_benchmark(benchmark, folder, frequency) for frequency in frequencies]
-    for name in methods:
-        place = temporary / benchmark / name
-        place.mkdir(parents=True)
-        began, predicted = time.perf_counter(), []
-        for number, dataset in enumerate(datasets):
-            method = method_named(name)()
-            method.fit(Task(dataset, "files", 0, None, 0, 5.0, None, place / f"own-{number}"))
-            predicted.append(method.predict(dataset.positions[dataset.test]))
-        seconds = time.perf_counter() - began
-        np.save(place / "spectra.npy", np.concatenate(predicted).astype(np.float32))
-        scores = score_predictions(place, folder, benchmark)
-        yield name, {**scores, "seconds": round(seconds, 2)}
+    if of == "receiver":
+        return [row for row in compare(dataset, OF_SPECTRA, output=output).table() if row["label"] in OF_SPECTRA]
+    return {"powers": compare_powers, "channels": compare_channels}[of](dataset, output=output).table()
 
 
 def main(
-    sets: tuple[str, ...] = tuple(name for name in SETS if name != "practice"),
-    folder: Path = Path("runs/benchmarks"),
-    leaderboard: Path = BOARD,
+    of: Literal["powers", "channels", "receiver"] = "powers",
+    scores: bool = False,
+    folder: Path = Path("runs/walks"),
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Make the datasets, score the methods on every task, and write their files."""
-    from learn.benchmark.make_benchmark import make_benchmark
-    from learn.benchmark.method_results import add_result
+    """Make a dataset, and compare the methods on it."""
+    from simulate.rays.core.propagation import Propagation
+    from simulate.rssi.rssi_simulation import simulate_rssi
 
-    figures: dict[str, Any] = {}
-    with tempfile.TemporaryDirectory() as name:
-        temporary = Path(name)
+    make: dict[str, Callable[[Path], Any]]
+    make = {"powers": powers_in_office, "channels": channels_in_lab, "receiver": receiver_in_bedroom}
+    with tempfile.TemporaryDirectory() as temporary:
+        sizes = KNOWN[of]
         if smallest:
-            sets, folder, leaderboard = ("practice",), temporary, temporary
-        methods = OF_SPECTRA[:2] if smallest else OF_SPECTRA
-        for each in sets:
-            make_benchmark(each, folder / each)
-            for task in SETS[each].tasks:
-                benchmark = f"{each}-{task}"
-                if SETS[each].kind == "spectra":
-                    scored = of_spectra(benchmark, folder / each, methods, temporary)
-                else:
-                    scored = of_links(benchmark, folder / each, SETS[each].kind == "powers")
-                for method, scores in scored:
-                    add_result(leaderboard / f"{method}.json", method, benchmark, scores, replaced=True)
-                    shown = {key: value for key, value in scores.items() if isinstance(value, float)}
-                    figures[f"{benchmark}, {method}"] = {key: float(f"{value:.4g}") for key, value in shown.items()}
+            of, folder, sizes = "powers", Path(temporary), (10,)
+            sight = Propagation(max_depth=0, diffraction=False)
+            place = {"door": (0.5, 0.5, 1.5)}
+            dataset = simulate_rssi(smallest_room(), folder / of, place, n=40, propagation=sight)
+        else:
+            dataset = make[of](folder / of)
+        figures: dict[str, dict[str, str]] = {}
+        first = next(iter(SCORES[of]))
+        for kind in ("random", "blocked"):
+            for known in sizes:
+                task = f"{kind}-{known}"
+                for row in compared(of, with_known(dataset, kind, known), folder / f"{of}-{task}"):
+                    told = {key: each for key, each in SCORES[of].items() if row.get(key) is not None}
+                    cells = {heading: format(row[key], shape) for key, (heading, shape) in told.items()}
+                    if scores and cells:
+                        figures[f"{task}, {row['label']}"] = cells
+                    elif first in told:
+                        figures.setdefault(row["label"], {})[task] = cells[SCORES[of][first][0]]
     print_figures(figures, json_output, smallest)
 
 

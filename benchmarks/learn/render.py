@@ -22,8 +22,8 @@ import torch
 import tyro
 
 from benchmarks.ledger.printing import print_figures
-from learn.models.splat import conic_of, splat_reference
-from learn.models.splat_cpu import splat_cpu
+from learn.models.splatting.splat import conic_of, splat_reference
+from learn.models.splatting.splat_cpu import splat_cpu
 
 Attributes = tuple[torch.Tensor, ...]
 Renderer = Callable[..., torch.Tensor]
@@ -105,7 +105,7 @@ def draw(path: Path, smallest: bool) -> None:
         ("compiled for the CPU", splat_cpu, "cpu", (100, 300, 1000, 3000, 10000), (1, 2, 4, 8, 16, 32)),
     ]
     if torch.cuda.is_available():
-        from learn.models.splat_triton import splat_triton
+        from learn.models.splatting.splat_triton import splat_triton
 
         several.append(("Triton", splat_triton, "cuda", (100, 300, 1000, 3000, 10000), (1, 4, 16, 64, 256)))
     primitives = 20 if smallest else 500
@@ -165,7 +165,7 @@ def main(
         "cores": os.cpu_count(),
     }
     if torch.cuda.is_available():
-        from learn.models.splat_triton import splat_triton
+        from learn.models.splatting.splat_triton import splat_triton
 
         many = attributes(512, primitives, "cuda")
         result["device"] = torch.cuda.get_device_name()

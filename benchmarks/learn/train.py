@@ -38,11 +38,11 @@ ONLY_TIMED = ("bisplat-plus", "nerf2", "wrf-gs-plus", "gsrf")
 """Models that are not trained here; the losses of NeRF², WRF-GS+ and GSRF have no few pixels."""
 
 SPLATTED = {
-    "bisplat": "learn.models.bisplat.splat",
-    "bisplat-plus": "learn.models.bisplat.splat",
-    "swiftwrf": "learn.models.swiftwrf.splat_by_conic",
-    "wrf-gs-plus": "learn.models.wrf_gs_plus.splat_by_conic",
-    "gsrf": "learn.models.gsrf.splat_by_conic",
+    "bisplat": "learn.models.networks.bisplat.splat",
+    "bisplat-plus": "learn.models.networks.bisplat.splat",
+    "swiftwrf": "learn.models.peers.swiftwrf.splat_by_conic",
+    "wrf-gs-plus": "learn.models.peers.wrf_gs_plus.splat_by_conic",
+    "gsrf": "learn.models.peers.gsrf.splat_by_conic",
 }
 """What splats primitives, of the models that do."""
 
@@ -66,12 +66,12 @@ def spectra_per_minute(
 
     from learn.data.splits import split
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
+    from learn.models.model_settings import Steps
     from learn.models.quadrature import quadrature
-    from learn.models.steps import Steps
-    from learn.training.by_steps import multiplying
     from learn.training.config import Config
-    from learn.training.lightning_module import Spectra, Training
-    from learn.training.untrained_model import box_of, build_model
+    from learn.training.gradient_steps import Spectra, Training
+    from learn.training.lightning_trainer import multiplying
+    from learn.training.run_files import box_of, build_model
 
     torch.manual_seed(0)
     config = Config(dataset=str(dataset.folder), model=name, options=options)

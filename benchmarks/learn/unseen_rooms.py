@@ -38,7 +38,7 @@ from benchmarks.ledger.printing import print_figures
 from learn.reports.method_styles import line_styles
 from learn.rooms.compare_rooms import GIVEN, compare_rooms
 from learn.rooms.room_methods import USUAL
-from simulate.dataset.room_settings import Setting
+from simulate.dataset.dataset_kinds import Setting
 from simulate.dataset.rooms_folder import Rooms
 from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
 from simulate.rays.core.propagation import Propagation

@@ -11,8 +11,8 @@ from jaxtyping import Complex, Float
 from scipy.spatial import cKDTree
 
 from learn.baselines.kriging import Interpolator
-from learn.models.kriged_field import KrigedField
-from learn.models.vecchia import fit_covariance
+from learn.models.kriging.kriged_field import KrigedField
+from learn.models.kriging.vecchia import fit_covariance
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 

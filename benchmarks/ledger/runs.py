@@ -10,7 +10,6 @@ from typing import Any
 
 from benchmarks.ledger.entry import Measured
 from benchmarks.ledger.experiments import experiment
-from benchmarks.ledger.leaderboard import leaderboard, scores
 from scenes.files.errors import InputError
 
 
@@ -160,8 +159,6 @@ READERS: dict[str, Callable[[Path, str], Measured | None]] = {
     "benchmark": benchmark,
     "experiment": experiment,
     "ladder": ladder,
-    "leaderboard": leaderboard,
-    "scores": scores,
     "table": table,
     "crossvalidation": crossvalidation,
     "scale": scale,

@@ -11,7 +11,7 @@ def draw(axes: Mapping[str, Mapping[str, Path]], path: Path) -> None:
     # These imports take seconds, which --help need not wait for.
     from matplotlib.figure import Figure
 
-    from learn.reports.learning_curves import validation_curve
+    from learn.reports.comparison_report import validation_curve
 
     figure = Figure(figsize=(5 * len(axes), 4.2), layout="constrained")
     for axis, (title, runs) in zip(figure.subplots(1, len(axes), squeeze=False)[0], axes.items(), strict=True):

@@ -24,13 +24,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import tyro
 
+from benchmarks.ledger.exact_fields import half_plane_green
 from benchmarks.ledger.printing import print_figures
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
-from simulate.fullwave.half_plane import half_plane_green
 
 FREQUENCY = 915e6
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY

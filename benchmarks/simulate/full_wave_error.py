@@ -28,7 +28,7 @@ from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.smallest_room import smallest_room
 from benchmarks.ledger.solved_rooms import CELL, LARGER, POSITIONS, correlation, of_one_element, scene_of, solved
 from scenes.scene.description import Scene
-from simulate.fullwave.yee_grid import wavenumber_error
+from simulate.fullwave.yee_grid import frequencies_on_grid, numerical_frequency
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
@@ -60,11 +60,17 @@ def turned(scene: Scene, places: Float[np.ndarray, "K 3"], degrees: float) -> tu
     return replace(scene, gateway=gateway, transmitter=transmitter, objects=objects), turn.apply(places)
 
 
+def wavenumber_error(directions: Float[np.ndarray, "n 3"], wavelength: float, cell: float) -> Float[np.ndarray, " n"]:
+    """Relative error of the wavenumber of waves in some directions: above 0 along an axis, below along a diagonal."""
+    frequencies = frequencies_on_grid(2 * np.pi / wavelength * directions, cell)
+    return numerical_frequency(wavelength, cell) / frequencies - 1
+
+
 def dispersed(tracer: Tracer, places: Float[np.ndarray, "K 3"], cell: float) -> Complex[np.ndarray, " K"]:
     """Responses of the middle element by rays whose paths have the phases of waves on cells."""
     wavelength = tracer.ray_scene.description.wavelength
     result = np.zeros(len(places), np.complex128)
-    for terms in tracer.middle_terms(places):
+    for terms in tracer.middle_multipath(places):
         steps = np.diff(terms.vertices, axis=1)
         lengths = np.linalg.norm(steps, axis=-1)
         there = lengths > 0  # paths of fewer vertices repeat the last one

@@ -27,8 +27,8 @@ import tyro
 from PIL import Image
 
 from benchmarks.ledger.printing import print_figures
+from benchmarks.ledger.rays_against_full_wave import EngineComparison, compare_responses, scene_for_rays
 from benchmarks.ledger.smallest_room import smallest_room
-from learn.evaluation.engines import EngineComparison, compare_responses, scene_for_rays
 from learn.reports.figures import draw_examples
 from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
@@ -38,7 +38,7 @@ from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.diffraction.links import NO_LINKS
+from simulate.rays.diffraction.diffraction_chains import NO_LINKS
 from simulate.rays.tracer import Tracer
 from simulate.spectra.spectrum import evenly, picture, spectrum_of
 

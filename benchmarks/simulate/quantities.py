@@ -30,7 +30,7 @@ from benchmarks.ledger.smallest_room import smallest_room
 from scenes.scene.description import Scene
 from scenes.scene.same_array import with_same_array
 from scenes.storage.scene_yaml import load_scene
-from simulate.generation.reciprocal import element_offsets, reciprocal
+from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.spectra.band import Band
 
 if TYPE_CHECKING:

@@ -31,9 +31,9 @@ from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
 from scenes.places.lab import lab
 from simulate.positions.placement import place
+from simulate.rays.core.multipath import Interaction, Paths
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.terms import Interaction, Paths
-from simulate.rays.core.transmissions import with_transmissions
+from simulate.rays.core.ray_scene import with_transmissions
 from simulate.rays.tracer import Tracer
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture, spectrum_of
@@ -96,7 +96,7 @@ class Loop:
 def limited_responses(tracer: Tracer, positions: np.ndarray, most: int) -> np.ndarray:
     """Responses [K, elements] of the paths with at most this many reflections and passages through objects."""
     result = np.zeros((len(positions), len(tracer.elements)), np.complex128)
-    for terms in tracer.terms(positions):
+    for terms in tracer.multipath(positions):
         counted = with_transmissions(
             tracer.ray_scene, terms._replace(vertices=terms.vertices - tracer.ray_scene.origin)
         )

@@ -25,8 +25,8 @@ from tyro.conf import Positional
 from benchmarks.ledger.printing import print_figures
 from learn.evaluation.evaluate import evaluate
 from learn.evaluation.locations import evaluate_locations, heard_by
+from learn.reports.evaluation_report import write_locations
 from learn.reports.figures import draw_reliability
-from learn.reports.locations_report import write_locations
 from learn.training.deviation import NORMAL
 from learn.training.run_folder import Run
 from scenes.scene.antennas import Gateway

@@ -18,9 +18,10 @@ import tyro
 
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.smallest_room import smallest_room
+from benchmarks.ledger.walks import channels_in_lab, powers_in_office
 from learn.data.splits import SplitKind, split
 from simulate.csi.csi_dataset import CsiDataset, read_csi
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.rssi.rssi_dataset import RssiDataset
 
 GATEWAYS = {"door": (0.5, 0.5, 1.5), "window": (1.0, 0.8, 1.2)}
 """Of the smallest room, metres."""
@@ -30,7 +31,7 @@ SIZES, SPLITS = (50, 200, 800), ("random", "blocked")
 
 def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> dict[str, Any]:
     """Errors of all methods for one split and one number of training positions."""
-    from learn.localisation.judged_places import by_channels, by_powers, error_rows
+    from learn.localisation.baseline_positions import by_channels, by_powers, error_rows
     from learn.localisation.locate_channels import locate_channels
     from learn.localisation.locate_powers import locate_powers
 
@@ -64,20 +65,16 @@ def small_datasets(folder: Path) -> dict[str, RssiDataset | CsiDataset]:
 
 
 def main(
-    folder: Path = Path("runs/benchmarks"),
+    folder: Path = Path("runs/walks"),
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Locate test transmitters from powers and from channels."""
-    from learn.benchmark.make_benchmark import make_benchmark
-
     with tempfile.TemporaryDirectory() as temporary:
         if smallest:
             made = small_datasets(Path(temporary))
         else:
-            for name in ("rssi-office", "csi-lab"):
-                make_benchmark(name, folder / name)
-            made = {"powers": read_rssi(folder / "rssi-office"), "channels": read_csi(folder / "csi-lab")}
+            made = {"powers": powers_in_office(folder / "powers"), "channels": channels_in_lab(folder / "channels")}
         figures = {
             f"{name}, {kind}, {size} known": rows_of(dataset, kind, size)  # type: ignore[arg-type]
             for name, dataset in made.items()

@@ -26,7 +26,7 @@ from benchmarks.ledger.printing import print_figures
 from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
-from learn.models.helmholtz import HelmholtzField
+from learn.models.kriging.helmholtz import HelmholtzField
 from learn.planning.candidates import free_candidates
 from learn.planning.greedy import choose
 from learn.planning.planned_fields import Field, fields_of_model, fields_of_scene

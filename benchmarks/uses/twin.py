@@ -34,7 +34,7 @@ from benchmarks.ledger.printing import print_figures
 from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
-from learn.models.helmholtz import HelmholtzField
+from learn.models.kriging.helmholtz import HelmholtzField
 from learn.training.prediction import predict
 from learn.twin.gauss_newton import Calibration
 from learn.twin.twin_model import Twin
@@ -254,9 +254,9 @@ def main(
             scene, work = load_scene(study.place), Path(temporary) / study.place
             if smallest:
                 scene = replace(scene, objects=scene.objects[:2])
-            kept_in = (work if smallest else folder) / study.place
-            kept_in.mkdir(parents=True, exist_ok=True)
-            for name, row in rows(truth_of(study, work), scene, kept_in, study):
+            results_in = (work if smallest else folder) / study.place
+            results_in.mkdir(parents=True, exist_ok=True)
+            for name, row in rows(truth_of(study, work), scene, results_in, study):
                 found[name] = {key: round(value, 4) for key, value in row.items()}
     if figure is not None and not smallest:
         draw(found, CLOSET, figure)

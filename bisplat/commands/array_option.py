@@ -27,7 +27,7 @@ def array_option(text: str) -> dict[str, Any]:
     """
     from scenes.scene.array_size import read_array
     from scenes.scene.element_positions import as_positions, fault_of
-    from simulate.positions.given_positions import read_points
+    from simulate.positions.positions import read_points
 
     path = Path(text)
     if path.suffix.lower() != ".csv":

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.metadata import version
 
-from bisplat.commands.benchmark_commands import benchmark, score
 from bisplat.commands.comparison_commands import ablate, compare, sweep
 from bisplat.commands.coverage_command import coverage
-from bisplat.commands.dataset_commands import convert, dataset, responses
-from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
+from bisplat.commands.dataset_commands import convert, dataset, responses, rssi
+from bisplat.commands.evaluation_commands import crossvalidate, evaluate
+from bisplat.commands.locate_command import locate
 from bisplat.commands.rooms_command import rooms
-from bisplat.commands.rssi_command import rssi
 from bisplat.commands.scene_command import scene
 from bisplat.commands.simulate_command import simulate
 from bisplat.commands.training_commands import check, demo, export, predict, train
-from bisplat.commands.uses_commands import calibrate, locate, plan
+from bisplat.commands.uses_commands import calibrate, plan
 from bisplat.commands.view_command import view
 
 GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
@@ -23,8 +22,7 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "First look": (demo,),
     "Datasets": (check, dataset, convert, responses, rssi, rooms),
     "Predictions": (predict, locate, plan, coverage, export),
-    "Comparisons": (crossvalidate, compare, ablate, sweep, engines),
-    "Benchmarks": (benchmark, score),
+    "Comparisons": (crossvalidate, compare, ablate, sweep),
     "Scenes": (calibrate,),
 }
 """Every command, by the title of its group; the everyday commands come first."""

@@ -1,4 +1,4 @@
-"""The commands that make or complete a dataset folder from what others measured: dataset, convert, responses."""
+"""The commands that make or complete a dataset folder: dataset, convert, responses and rssi."""
 
 from __future__ import annotations
 
@@ -9,12 +9,17 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, Positional
 
 from bisplat.commands.array_option import array_option
-from bisplat.commands.given_options import refuse_given
+from bisplat.commands.idle_options import given_options, refuse_idle, refuse_idle_propagation
 from bisplat.commands.output_file import Force, require_new
+from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
+from scenes.files.atomic import require_writable
 from scenes.files.errors import ParameterError, printable
-from simulate.exchange.conversion import Conversion
-from simulate.exchange.recording import Recording
+from scenes.files.options import changed, checked, unchecked
+from simulate.exchange.reading_options import Conversion, Recording
+from simulate.positions.positions import Places
+from simulate.rays.core.propagation import Propagation
+from simulate.rssi.power_receiver import PowerReceiver
 
 
 def dataset(
@@ -40,9 +45,10 @@ def dataset(
         gateway: position of the gateway, metres.
         boresight: direction that the gateway looks in. Its y axis points as far up as possible.
     """
+    options = given_options(dataset, locals())
     from scenes.scene.antennas import Gateway
     from scenes.scene.orientation import facing
-    from simulate.exchange.recorded_dataset import record
+    from simulate.exchange.recorded_responses import record
 
     if not files:
         raise ParameterError("files", "expected at least one file, found none")
@@ -50,7 +56,7 @@ def dataset(
     if "rows" in own_array and "spacing" not in own_array:
         raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")
     if recording.moving == "both":
-        refuse_given(["--gateway"], "none beside --moving both, where the receivers' positions are those of the array")
+        refuse_idle(options, ["gateway"], "with --moving both, where the receivers' positions are those of the array")
     receiver = Gateway(gateway, facing(boresight), **own_array)
     for sentence in record(files, output, receiver, frequency, recording):
         print(printable(sentence))
@@ -119,3 +125,43 @@ def responses(dataset: Positional[Path], json: bool = False, force: Force = Fals
         more = " ..." if len(doubtful) > 10 else ""
         print(printable(f"doubtful: {len(doubtful)} pictures: {', '.join(doubtful[:10])}{more}"))
     print(printable(f"responses: {dataset / 'channels.npz'}"))
+
+
+def rssi(
+    scene: Positional[str],
+    output: Output,
+    gateways: Path,
+    frequency: str | None = None,
+    content: OmitArgPrefixes[unchecked(Places)] = unchecked(Places)(),  # type: ignore[valid-type]
+    receiver: OmitArgPrefixes[unchecked(PowerReceiver)] = unchecked(PowerReceiver)(),  # type: ignore[valid-type]
+    propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
+) -> None:
+    """Simulate the powers that gateways receive (RSSI).
+
+    Each gateway has one element. The folder has the format of NeRF²'s BLE data. If the command is interrupted, the
+    same command continues.
+
+    Args:
+        scene: built-in name (such as lab) or scene YAML. Its own gateways are left out.
+        output: the folder: a new one, or one that the same command began.
+        gateways: YAML file of the gateways: NAME: [x, y, z], or NAME: {position: [x, y, z], boresight: [x, y, z],
+            pattern: dipole}; metres, world frame.
+        frequency: carrier frequency instead of the scene's: hertz, or such as "2.4 GHz". Materials of ITU-R P.2040
+            follow.
+        content: where the transmitter is.
+        receiver: what a gateway reports.
+        propagation: what the ray tracer follows.
+    """
+    from scenes.storage.scene_yaml import load_scene
+    from simulate.engines.rays_engine import Rays
+    from simulate.rssi.rssi_simulation import make_rssi
+
+    wanted, heard = checked(Places, content), checked(PowerReceiver, receiver)
+    followed = checked(Propagation, propagation)
+    if wanted.positions is not None:
+        refuse_idle(changed(content), ["n", "placement"], f"beside --positions {wanted.positions}")
+    require_writable(output / "metadata.json")
+    place = changed_scene(load_scene(scene), SceneChanges(frequency=frequency))
+    refuse_idle_propagation(followed, [place])
+    made = make_rssi(place, output, gateways, wanted, heard, Rays(followed))
+    print(printable(f"{len(made)} positions, {len(made.gateway_names)} gateways: {output}"))

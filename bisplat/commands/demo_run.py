@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from bisplat.commands.first_look import draw_first_look, draw_first_spectra
-from learn.models.steps import STEPS_MOST
-from learn.reports.demo_report import DemoReport
+from learn.models.model_settings import STEPS_MOST
+from learn.reports.demo_report import DemoReport, draw_first_look, draw_first_spectra
 from learn.training.registry import DEFAULT_MODEL
 from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.atomic import write_atomically
@@ -26,8 +25,8 @@ from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
 from scenes.places.lab import lab
 from simulate.generation.simulation import simulate
-from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import place
+from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
     from learn.evaluation.crossvalidate import CrossValidation
@@ -115,8 +114,7 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
 
     from learn.evaluation.crossvalidate import crossvalidate
     from learn.evaluation.evaluate import evaluate
-    from learn.reports.crossvalidation_report import write_crossvalidation
-    from learn.reports.evaluation_report import write_evaluation
+    from learn.reports.evaluation_report import write_crossvalidation, write_evaluation
     from learn.training.train import train
 
     evaluations: dict[str, Evaluation] = {}

@@ -1,4 +1,4 @@
-"""The commands that measure the accuracy of predictions and of ray tracing: evaluate, crossvalidate, engines."""
+"""The commands that measure the accuracy of predictions: evaluate, crossvalidate."""
 
 from __future__ import annotations
 
@@ -6,26 +6,23 @@ import json as json_format
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import OmitArgPrefixes, Positional, arg
+from tyro.conf import Positional, arg
 
-from bisplat.commands.compared_quantities import Fitted, evaluate_quantity
-from bisplat.commands.given_options import names_of, refuse_given
-from bisplat.commands.given_propagation import refuse_idle_propagation
+from bisplat.commands.compared_quantities import Fitted, evaluate_quantity, some_are_trained
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import EngineName
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
-from scenes.files.options import checked, unchecked
 from scenes.files.plain_text import print_table
-from simulate.dataset.folder_kinds import is_csi, is_rssi
-from simulate.rays.core.propagation import Propagation
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from learn.evaluation.locations import Heard, Locations
     from learn.reports.provenance import Provenance
 
-OF_RUNS = ("--dataset", "--index", "--locate", "--no-locate", "--further-gateways", "--ceiling", "--no-ceiling")
-OF_QUANTITIES = ("-o", "--output", "--model", "--split", "--guard", "--budget", "--scene", "--force", "--no-force")
+OF_RUNS = ("dataset", "index", "locate", "further_gateways", "ceiling")
+OF_QUANTITIES = ("output", "model", "split", "guard", "budget", "scene", "force")
 """Options of ``evaluate`` that only act on a run, and on a dataset of powers or channels."""
 
 
@@ -66,14 +63,19 @@ def evaluate(
         force: of powers or channels: replace existing output files.
         json: print the scores as JSON.
     """
+    options = given_options(evaluate, locals())
     if is_rssi(run) or is_csi(run):
         fitted = Fitted(run, (model,), split, guard, budget, scene=scene)
-        refuse_given(OF_RUNS, f"a run, found {fitted.kind} without one")
+        refuse_idle(options, OF_RUNS, f"for {fitted.kind} without a run")
+        if is_csi(run):
+            refuse_idle(options, ["scene"], f"for {fitted.kind}")
+        if not some_are_trained(fitted.kind, [model], None):
+            refuse_idle(options, ["budget"], f"for a method that is not trained ({model})")
         if output is None:
             raise InputError(f"{run}: expected -o FOLDER for the report of {fitted.kind}, found none")
         evaluate_quantity(fitted, output, force, json)
         return
-    refuse_given(OF_QUANTITIES, f"received powers or channels (CSI), found {run}")
+    refuse_idle(options, OF_QUANTITIES, f"for the run {run}")
     if further_gateways and not locate:
         raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
     if locate and (dataset or index) is not None:
@@ -119,7 +121,7 @@ def evaluate(
 def _located(heard: Heard, run: Path, made: Provenance) -> Locations:
     """Locate the test transmitters, and write the report of their errors."""
     from learn.evaluation.locations import evaluate_locations
-    from learn.reports.locations_report import write_locations
+    from learn.reports.evaluation_report import write_locations
     from learn.training.fit_progress import FitProgress
 
     with FitProgress("location") as report:
@@ -151,9 +153,9 @@ def crossvalidate(
         json: print the scores as JSON.
     """
     if field is not None and engine not in (None, "fullwave"):
-        refuse_given(["--engine"], f"none beside --field, found the full-wave field of {field}")
+        refuse_idle(["engine"], ["engine"], f"beside --field {field}, which full wave solved")
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
-    from learn.reports.crossvalidation_report import write_crossvalidation
+    from learn.reports.evaluation_report import write_crossvalidation
 
     require_new(run / "crossvalidation.html", force=True)
     fresh = compare_with_truth(run, scene, positions, seed, engine=engine, field=field)
@@ -162,52 +164,3 @@ def crossvalidate(
         print(json_format.dumps(fresh.metrics(), indent=2))
     else:
         print_table(f"against {fresh.truth_by}", {fresh.origin.model: fresh.metrics()})
-
-
-def engines(
-    scene: Positional[str],
-    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
-    positions: Annotated[int, arg(aliases=["-n"])] = 200,
-    propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
-    json: bool = False,
-    force: Force = False,
-) -> None:
-    """Tell how near rays come to full wave, in a scene or a dataset.
-
-    For a scene, the correlation to expect is printed, from the rays alone. With a dataset, the rays are compared.
-
-    Args:
-        scene: built-in name or scene YAML. Or a dataset folder made by bisplat simulate --engine fullwave.
-        output: with a dataset: folder for engines.json and the maps.
-        positions: with a dataset: largest number of positions to trace.
-        propagation: what the ray tracer follows.
-        json: print the figures as JSON.
-    """
-    from learn.evaluation.engines import compare_engines, expect_of_rays, scene_for_rays
-    from learn.evaluation.engines_plane import compare_on_plane
-    from learn.reports.engines_report import FILES, draw_plane, write_engines
-    from scenes.storage.scene_yaml import load_scene
-    from simulate.dataset.dataset_folder import read_dataset
-
-    if output is None:
-        if Path(scene).is_dir():
-            raise InputError(f"{scene}: expected -o FOLDER with a dataset, found none")
-        only = ("-n", "--positions", "--force", *names_of(Propagation))
-        refuse_given(only, f"a full-wave dataset and -o, found the scene {scene} alone")
-        expected = {name: expect_of_rays(seen) for name, seen in load_scene(scene).by_gateway().items()}
-        if json:
-            print(json_format.dumps(expected, indent=2))
-        else:
-            print_table("rays against full wave, to expect", expected)
-        return
-    dataset = Path(scene)
-    require_new(*(output / name for name in FILES), force=force)
-    mechanisms = checked(Propagation, propagation)
-    refuse_idle_propagation(mechanisms, [scene_for_rays(read_dataset(dataset))] if mechanisms.diffuse else [])
-    compared = compare_engines(dataset, mechanisms, positions)
-    write_engines(compared, output)
-    draw_plane(compare_on_plane(dataset, mechanisms), output)
-    if json:
-        print(json_format.dumps(compared.metrics(), indent=2))
-    else:
-        print_table("rays against full wave", {"rays": compared.metrics()})

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from bisplat.commands.array_option import array_option
-from bisplat.commands.given_options import refuse_given
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.import_options import print_list, read_own_material, read_rule
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
@@ -22,11 +22,8 @@ if TYPE_CHECKING:  # a slow import that the help of the command line does not ne
 
 Triple = tuple[float, float, float]
 
-PLACES = ("--gateway", "--boresight", "--region-min", "--region-max")
-OF_AN_IMPORT = (
-    *("--list", "--material", "--own-material", "--default-material", "--unit", "--up", "--shift"),
-    *("--walls", "--pattern", *PLACES),
-)
+PLACES = ("gateway", "boresight", "region_min", "region_max")
+OF_AN_IMPORT = (*("material", "own_material", "default_material", "unit", "up", "shift", "walls", "pattern", *PLACES),)
 """Options that a scene has no use for."""
 
 HEADINGS = {
@@ -57,6 +54,7 @@ def scene(
     region_min: Triple | None = None,
     region_max: Triple | None = None,
     json: bool = False,
+    accuracy: bool = False,
     force: Force = False,
 ) -> None:
     """Draw and describe a scene, or import a mesh as a new scene.
@@ -88,11 +86,13 @@ def scene(
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
+        accuracy: also trace the scene, and say how near rays are expected to come to full wave: about a minute.
     """
+    given = given_options(globals()["scene"], locals())  # here, scene is the argument
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
+    from scenes.importing.imported_objects import parts_of
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
-    from scenes.importing.part_listing import parts_of
     from scenes.scene.antennas import Gateway, Transmitter
     from scenes.scene.frequency import read_frequency
     from scenes.scene.orientation import facing
@@ -111,16 +111,13 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            refuse_given(
-                ["--output", "-o", "--walls", "--pattern", "--array", "--force", *PLACES],
-                "none beside --list",
-            )
+            idle = ["output", "walls", "pattern", "array", "accuracy", "force", *PLACES]
+            refuse_idle(given, idle, "beside --list")
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
             return
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
-            values = (output, gateway, boresight, region_min, region_max)
-            missing = [name for name, value in zip(("--output", *PLACES), values, strict=True) if value is None]
+            missing = [f"--{name.replace('_', '-')}" for name in ("output", *PLACES) if name not in given]
             raise InputError(
                 f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
             )
@@ -150,7 +147,8 @@ def scene(
             )
         drawing = output / "scene.png"
     else:
-        refuse_given(OF_AN_IMPORT, f"a file to import, found the scene {scene}")
+        where = f"for the scene {scene}, which is no file to import"
+        refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
         drawing = output or Path(f"{file_stem(place.name)}.png")
     if importable:
@@ -162,6 +160,11 @@ def scene(
         draw_scene(place, drawing)
         failure = None
     _describe(place, json, None if failure else drawing)
+    if accuracy:
+        from simulate.rays.expected_correlation import expectation
+
+        for seen in place.by_gateway().values():
+            say(f"{seen.name}: {expectation(seen)}")
 
 
 def _failure_to_draw(place: Scene, drawing: Path) -> str | None:

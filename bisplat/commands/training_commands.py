@@ -8,15 +8,14 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from bisplat.commands.given_options import given_options, names_of, refuse_given
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
-from learn.models.steps import Processes, Steps
-from learn.training.presets import PRESETS, PresetName
-from learn.training.registry import DEFAULT_MODEL, MODELS, model_class, model_entry
+from learn.models.model_settings import Steps
+from learn.training.registry import DEFAULT_MODEL, MODELS, PRESETS, PresetName, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
-from scenes.files.options import changed, optional, unchecked
+from scenes.files.options import changed, optional
 from scenes.files.plain_text import print_table, say
 
 ModelName = Annotated[str, arg(metavar=f"{{{','.join(MODELS)},MODULE:CLASS}}")]
@@ -58,12 +57,13 @@ def check(
         seed: with --split: its seed.
         json: print the result as JSON.
     """
+    options = given_options(check, locals())
     from learn.evaluation.check import check as check_folder
     from simulate.csi.csi_check import CsiCheck
     from simulate.rssi.rssi_check import RssiCheck
 
     if split is None:
-        refuse_given(["--guard", "--seed"], "--split beside it, found none")
+        refuse_idle(options, ["guard", "seed"], "without --split")
     found = check_folder(dataset, split, guard, seed)
     if json:
         common = {"problems": found.problems, "warnings": found.warnings}
@@ -101,8 +101,8 @@ def train(
     scene: str | None = None,
     option: tuple[str, ...] = (),
     budget: float | None = None,
+    trainer: tuple[str, ...] = (),
     steps: OmitArgPrefixes[optional(Steps)] = optional(Steps)(),  # type: ignore[valid-type]
-    processes: OmitArgPrefixes[unchecked(Processes)] = unchecked(Processes)(),  # type: ignore[valid-type]
 ) -> None:
     """Train a model on a dataset.
 
@@ -123,14 +123,16 @@ def train(
         scene: twin only: the scene, a built-in name or a scene YAML.
         option: NAME=VALUE: options of the model that differ from its defaults, such as primitives=250.
         budget: training time, minutes, instead of a number of steps.
+        trainer: NAME=VALUE: where a training by steps runs, as arguments of Lightning's Trainer: devices=2,
+            num_nodes=2, accelerator=cpu, strategy=ddp.
         steps: training settings (default: the model's own). helmholtz, twin and mirror-images take none.
-        processes: where the training runs.
     """
+    settings = changed(steps)
     if preset is not None:
-        refuse_given(["--model"], f"none beside --preset, found {preset}, which is {PRESETS[preset].model}")
+        refuse_idle(given_options(train, locals()), ["model"], f"beside --preset {preset}, which has a model")
     if budget is not None:
-        refuse_given(["--steps"], "none beside --budget, which is turned into a number of steps")
-    _refuse_idle_settings(model if preset is None else PRESETS[preset].model, dataset)
+        refuse_idle(settings, ["steps"], "beside --budget, which is turned into a number of steps")
+    _refuse_idle_settings(settings, model if preset is None else PRESETS[preset].model, dataset)
     from learn.training.train import train as train_model
 
     given = {"bypass": bypass or None, "encoding": encoding, "scene": scene}
@@ -150,8 +152,8 @@ def train(
             options=options,
             budget=budget,
             preset=preset,
+            trainer=dict(read_option(each, "trainer", "devices=2") for each in trainer),
             **changed(steps),
-            **vars(processes),
         )
     except ParameterError as error:  # of an option of the model, which is no option of the command
         if error.parameter not in options or given.get(error.parameter) is not None:
@@ -160,39 +162,37 @@ def train(
     print(printable(f"run: {output}"))
 
 
-def read_option(text: str) -> tuple[str, Any]:
-    """Read an option of a model. A value is a number, true or false, a list in JSON, or else a text.
+def read_option(text: str, parameter: str = "option", example: str = "primitives=250") -> tuple[str, Any]:
+    """Read an option of a model, or where it is trained. A value is a number, true or false, a list in JSON, or a text.
 
     >>> read_option("primitives=250"), read_option("encoding=waves"), read_option('bypass=["bst"]')
     (('primitives', 250), ('encoding', 'waves'), ('bypass', ['bst']))
     """
     name, equals, value = text.partition("=")
     if not (name and equals and value):
-        raise ParameterError("option", f"expected NAME=VALUE, such as primitives=250, found {shown(text)}")
+        raise ParameterError(parameter, f"expected NAME=VALUE, such as {example}, found {shown(text)}")
     try:
         return name, json_format.loads(value)
     except ValueError:
         return name, value
 
 
-def _refuse_idle_settings(model: str, dataset: Path) -> None:
-    """Refuse settings that the user gave and that this model has no use for on this dataset."""
-    phases = ["--find-phases", "--no-find-phases"]
+def _refuse_idle_settings(settings: dict[str, Any], model: str, dataset: Path) -> None:
+    """Refuse settings that this model has no use for on this dataset."""
     if model_entry(model).by_steps is None:
-        refuse_given([*phases, *names_of(Processes)], f"a model trained by steps, found {model}")
-    if not {*phases, "--full-resolution"} & set(given_options()):
+        refuse_idle(settings, ["find_phases"], f"for {model}, which is not trained by steps")
+    if not settings.keys() & {"find_phases", "full_resolution"}:
         return
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
     from simulate.dataset.dataset_folder import read_dataset
 
     kind = model_class(model)
     if not issubclass(kind, PredictsResponses):
-        refuse_given(phases, f"a model that predicts responses, found {model}")
+        refuse_idle(settings, ["find_phases"], f"for {model}, which predicts no responses")
     elif read_dataset(dataset).responses is not None:
-        found = f"found {dataset}, from whose responses {model} learns"
-        refuse_given([*phases, "--full-resolution"], f"a dataset of pictures alone, {found}")
+        refuse_idle(settings, ["find_phases", "full_resolution"], f"for {dataset}, from whose responses {model} learns")
     if issubclass(kind, HasOwnLoss):
-        refuse_given(["--full-resolution"], f"a model that can train on a few pixels, found {model}")
+        refuse_idle(settings, ["full_resolution"], f"for {model}, which cannot train on a few pixels")
 
 
 def predict(
@@ -221,7 +221,7 @@ def predict(
     from learn.training.ensemble import Ensemble
     from learn.training.run_folder import load_run
     from scenes.files.npz_file import write_arrays
-    from simulate.positions.given_positions import reach_warning, read_points
+    from simulate.positions.positions import reach_warning, read_points
     from simulate.spectra.spectrum import grey_levels
 
     loaded = [load_run(run) for run in runs]
@@ -270,7 +270,7 @@ def export(
     if len(given) != 1:
         raise InputError(f"expected one of {', '.join(outputs)}, found {' and '.join(given) or 'none'}")
     if deepmimo is not None:
-        from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
+        from simulate.exchange.deepmimo_export import export_deepmimo
 
         export_deepmimo(what, deepmimo, force)
         print(printable(f"scenario: {deepmimo}"))

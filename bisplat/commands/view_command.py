@@ -9,7 +9,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from scenes.files.optional_packages import require_extra
-from simulate.dataset.folder_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 
 
 def view(
@@ -29,7 +29,7 @@ def view(
     """
     require_extra("viewer", "the viewer")
     from scenes.browser.served_page import serve
-    from simulate.positions.given_positions import read_points
+    from simulate.positions.positions import read_points
 
     planned = None if positions is None else read_points(positions)
     if is_rssi(Path(what)):

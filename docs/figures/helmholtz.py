@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from learn.models.geometry import evenly_spread_directions
-from learn.models.kriged_field import DIRECTIONS
+from learn.models.kriging.kriged_field import DIRECTIONS
 
 u = evenly_spread_directions(DIRECTIONS).numpy()
 sides = np.array([[-1, 0.2, 0.3], [0.3, -1, 0.2], [-0.2, 0.5, -1]])

@@ -1,17 +1,40 @@
-"""The table of scores that ``compare_band`` returns."""
+"""The scores of predicted responses over a band, and the table of them that ``compare_band`` returns."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 
-from learn.comparison.kept_fits import FitRow
+from learn.band.band_methods import PredictedBand
+from learn.channels.channel_scores import SCORES, correlation, coverage, snr_db
 from learn.comparison.score_table import Measure, ScoreTable
+from learn.comparison.scored_methods import FitRow
 from simulate.dataset.dataset import Dataset
+from simulate.spectra.band import delay_spread
+
+
+def score_band(
+    predicted: PredictedBand, truth: Complex[np.ndarray, "K elements subcarriers"], bandwidth: float
+) -> dict[str, Any]:
+    """Score predicted responses over a band."""
+    snr = snr_db(predicted.responses, truth)
+    heard = ~np.isnan(snr)
+    if not heard.any():
+        return dict.fromkeys(SCORES)
+    found, truth, snr = predicted.responses[heard], truth[heard], snr[heard]
+    off = np.abs(delay_spread(found, bandwidth) - delay_spread(truth, bandwidth))
+    return {
+        "snr_median_db": float(np.median(snr)),
+        "snr_mean_db": float(snr.mean()),
+        "snr_p10_db": float(np.quantile(snr, 0.1)),
+        "correlation_median": float(np.median(correlation(found, truth))),
+        "delay_spread_error_median_ns": 1e9 * float(np.median(off)),
+        "coverage_90": None if predicted.deviation is None else coverage(found - truth, predicted.deviation[heard]),
+    }
 
 
 class BandRow(FitRow, frozen=True, kw_only=True):

@@ -26,7 +26,7 @@ from scenes.files.errors import (
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_yaml_xml import parse_json
 from scenes.files.schema import conform
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.csi.csi_dataset import CsiDataset
@@ -128,8 +128,7 @@ def split(
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
     from simulate.csi.csi_dataset import CsiDataset  # these are slow to import
-    from simulate.dataset.dataset import Dataset
-    from simulate.dataset.fixed_array import require_fixed_end
+    from simulate.dataset.dataset import Dataset, require_fixed_end
     from simulate.rssi.rssi_dataset import RssiDataset
 
     require_instance(Dataset, RssiDataset, CsiDataset, dataset=dataset)

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.data.split_distances import SplitDistances
+from learn.data.expected_score import Spacing, expectation, facts
+from learn.data.split_distances import Leakage, SplitDistances, leakage
 from learn.data.splits import GUARD_MOST, PARTS, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
-from learn.evaluation.leakage import Leakage, leakage
-from learn.evaluation.picture_doubts import picture_doubts
-from learn.expectation.expected_score import expectation, facts
-from learn.expectation.mean_spacing import Spacing
+from learn.evaluation.picture_checks import picture_doubts
 from scenes.files.errors import InputError, ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.orientation import boresight_of
 from scenes.scene.shapes import bounding_box
@@ -24,12 +22,11 @@ from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
-from simulate.dataset.folder_kinds import is_rooms, is_rssi, not_spectra
+from simulate.dataset.dataset_kinds import is_rooms, is_rssi, not_spectra
 from simulate.rssi.rssi_check import RssiCheck, check_rssi
 from simulate.spectra.array import Array, PlanarArray
-from simulate.spectra.band import Band
+from simulate.spectra.band import Band, delay_spread
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.delay_spread import delay_spread
 from simulate.spectra.element_array import uniform
 from simulate.spectra.identification import tells_little
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.data.metrics import Scores, score
+from learn.data.metrics import Scores, require_scorable, require_some, score, varies
 from learn.data.same_receiver import in_megahertz, other_array, other_frequency
-from learn.data.scorable import require_scorable, require_some, varies
 from learn.data.split_distances import SplitDistances
-from learn.evaluation.origin import Origin
+from learn.training.config import Origin
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
@@ -28,17 +27,16 @@ from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset
-from simulate.dataset.fixed_array import require_fixed_array
-from simulate.dataset.recorded_scene import at_its_frequency
-from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.dataset.dataset import Dataset, require_fixed_array
+from simulate.dataset.dataset_folder import at_its_frequency
+from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.parallel.machines import Machines
 from simulate.positions.placement import free_positions
-from simulate.positions.places import LEAST_POSITIONS
+from simulate.positions.positions import LEAST_POSITIONS, MOST_POSITIONS
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array
 from simulate.spectra.element_array import array_of
@@ -209,7 +207,7 @@ def crossvalidate(
         array=run.beamformer.array,
         scores=score(prediction.spectra, truth, run.beamformer.grid, run.beamformer.array),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
-        origin=Origin.of(run, parts),
+        origin=Origin.of(run.config, parts),
         distances=SplitDistances.between(known, drawn, dataset.wavelength),
     )
 

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
-from learn.data.metrics import Scores, score
+from learn.data.metrics import Scores, require_scorable, scorable, score
 from learn.data.same_receiver import (
     SAME_DIRECTION,
     SAME_PLACE,
@@ -22,18 +22,16 @@ from learn.data.same_receiver import (
     other_frequency,
     pose_difference,
 )
-from learn.data.scorable import require_scorable, scorable
 from learn.data.split_distances import SplitDistances
-from learn.evaluation.origin import Origin
-from learn.evaluation.stated_intervals import StatedIntervals, intervals_by_distance
+from learn.evaluation.prediction_intervals import StatedIntervals, intervals_by_distance
 from learn.models.base import Report
+from learn.training.config import Origin
 from learn.training.deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
-from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset import Dataset, require_fixed_end
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.fixed_array import require_fixed_end
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -265,13 +263,13 @@ def evaluate(
         prediction=prediction,
         deviation=run.deviation(positions),
         scores=scores,
-        origin=Origin.of(run, parts),
+        origin=Origin.of(run.config, parts),
         tested_on=_tested_on(tested_on, same, index),
     )
 
 
 def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
-    """Refuse a dataset whose spectra are not what a run predicts. Warn if the end that stands still is elsewhere."""
+    """Refuse another dataset whose spectra a run does not predict. Warn if the end that stands still is elsewhere."""
     wavelength, array = float(run.model.wavelength), run.beamformer.array
     if other_frequency(wavelength, tested.wavelength):
         assumed = "the assumed " if tested.frequency.source == "assumed" else ""

@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from learn.localisation.fingerprints import Fingerprints
-from learn.localisation.heard_pictures import require_unseen
-from learn.localisation.locate import Place, locate
-from learn.localisation.stated_region import share_in_region
+from learn.localisation.locate import locate
+from learn.localisation.located_places import Place, share_in_region
+from learn.localisation.observations import require_unseen
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError

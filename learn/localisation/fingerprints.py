@@ -14,8 +14,8 @@ from jaxtyping import Float, UInt8
 
 from learn.models.quadrature import quadrature
 from learn.training.prediction import batches_for
+from learn.training.run_files import read_training
 from learn.training.run_folder import Run
-from learn.training.training_file import read_training
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import spectrum_of
 

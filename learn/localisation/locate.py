@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, UInt8
+from scipy.spatial import cKDTree
+from scipy.special import logsumexp
 
 from learn.localisation.fingerprints import Field
-from learn.localisation.prior import Prior
-from learn.localisation.refine import FARTHEST, Refined, refine
-from learn.localisation.starting_points import MODES, starting_points
+from learn.localisation.located_places import LEAST_PROBABILITY, Place
+from learn.localisation.refine import FARTHEST, MODES, Refined, candidate_points, refine
 from learn.models.base import Report
 from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError, ParameterError, shown
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.spectra.spectrum import check_pictures, evenly
 
 SPACING = 0.125
@@ -36,27 +36,6 @@ TOLD = 1 / 4
 
 LEAST_MISFIT = 1e-4
 """Misfit that rounding the pictures causes."""
-
-LEAST_PROBABILITY = 0.01
-"""Places with a smaller probability are left out."""
-
-
-class Place(NamedTuple):
-    """A place where a transmitter may be.
-
-    Attributes:
-        position: [3] metres, world frame.
-        covariance: [3, 3] covariance of the position, m². It grows with the part of the spectrum that the run does not
-            explain. It is 0 along an axis along which the training positions have no extent.
-        probability: probability of this place among all places of the transmitter, 0…1.
-        misfit: squared distance of measured and predicted fingerprint: about the share of the spectrum that the run
-            does not explain. For received powers and channels, what ``locate_powers`` and ``locate_channels`` say.
-    """
-
-    position: Float[np.ndarray, " 3"]
-    covariance: Float[np.ndarray, "3 3"]
-    probability: float
-    misfit: float
 
 
 def locate(
@@ -125,7 +104,7 @@ def locate(
         if not fingerprint.any():
             found.append([])
             continue
-        starts = starting_points(points, likely(fingerprint), APART * wavelength)
+        starts = candidate_points(points, likely(fingerprint), APART * wavelength)
         refined = refine(field.predicted, np.tile(fingerprint, (MODES, 1)), starts, region, wavelength)
         found.append(_places(refined, prior, numbers, region, wavelength))
     return found
@@ -206,3 +185,34 @@ def _places(
         if probability[row] >= LEAST_PROBABILITY
     ]
     return sorted(places, key=lambda place: -place.probability)
+
+
+WIDTH = 0.125
+"""Least standard deviation of a transmitter's distance from a training position, wavelengths. If training positions are
+farther apart, it is the distance of neighbours."""
+
+NEIGHBOURS = 16
+"""Number of nearest training positions in the sum."""
+
+ELSEWHERE = 1e-6
+"""Density far from all training positions, relative to that at one of them."""
+
+
+class Prior:
+    """Density of transmitters: normal distributions around the training positions."""
+
+    def __init__(self, known: Float[np.ndarray, "n 3"], wavelength: float):
+        self._tree, self._count = cKDTree(known), min(NEIGHBOURS, len(known))
+        apart = self._tree.query(known, k=min(2, len(known)))[0].reshape(len(known), -1)[:, -1]
+        self._width = max(WIDTH * wavelength, float(np.median(apart)))
+
+    def __call__(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
+        """Logarithm of the density at positions (metres, world frame), up to a constant.
+
+        >>> density = Prior(np.zeros((1, 3)), 0.32)
+        >>> density(np.array([[0.0, 0, 0], [0.04, 0, 0], [9, 0, 0]])).round(1).tolist()
+        [0.0, -0.5, -13.8]
+        """
+        distance = self._tree.query(positions, k=self._count)[0].reshape(len(positions), -1)
+        near = logsumexp(-((distance / self._width) ** 2) / 2, axis=1)
+        return np.logaddexp(near, np.log(ELSEWHERE))

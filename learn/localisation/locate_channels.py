@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Complex, Int
 
-from learn.localisation.channel_fingerprints import ChannelFingerprints
-from learn.localisation.locate import Place
-from learn.localisation.position_regression import PositionRegression
+from learn.localisation.channel_regression import ChannelFingerprints, PositionRegression
+from learn.localisation.located_places import Place
 from learn.powers.fit_powers import checked_indices
 from scenes.files.errors import InputError, ParameterError, check_array, require_instance, require_seed
 from scenes.files.plain_text import say

@@ -6,16 +6,15 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import ArrayLike
 
-from learn.localisation.direct_path import DirectPath
-from learn.localisation.likelihood_maxima import Maxima, maximise
-from learn.localisation.locate import LEAST_PROBABILITY, Place
-from learn.localisation.starting_points import MODES, starting_points
+from learn.localisation.direct_path import DirectPath, Maxima, maximise
+from learn.localisation.located_places import LEAST_PROBABILITY, Place
+from learn.localisation.refine import MODES, candidate_points
 from learn.models.geometry import grid_in
 from scenes.files.errors import ParameterError, check_array, require_instance
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
-from simulate.exchange.recorded_rows import one_way
-from simulate.positions.given_positions import check_points
+from simulate.exchange.named_arrays import one_way
+from simulate.positions.positions import check_points
 
 LEAST_READS = 4
 """Least number of antenna positions at which a tag must be read."""
@@ -136,7 +135,7 @@ def _located(model: DirectPath, seen: Complex[np.ndarray, "K N"], box: Float[np.
     """The places of tags that were all read at all antenna positions."""
     points = np.unique(grid_in(box, SPACING * model.wavelength, MOST_POINTS), axis=0)
     likely = model.log_likelihood(points, seen)
-    starts = np.stack([starting_points(points, of_tag, APART * model.wavelength) for of_tag in likely])
+    starts = np.stack([candidate_points(points, of_tag, APART * model.wavelength) for of_tag in likely])
     areas = [_areas(some, points, of_tag) for some, of_tag in zip(starts, likely, strict=True)]
     largest = [int(each.evidence.argmax()) for each in areas]
     misfit = [model.unexplained(each.positions, one) for each, one in zip(areas, seen, strict=True)]

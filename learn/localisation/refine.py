@@ -1,4 +1,4 @@
-"""Refinement of positions: Levenberg–Marquardt steps to where a field predicts the measured fingerprints best."""
+"""The candidates of a search, and their refinement: Levenberg–Marquardt steps to the best predicted fingerprints."""
 
 from __future__ import annotations
 
@@ -7,6 +7,22 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+
+MODES = 4
+"""Largest number of positions that are considered for a transmitter."""
+
+
+def candidate_points(
+    points: Float[np.ndarray, "n 3"], likely: Float[np.ndarray, " n"], apart: float
+) -> Float[np.ndarray, "MODES 3"]:
+    """The most likely point, then the next ones that are far enough from all before. The last one may repeat."""
+    left, starts = likely.copy(), list[np.ndarray]()
+    for _ in range(MODES):
+        best = int(left.argmax())
+        starts.append(points[best] if left[best] > -np.inf else starts[-1])
+        left[np.linalg.norm(points - points[best], axis=1) < apart] = -np.inf
+    return np.stack(starts)
+
 
 STEPS = 12
 STEP = 0.01

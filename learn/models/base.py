@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import torch
@@ -11,13 +11,13 @@ from jaxtyping import Complex, Float
 from torch import Tensor, nn
 
 from learn.models.encoding import TransmitterEncoding
-from learn.models.loss import coarse_loss
-from learn.models.quadrature import Quadrature
+from learn.models.quadrature import Quadrature, coarse_loss
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:
-    from simulate.spectra.quick_spectra import QuickSpectra
+    from simulate.spectra.compiled_beamformer import CompiledBeamformer
+
 
 Report = Callable[[str, int, int], None]
 """Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
@@ -203,7 +203,7 @@ class BeamformingLayer(nn.Module):
         quick.write(as_complex(responses), spectra)
         return torch.from_numpy(spectra)
 
-    def quick(self, numbers: Tensor) -> QuickSpectra | None:
+    def quick(self, numbers: Tensor) -> CompiledBeamformer | None:
         """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed.
 
         Args:
@@ -211,9 +211,9 @@ class BeamformingLayer(nn.Module):
         """
         if not runs_compiled(numbers):
             return None
-        from simulate.spectra.quick_spectra import quick_spectra  # compiles, which training does not need
+        from simulate.spectra.compiled_beamformer import compiled_beamformer  # compiles, which training does not need
 
-        return quick_spectra(self._beamformer)
+        return compiled_beamformer(self._beamformer)
 
     def coarse(self, responses: Float[Tensor, "B elements 2"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """The spectra at a few pixels, min–max normalised over these."""
@@ -256,3 +256,41 @@ def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
     """The real matrix that multiplies flattened (real, imaginary) pairs as a complex one multiplies complex numbers."""
     pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
     return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)
+
+
+T = TypeVar("T")
+State = tuple[Tensor, tuple[int, torch.device, torch.dtype]]
+"""A tensor, and what changes with its values where it stays the same object: its version, device and type."""
+
+
+class Kept(Generic[T]):
+    """Keeps what was last made of some tensors, until these are replaced or changed in place. A copy is empty."""
+
+    def __init__(self) -> None:
+        self._made: tuple[list[State], T] | None = None
+
+    def of(self, tensors: Sequence[Tensor], make: Callable[[], T]) -> T:
+        """What ``make`` returns, which is called only if other tensors are given than the last time.
+
+        >>> import torch
+        >>> kept, tensor = Kept(), torch.zeros(2)
+        >>> [kept.of([tensor], lambda: float(tensor.sum())), kept.of([tensor], lambda: 7.0)]
+        [0.0, 0.0]
+        >>> kept.of([tensor.add_(1)], lambda: float(tensor.sum()))
+        2.0
+        """
+        versions = [(each, (0 if each.is_inference() else each._version, each.device, each.dtype)) for each in tensors]
+        if self._made is None or not _same(self._made[0], versions):
+            self._made = versions, make()
+        return self._made[1]
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Kept[T]:
+        return Kept()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_made": None}
+
+
+def _same(some: list[State], others: list[State]) -> bool:
+    pairs = zip(some, others, strict=True)
+    return all(one is other and version == changed for (one, version), (other, changed) in pairs)

@@ -1,8 +1,7 @@
 """Abilities of some models beyond predicting spectra. Callers ask ``isinstance(model, HasPrimitives)`` and so on.
 
 A model has an ability if its class has the methods. Only ``PredictsResponses`` is a base class, since it also provides
-methods.
-"""
+methods."""
 
 from __future__ import annotations
 
@@ -10,13 +9,14 @@ from abc import ABC, abstractmethod
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+import torch
 from jaxtyping import Complex, Float, Int
+from scipy.spatial.transform import Rotation
 from torch import Tensor
 
 from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel, normalised
-from learn.models.loss import coarse_loss
-from learn.models.quadrature import Quadrature
-from learn.models.splat import Splats
+from learn.models.quadrature import Quadrature, coarse_loss
+from learn.models.splatting.splat import Splats
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
@@ -233,3 +233,16 @@ class PredictsResponses(SpectrumModel, ABC):
         """As for ``SpectrumModel``, with true spectra that are normalised over these pixels too."""
         spectra = normalised(spectra.flatten(1)).view_as(spectra)
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
+
+
+def suit_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+    """Suit an untrained model to a dataset, as far as it can be.
+
+    If the receiver moves, it learns the one field that all elements sample. If there is a band, it learns the responses
+    at all subcarriers.
+    """
+    if dataset.moving == "receiver" and isinstance(model, SamplesOneField):
+        turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()
+        model.sample_one_field(torch.from_numpy(turn).float())
+    if dataset.band_responses is not None and isinstance(model, LearnsBand):
+        model.learn_band(dataset.band_responses[known])

@@ -13,9 +13,9 @@ from jaxtyping import Float, Inexact
 from scipy.linalg import cho_factor, cho_solve
 
 from learn.models.base import Report
-from learn.models.helmholtz import HelmholtzField
-from learn.models.kriged_field import KrigedField
-from learn.models.ways_of_interpolation import WAYS
+from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.kriging.interpolators import WAYS
+from learn.models.kriging.kriged_field import KrigedField
 from learn.planning.greedy import OpenField
 from learn.powers.fit_powers import fit_powers
 from learn.powers.power_field import PowerField

@@ -15,7 +15,7 @@ from learn.powers.fit_powers import FittedPowers, fit_powers
 from learn.powers.known_powers import PredictedPowers
 from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
-from simulate.positions.given_positions import FARTHEST
+from simulate.positions.positions import FARTHEST
 from simulate.rssi.rssi_dataset import RssiDataset
 
 MOST_CELLS = 1_000_000
@@ -126,7 +126,7 @@ def coverage_map(
         report: called with the phase, the number of cells done, and that of all cells.
 
     Returns:
-        The map. ``write_coverage`` writes it as arrays, GeoTIFF and figures.
+        The map. ``write_coverage`` writes it as arrays and figures.
 
     Raises:
         InputError: the folder cannot be read.

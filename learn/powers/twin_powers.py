@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
-from learn.powers.explained_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
+from learn.powers.power_field import ExplainedPowers
 from learn.twin.described_gateways import scenes_with_gateways
 from scenes.files.optional_packages import require_extra
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
-from scenes.storage.scene_writing import scene_digest
+from scenes.storage.scene_digest import scene_digest
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly

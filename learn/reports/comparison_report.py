@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from learn.comparison.doubts import average_name, footnote_of
+from learn.comparison.averaged_table import average_name, footnote_of
+from learn.comparison.results_folder import run_folder
 from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
-from learn.reports.learning_curves import draw_learning_curves
 from learn.reports.method_styles import DOUBTFUL, line_styles
-from learn.reports.paper import PAGE, at_paper_size, save
+from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
 from learn.reports.provenance import Provenance
 from learn.reports.sweep_figure import draw_sweep, over_seeds
 from learn.reports.table_files import write_tables
@@ -103,3 +105,35 @@ def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]],
     }
     note = footnote_of(comparison.averages())
     write_tables(rows, {**SCORE_COLUMNS, **COST_COLUMNS}, folder, Provenance.of_comparison(comparison), note)
+
+
+def validation_curve(run: Path) -> tuple[list[int], list[float]]:
+    """Steps and validation SSIMs that a training logged, over all its interruptions; empty if it was not by steps."""
+    found: dict[int, float] = {}
+    for log in sorted(run.glob("logs/version_*/metrics.csv"), key=lambda path: int(path.parent.name.split("_")[1])):
+        with log.open(newline="") as file:
+            found |= {
+                int(row["step"]) + 1: float(row["validation_ssim"])
+                for row in csv.DictReader(file)
+                if row.get("validation_ssim")
+            }
+    steps = sorted(found)
+    return steps, [found[step] for step in steps]
+
+
+@at_paper_size()
+def draw_learning_curves(comparison: Comparison, path: Path) -> None:
+    """Draw the learning curve of every row that was trained by steps, each method in a colour."""
+    styles = line_styles(row["label"] for row in comparison.rows)
+    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(styles)), layout="constrained")
+    axis = figure.subplots()
+    for row in comparison.rows:
+        steps, ssim = validation_curve(comparison.folder / run_folder(row))
+        if steps:
+            label = in_figure(row["label"]) if row["seed"] == 0 else ""
+            axis.plot(steps, ssim, label=label, **styles[row["label"]])
+    axis.set(xlabel="training steps", ylabel="median SSIM, validation part")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    axis.grid(alpha=0.3)
+    figure.legend(loc="outside upper left", handlelength=3.2)
+    save(figure, path, Provenance.of_comparison(comparison))

@@ -7,16 +7,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from learn.reports import crossvalidation_report, evaluation_report
-from learn.reports.figures import draw_ssim_distribution
+import numpy as np
+from jaxtyping import Float
+
+from learn.reports.evaluation_report import crossvalidation_values, evaluation_values
+from learn.reports.figures import draw_spectra, draw_ssim_distribution
 from learn.reports.html_page import embedded, write_page
 from learn.reports.method_styles import THIS_RUN
 from learn.reports.provenance import Provenance
+from scenes.scene.description import Scene
+from simulate.dataset.dataset import Dataset
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
+from simulate.spectra.spectrum import picture, spectrum_of
 
 if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
-    from scenes.scene.description import Scene
 
 FIGURES = ("scene", "first_look", "spectra")
 """Figures that the page shows as soon as they are in the folder; ``spectra`` takes the place of ``first_look``."""
@@ -49,7 +58,7 @@ class DemoReport:
             evaluated = self._evaluated(evaluations)
             values, figures = {**values, **evaluated}, {**evaluated["figures"], **figures}
         if fresh is not None:
-            crossvalidated = crossvalidation_report.page_values(fresh, self.folder / "run")
+            crossvalidated = crossvalidation_values(fresh, self.folder / "run")
             values, figures = {**values, **crossvalidated}, {**crossvalidated["figures"], **figures}
         if evaluations:
             figures |= embedded(self.folder, ("ssim_cdf",))  # of all models, not of the first alone
@@ -64,6 +73,44 @@ class DemoReport:
         draw_ssim_distribution(
             {name: each.ssim for name, each in scores.items()}, self.folder / "ssim_cdf.png", provenance=made
         )
-        values = evaluation_report.page_values(first, self.folder / "run" / "evaluation")
+        values = evaluation_values(first, self.folder / "run" / "evaluation")
         rows = {name: each.summary() for name, each in scores.items()}
         return {**values, "rows": rows, "models": list(evaluations), "made": made}
+
+
+SHOWN = 6
+"""Number of spectra to show."""
+
+QUICK = Propagation(max_depth=1, rays=20_000)
+"""At most one reflection or diffraction. The search for such paths takes seconds, that for all paths a minute."""
+
+
+def draw_first_look(scene: Scene, positions: Float[np.ndarray, "K 3"], seed: int, folder: Path) -> None:
+    """Trace the spectra of the first positions in a hurry, and draw them as first_look.png.
+
+    Args:
+        scene: the scene.
+        positions: transmitter positions, of which the first six are shown, metres, world frame.
+        seed: seed of the rays.
+        folder: folder to write to.
+
+    Raises:
+        InputError: libLLVM, which the ray tracer needs, is missing or too old.
+    """
+    from simulate.rays.tracer import Tracer
+
+    shown = positions[:SHOWN]
+    beamformer = Beamformer(array_of(scene.gateway, scene.frequency), AngularGrid())
+    responses = Tracer(scene, QUICK, seed=seed).responses(shown)
+    spectra = spectrum_of(picture(beamformer.spectrum(responses)))
+    draw_spectra(spectra, shown, beamformer.grid, folder / "first_look.png")
+
+
+def draw_first_spectra(dataset: Dataset, folder: Path) -> None:
+    """Draw the first spectra of a dataset as spectra.png.
+
+    Args:
+        dataset: the dataset.
+        folder: folder to write to.
+    """
+    draw_spectra(dataset.spectra[:SHOWN], dataset.positions[:SHOWN], dataset.grid, folder / "spectra.png")

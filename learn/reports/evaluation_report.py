@@ -1,22 +1,38 @@
-"""The report of ``bisplat evaluate``: a page, its figures, the metrics as JSON, and scores of the spectra as CSV."""
+"""The reports of ``bisplat evaluate``, ``evaluate --locate`` and ``crossvalidate``: pages, figures, JSON and CSV."""
 
 from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from learn.reports.figures import draw_examples, draw_examples_polar, draw_reliability, draw_ssim_distribution
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
+
+from learn.reports.figures import (
+    MapScore,
+    draw_error_map,
+    draw_error_over_distance,
+    draw_examples,
+    draw_examples_polar,
+    draw_reliability,
+    draw_ssim_distribution,
+)
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
-from learn.reports.method_styles import THIS_RUN
+from learn.reports.method_styles import THIS_RUN, line_styles
+from learn.reports.paper import COLUMN, at_paper_size, save
+from learn.reports.plots import label_log_axis
 from learn.reports.provenance import Provenance
 from learn.reports.table_files import write_tables
 from scenes.files.atomic import write_atomically
 
-if TYPE_CHECKING:  # loads torch
+if TYPE_CHECKING:  # these load torch, and the first page of the demo must not wait for it
     from learn.data.metrics import Scores
+    from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
     from learn.evaluation.locations import Locations
 
@@ -59,7 +75,7 @@ def _write_metrics(evaluation: Evaluation, folder: Path, locations: Locations | 
 
 
 def _write_page(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
-    values, made = page_values(evaluation, folder), Provenance.of_evaluation(evaluation)
+    values, made = evaluation_values(evaluation, folder), Provenance.of_evaluation(evaluation)
     if locations is not None:
         values["figures"] |= embedded(folder, ("location_errors",))
     located = None if locations is None else locations.metrics()
@@ -73,7 +89,7 @@ def named_scores(evaluation: Evaluation) -> dict[str, Scores]:
     return {name if method == "model" else method: scores for method, scores in evaluation.scores.items()}
 
 
-def page_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
+def evaluation_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
     """Values that the template evaluation_part.html.j2 shows."""
     return {
         "rows": {name: scores.summary() for name, scores in named_scores(evaluation).items()},
@@ -97,3 +113,81 @@ def _per_sample(evaluation: Evaluation) -> str:
         deviation = "" if evaluation.deviation is None else f"{evaluation.deviation[row]:.6f}"
         writer.writerow([evaluation.dataset.names[index], *position, *(f"{value:.6f}" for value in scores), deviation])
     return text.getvalue()
+
+
+CROSSVALIDATED = (
+    "crossvalidation_map",
+    "crossvalidation_distance",
+    "crossvalidation_examples",
+    "crossvalidation_polar",
+)
+
+
+def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
+    """Write crossvalidation.html, crossvalidation.json, and the figures as PNG and PDF."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = Provenance.of_crossvalidation(fresh)
+    metrics = {**fresh.metrics(), "provenance": made.facts()}
+    write_atomically(folder / "crossvalidation.json", (json.dumps(metrics, indent=2) + "\n").encode())
+    positions, known, scores = fresh.positions, fresh.known_positions, fresh.scores
+    draw_error_map(
+        positions, MapScore.of_spectra(scores.ssim, scores.aoa_error), known, folder / "crossvalidation_map.png", made
+    )
+    distance = cKDTree(known).query(positions)[0]
+    draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png", made)
+    draw_examples(
+        fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_examples.png", provenance=made
+    )
+    draw_examples_polar(
+        fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_polar.png", made
+    )
+    write_page(
+        folder / "crossvalidation.html",
+        "crossvalidation.html.j2",
+        made,
+        run=fresh.run_name,
+        scene=fresh.scene_name,
+        truth_by=fresh.truth_by,
+        **crossvalidation_values(fresh, folder),
+    )
+
+
+def crossvalidation_values(fresh: CrossValidation, folder: Path) -> dict[str, Any]:
+    """Values that the template crossvalidation_part.html.j2 shows."""
+    return {
+        "fresh_rows": {f"{fresh.origin.model}{THIS_RUN}": fresh.scores.summary()},
+        "columns": SCORE_COLUMNS,
+        "fresh": fresh.metrics(),
+        "figures": embedded(folder, CROSSVALIDATED),
+    }
+
+
+@at_paper_size()
+def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
+    """Write locations.json, locations.csv and location_errors.png (and .pdf)."""
+    from learn.localisation.located_places import write_places
+
+    folder.mkdir(parents=True, exist_ok=True)
+    facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})
+    write_atomically(folder / "locations.json", (json.dumps(facts, indent=2) + "\n").encode())
+    write_places(folder / "locations.csv", locations.names, locations.places, ["test"] * len(locations.names))
+    figure = Figure(figsize=(COLUMN, 2.7), layout="constrained")
+    axis = figure.subplots()
+    model = "model" if made is None else f"{made.model}{THIS_RUN}"
+    named = {model if name == "model" else name: errors for name, errors in locations.errors.items()}
+    styles = line_styles(named)
+    for name, errors in named.items():
+        share = np.arange(1, len(errors) + 1) / len(errors)
+        label = f"{name}: median {100 * np.median(errors):.1f} cm"
+        axis.step(np.sort(100 * errors), share, where="post", label=label, **{**styles[name], "marker": None})
+    axis.set(xlabel="error of the position (cm)", ylabel="share of located positions", xscale="log", ylim=(0, 1))
+    label_log_axis(axis.xaxis)
+    axis.grid(alpha=0.3)
+    figure.legend(loc="outside upper left", handlelength=3.2)
+    save(figure, folder / "location_errors.png", made and replace(made, spectra=f"{made.spectra}, {_of(locations)}"))
+
+
+def _of(locations: Locations) -> str:
+    """How many test spectra were located, and with which further runs, in words."""
+    with_others = f" with the runs of further gateways {', '.join(locations.further_runs)}"
+    return f"{len(locations.names)} of them located{with_others if locations.further_runs else ''}"

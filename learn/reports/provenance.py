@@ -93,7 +93,7 @@ class Provenance:
     @classmethod
     def of_comparison(cls, comparison: Comparison) -> Provenance:
         """The provenance of a comparison of methods."""
-        from learn.evaluation.origin import split_words
+        from learn.training.config import split_words
 
         settings, rows = comparison.settings, [row for row in comparison.rows if row.get("known")]
         seeds = max((row["seed"] for row in comparison.rows), default=0) + 1
@@ -114,7 +114,7 @@ class Provenance:
     @classmethod
     def of_scores(cls, comparison: ScoreTable, title: str = "") -> Provenance:
         """The provenance of a comparison of methods for powers or channels; without a title, that of a comparison."""
-        from learn.evaluation.origin import split_words
+        from learn.training.config import split_words
 
         name, things = comparison.folder.resolve().name, comparison.THINGS
         seeds = max(row["seed"] for row in comparison) + 1

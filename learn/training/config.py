@@ -1,4 +1,7 @@
-"""Settings of a run, and the files config.json and split.json that record them. This module does not import torch."""
+"""Settings of a run, the files config.json and split.json that record them, and whether a dataset is the run's.
+
+This module does not import torch.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +15,17 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from msgspec import Meta, Struct
 
-from learn.data.splits import Split, SplitKind
-from learn.models.steps import Steps
+from learn.data.same_receiver import in_megahertz, other_array, other_frequency
+from learn.data.splits import PARTS, Split, SplitKind, read_split
+from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, require_whole, shown
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import LATER, Count, conform
-from simulate.dataset.folder_kinds import content_of
+from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.dataset.dataset_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -38,7 +43,7 @@ LARGEST_OPTION = 10**6
 Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | float | str | list[Any] | None
 
 
-class Origin(Struct):
+class Receiver(Struct):
     """What config.json says besides the settings: the dataset's array, grid and fingerprint, and versions."""
 
     array: PlanarArray
@@ -48,8 +53,8 @@ class Origin(Struct):
     versions: dict[str, str] = {}
 
 
-class OriginOfElements(Origin, kw_only=True):
-    """``Origin`` of a dataset whose array is given by the positions of its elements."""
+class ReceiverOfElements(Receiver, kw_only=True):
+    """``Receiver`` of a dataset whose array is given by the positions of its elements."""
 
     array: ElementArray  # type: ignore[assignment]
 
@@ -158,14 +163,14 @@ def read_config(folder: Path) -> RunRecord:
     try:
         config = conform(settings, Config, str(path), complete=True)
         planar = array_kind(content.get("array") if isinstance(content, dict) else None) is PlanarArray
-        origin = conform(content, Origin if planar else OriginOfElements, str(path))
+        receiver = conform(content, Receiver if planar else ReceiverOfElements, str(path))
     except InputError as error:
         raise InputError(f"{error}{of_another_version(_version(content))}") from None
     try:
-        beamformer = Beamformer(origin.array, origin.grid)
+        beamformer = Beamformer(receiver.array, receiver.grid)
     except ParameterError as error:  # positions in metres without their frequency
         raise InputError(f"{path}: array.{error}") from None
-    return RunRecord(config, beamformer, origin.dataset_sha256, _version(content), origin.frequency_hz)
+    return RunRecord(config, beamformer, receiver.dataset_sha256, _version(content), receiver.frequency_hz)
 
 
 def _version(content: Any) -> str:
@@ -178,3 +183,94 @@ def of_another_version(trained_by: str) -> str:
     if trained_by in ("", version(PACKAGE)):
         return ""
     return f"; bisplat-wrf {cut(trained_by)} trained this run, and this is {version(PACKAGE)}: train it again"
+
+
+def require_same_spectra(dataset: Dataset, folder: Path, dataset_sha256: str | None) -> None:
+    """Refuse a dataset that is not the one with which a run or an experiment was begun."""
+    if dataset_sha256 not in (None, dataset.fingerprint):
+        raise InputError(
+            f"{dataset.folder}: expected the dataset that {folder} was trained on, found other spectra, as if they had "
+            "been simulated or measured again; put the former dataset there, or train on this one into another folder"
+        )
+
+
+def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: Split) -> None:
+    """Refuse to go on with a run whose dataset, or what it states, has changed since the run was begun."""
+    require_same_spectra(dataset, folder, record.dataset_sha256)
+    again = "train on it into another folder"
+    wavelength = None if record.frequency is None else SPEED_OF_LIGHT / record.frequency
+    if wavelength is not None and other_frequency(wavelength, dataset.wavelength):
+        expected, found = in_megahertz(wavelength), in_megahertz(dataset.wavelength)
+        raise InputError(f"{dataset.folder}: expected {expected} as {folder} was begun with, found {found}; {again}")
+    before, now = record.beamformer, dataset.beamformer
+    if other_array(before.array, now.array) or before.grid != now.grid:
+        raise InputError(
+            f"{dataset.folder}: expected {before.array.in_words} on {before.grid} as {folder} was begun with, found "
+            f"{now.array.in_words} on {now.grid}; {again}"
+        )
+    path, from_files = folder / "split.json", record.config.split == "files"
+    finished = (folder / "weights.safetensors").exists()
+    # A kill may come before the split is written. A finished run needs its split no more, unless the user states it.
+    if not path.exists() or (finished and not from_files):
+        return
+    begun = read_split(path, dataset.names, dataset.folder)
+    if any(set(getattr(begun, part)) != set(getattr(parts, part)) for part in PARTS):
+        why = ", as if the index files had been changed" if from_files else ""
+        raise InputError(
+            f"{dataset.folder}: expected the split that {folder} was begun with, found another one{why}; {again}"
+        )
+
+
+def require_untested(before_known: np.ndarray, before: Path, dataset: Dataset, parts: Split) -> None:
+    """Refuse to start with the weights of a run that has learned test spectra of this training."""
+    both = np.intersect1d(before_known, parts.test)
+    if len(both):
+        raise InputError(
+            f"{before}: expected a run that has not learned the test spectra, found one that learned {len(both)} of "
+            f"{len(parts.test)}, such as {dataset.names[both[0]]}; start from one with the same test part"
+        )
+
+
+def require_same_receiver(dataset: Dataset, folder: Path, beamformer: Beamformer, wavelength: float) -> None:
+    """Refuse a run with whose weights a model of a dataset cannot start."""
+    if other_frequency(dataset.wavelength, wavelength):
+        expected, found = in_megahertz(dataset.wavelength), in_megahertz(wavelength)
+        raise InputError(f"{folder}: expected a run at {expected}, found one at {found}")
+    if other_array(dataset.array, beamformer.array) or dataset.grid != beamformer.grid:
+        raise InputError(
+            f"{folder}: expected a run of {dataset.array.in_words} on {dataset.grid}, found one of "
+            f"{beamformer.array.in_words} on {beamformer.grid}"
+        )
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a model comes from.
+
+    Example:
+        >>> Origin("helmholtz", "lab", "random, seed 0", seed=0, train=18, validation=2)
+        Origin(model='helmholtz', dataset='lab', split='random, seed 0', seed=0, train=18, validation=2)
+    """
+
+    model: str  # the model's name, or ``module:Class``
+    dataset: str  # name of the folder of the dataset it was trained on
+    split: str  # kind, guard and seed of the split, in words
+    seed: int  # seed of the training
+    train: int  # number of training spectra
+    validation: int  # number of validation spectra
+
+    @classmethod
+    def of(cls, config: Config, parts: Split) -> Origin:
+        """The origin of the model of a run with these settings."""
+        words = split_words(config.split, config.guard, config.split_seed)
+        counts = (len(parts.train), len(parts.validation))
+        return cls(config.model, Path(config.dataset).name, words, config.seed, *counts)
+
+
+def split_words(kind: str, guard: float | None, seed: int) -> str:
+    """A split in words.
+
+    >>> split_words("random", 0.5, 0)
+    'random, guard 0.5 wavelengths, seed 0'
+    """
+    return f"{kind}, guard {guard:g} wavelengths, seed {seed}" if guard else f"{kind}, seed {seed}"

@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
-from learn.training.epochs import validation_sample
 from learn.training.prediction import uncertainty
+from learn.training.run_files import read_training
 from learn.training.run_folder import Run, stated_deviation
-from learn.training.training_file import read_training
+from learn.training.validation_part import validation_sample
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import spectrum_of

@@ -1,11 +1,16 @@
-"""Progress of a fit in closed form on stderr: a bar for each phase in a terminal, and a line for each elsewhere."""
+"""Progress of a fit on stderr (a bar for each phase in a terminal, or a line), and a loop of steps or minutes."""
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Callable
 from types import TracebackType
 
+import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from torch import Tensor
 
 
 class FitProgress:
@@ -54,3 +59,25 @@ class FitProgress:
 
     def _say(self, text: str) -> None:
         self._console.print(f"bisplat: {text}", highlight=False, soft_wrap=True)
+
+
+def train_steps(
+    loss: Callable[[], Tensor], optimiser: torch.optim.Optimizer, *, title: str, most: int, minutes: float | None
+) -> int:
+    """Train, with a learning rate that falls as half a cosine, until the steps or the minutes are over."""
+    rates = [group["lr"] for group in optimiser.param_groups]
+    begun = time.perf_counter()
+    with FitProgress(title) as report:
+        for step in range(most):
+            done = step / most
+            if minutes is not None and step:
+                done = max(done, (time.perf_counter() - begun) / (60 * minutes))
+            if done >= 1:
+                return step
+            report("training", int(100 * done), 100)
+            for group, rate in zip(optimiser.param_groups, rates, strict=True):
+                group["lr"] = rate * (1 + math.cos(math.pi * done)) / 2
+            optimiser.zero_grad()
+            loss().backward()
+            optimiser.step()
+    return most

@@ -5,7 +5,7 @@ split.json           names of the training, validation and test spectra
 weights.safetensors  weights of the best checkpoint; the training is finished if this file exists
 training.json        steps, seconds, device, date, validation SSIM, how far predictions are off
 known_positions.csv  positions of the spectra that the model learned from, metres
-checkpoints/         last.ckpt and previous.ckpt, from which a training resumes (``learn.training.checkpoints``)
+checkpoints/         last.ckpt and previous.ckpt, from which a training resumes (``learn.training.lightning_trainer``)
 logs/                CSV and TensorBoard
 """
 
@@ -23,13 +23,11 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.training.config import Config, of_another_version, read_config
+from learn.training.config import Config, of_another_version, read_config, require_same_spectra
 from learn.training.deviation import Deviation, nearest_known, reach
-from learn.training.own_dataset import require_same_spectra
 from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
 from learn.training.registry import model_entry
-from learn.training.training_file import read_known_positions, read_training
-from learn.training.untrained_model import build_model
+from learn.training.run_files import build_model, read_known_positions, read_training
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, require_instance, require_path, shown
 from scenes.files.input_file import MEGABYTE, require_regular
@@ -38,7 +36,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_frequency import several_frequencies
 from simulate.dataset.picture_files import what_is_at
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.spectra.beamformer import Beamformer
 
 LARGEST_WEIGHTS = 40_000 * MEGABYTE

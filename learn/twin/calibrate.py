@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -20,8 +20,7 @@ from learn.data.same_receiver import (
 )
 from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_dataset
-from learn.models.retrieved_field import retrieved_responses
-from learn.twin.calibration_table import RECORD, UNIT, changes_of
+from learn.models.kriging.retrieved_field import retrieved_responses
 from learn.twin.gauss_newton import Calibration, most_likely
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
@@ -29,13 +28,12 @@ from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns
+from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset import Dataset, require_fixed_array
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.fixed_array import require_fixed_array
-from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
+from simulate.positions.positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.band import Band
 from simulate.spectra.element_array import array_of
@@ -240,3 +238,46 @@ def write_calibration(calibration: Calibration, folder: Path) -> None:
         "gain": [calibration.gain.real, calibration.gain.imag],
     }
     write_atomically(folder / RECORD, (json.dumps(content, indent=2) + "\n").encode())
+
+
+RECORD = "calibration.json"
+
+UNIT = "metres, radians, or the logarithm of a ratio"
+
+
+def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:
+    """A change and its standard deviation in millimetres, degrees or per cent, for a reader."""
+    if unknown.kind in ("position", "object"):
+        return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
+    if unknown.kind == "rotation":
+        return f"{np.degrees(value):+.2f}°", f"{np.degrees(deviation):.2f}°"
+    digits = 1 if unknown.kind in OF_MATERIALS else 4
+    return f"{100 * np.expm1(value):+.{digits}f} %", f"{100 * deviation:.{digits}f} %"
+
+
+def rows_of(
+    which: Sequence[Unknown], values: Float[np.ndarray, " n"], deviations: Float[np.ndarray, " n"]
+) -> list[dict[str, str]]:
+    """A table of what was changed and by how much, with standard deviations before and after."""
+    rows = []
+    for unknown, value, deviation in zip(which, values, deviations, strict=True):
+        changed, sure = in_units(unknown, float(value), float(deviation))
+        before = in_units(unknown, 0.0, unknown.tolerance)[1]
+        rows.append({"what": unknown.label, "changed by": changed, "±": sure, "± before": before})
+    return rows
+
+
+def changes_of(
+    which: Sequence[Unknown], values: Float[np.ndarray, " n"], deviations: Float[np.ndarray, " n"]
+) -> list[dict[str, Any]]:
+    """The entries ``changes`` of calibration.json. The arguments are those of ``rows_of``."""
+    return [
+        {
+            "what": unknown.label,
+            "kind": unknown.kind,
+            "change": float(value),
+            "deviation": float(deviation),
+            "tolerance": unknown.tolerance,
+        }
+        for unknown, value, deviation in zip(which, values, deviations, strict=True)
+    ]

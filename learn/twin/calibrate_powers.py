@@ -15,8 +15,7 @@ from jaxtyping import Float, Int
 
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_positions
-from learn.twin.calibrate import described_scene, warn_of_other_place
-from learn.twin.calibration_table import RECORD, UNIT, changes_of
+from learn.twin.calibrate import RECORD, UNIT, changes_of, described_scene, warn_of_other_place
 from learn.twin.described_gateways import alone, scenes_with_gateways
 from learn.twin.power_likelihood import PowerFit, PowerLikelihood
 from learn.twin.power_search import PowerMinimum, PowerSearch, independence
@@ -30,7 +29,7 @@ from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_writing import write_scene
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
@@ -185,7 +184,7 @@ def calibrate_powers_by(
 def _likelier(search: PowerSearch, tracers: list[Tracer]) -> PowerMinimum:
     """The more likely end of two searches: one from the description, one from the most likely drawn places."""
     found = search.minimum(tracers, np.zeros(len(search.which)))
-    guess = search.first_guess(tracers)
+    guess = search.start_nearby(tracers)
     if guess.any():
         found = min(found, search.minimum(tracers, guess), key=lambda end: end.unlikely)
     return found

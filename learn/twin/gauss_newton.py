@@ -10,11 +10,18 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.linalg import cho_factor
 
-from learn.twin.alignment import aligned_to, unexplained, without_own_phase
-from learn.twin.far_guess import far_guess, is_far
-from learn.twin.first_guess import first_guess
-from learn.twin.linearised import CARRIER, by_materials, linearised, moved, over_band
-from learn.twin.posterior import Quadratic, correlation, unlikelihood
+from learn.twin.gains import aligned_to, unexplained, without_own_phase
+from learn.twin.linearised import (
+    CARRIER,
+    Quadratic,
+    by_materials,
+    correlation,
+    linearised,
+    moved,
+    over_band,
+    unlikelihood,
+)
+from learn.twin.starting_values import is_far, start_far_away, start_nearby
 from scenes.checks.validation import is_valid
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
@@ -92,9 +99,9 @@ def most_likely(
     found = search.from_start(tracer, np.zeros(len(which)), phases_known, counted)
     far = is_far(scene, which)
     if far:
-        guess = far_guess(tracer, ratios, which, positions, measured, search.flips, counted)
+        guess = start_far_away(tracer, ratios, which, positions, measured, search.flips, counted)
     else:
-        guess = first_guess(band, which, positions, measured, search.flips, counted)
+        guess = start_nearby(band, which, positions, measured, search.flips, counted)
     where = [number for number, each in enumerate(which) if each.kind == "position"]
     elsewhere = np.linalg.norm((guess - found.values)[where]) > APART * scene.wavelength
     if guess.any() and (elsewhere or not where):

@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.twin.first_guess import guessed_poses, responses_of
 from learn.twin.gauss_newton import ROUNDS, SMALL, TINY, halved_to_valid
-from learn.twin.linearised import by_materials, linearised, moved
-from learn.twin.posterior import Quadratic, correlation
+from learn.twin.linearised import Quadratic, by_materials, correlation, linearised, moved
 from learn.twin.power_likelihood import DB, PowerFit, PowerLikelihood
+from learn.twin.starting_values import drawn_poses, responses_of
 from scenes.checks.validation import is_valid
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import Unknown, vary
@@ -57,7 +56,7 @@ class PowerSearch:
             result.append(vary(scene, [self.which[each] for each in own], values[own]))
         return result
 
-    def first_guess(self, tracers: Sequence[Tracer]) -> Float[np.ndarray, " n"]:
+    def start_nearby(self, tracers: Sequence[Tracer]) -> Float[np.ndarray, " n"]:
         """The unknowns with the most likely of many drawn positions of each gateway; all else as described."""
         result = np.zeros(len(self.which))
         for column, (name, tracer) in enumerate(zip(self.scenes, tracers, strict=True)):
@@ -65,7 +64,7 @@ class PowerSearch:
             unknown = [self.which[each] for each in places]
             if not unknown:
                 continue
-            guesses = guessed_poses(unknown)
+            guesses = drawn_poses(unknown)
             gains = np.abs(responses_of(tracer, unknown, self.positions, guesses)[..., 0]) ** 2
             unlikely = self.likelihood.of_guesses(column, gains)
             unlikely = unlikely + ((guesses / self.prior[places]) ** 2).sum(axis=1)

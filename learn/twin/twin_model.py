@@ -1,7 +1,8 @@
 """The twin: ray tracing of a scene that was corrected by the known spectra, and Helmholtz kriging of the remainder.
 
 The scene's unknowns are corrected first, then a complex gain of each chain of interactions is found. The
-prediction is a weighted mean of both together and of kriging alone (``learn.twin.scene_weight``).
+prediction is a weighted mean of both together and of kriging alone (stacking [wolpert1992]), as very many
+known spectra predict the field better than any description of the place.
 """
 
 from __future__ import annotations
@@ -13,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Float, Int, UInt8
 from torch import Tensor
 
+from learn.data.metrics import ssim_of_each
+from learn.models.base import BeamformingLayer
 from learn.models.capabilities import PredictsResponses
-from learn.models.kriged_field import KrigedField
-from learn.twin.scene_weight import best_trust, enough_known, mixed
+from learn.models.kriging.kriged_field import KrigedField
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -28,7 +30,58 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import evenly
+from simulate.spectra.spectrum import evenly, spectrum_of
+
+TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""Candidates for the weight of the corrected scene."""
+
+LEAST_KNOWN, LEFT_OUT = 100, 64
+"""Number of known spectra below which the weight is 1, and largest number of them that are predicted from others."""
+
+
+def enough_known(count: int) -> bool:
+    """Whether so many known spectra can tell the weight. With fewer it is 1."""
+    return count >= LEAST_KNOWN
+
+
+def mixed(
+    traced: Float[Tensor, "B elements 2"],
+    rest: Float[Tensor, "B elements 2"],
+    whole: Float[Tensor, "B elements 2"],
+    trust: float,
+    powers: tuple[Float[Tensor, ""], Float[Tensor, ""]],
+) -> Float[Tensor, "B elements 2"]:
+    """w (f + e) + (1 − w) a."""
+    of_rest, of_whole = powers
+    return trust * (traced + of_rest.sqrt() * rest) + (1 - trust) * of_whole.sqrt() * whole
+
+
+def best_trust(
+    traced: Float[Tensor, "n elements 2"],
+    fields: tuple[KrigedField, KrigedField],
+    powers: tuple[Float[Tensor, ""], Float[Tensor, ""]],
+    pictures: UInt8[np.ndarray, "n 90 360"],
+    beamforming: BeamformingLayer,
+) -> float:
+    """The w that best predicts known spectra from the others; the largest one if several are equally good.
+
+    The left-out spectrum was also used to find θ. This hardly matters, since θ is a few numbers and the spectra are
+    many.
+    """
+    if not enough_known(len(traced)):
+        return 1.0
+    left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))
+    spectra = spectrum_of(pictures[left_out.numpy()])
+    with torch.inference_mode():
+        rest, whole = (
+            field.interpolated(field.places[left_out], left_out)[0].unflatten(-1, (-1, 2)) for field in fields
+        )
+        scores = {}
+        for trust in TRUSTS:
+            found = beamforming(mixed(traced[left_out], rest, whole, trust, powers)).numpy()
+            scores[trust] = float(ssim_of_each(found, spectra).mean())
+    return max(scores, key=lambda trust: scores[trust])
+
 
 if TYPE_CHECKING:
     from learn.twin.gauss_newton import Calibration
@@ -143,8 +196,8 @@ class Twin(PredictsResponses):
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """Krige what the corrected scene does not explain of other known spectra."""
-        from learn.twin.alignment import aligned_to, unexplained
         from learn.twin.calibrate import measured_responses
+        from learn.twin.gains import aligned_to, unexplained
 
         known = np.unique(known)
         measured, phases_known = measured_responses(dataset, known)

@@ -10,7 +10,7 @@ from jaxtyping import Float, UInt8
 from PIL import Image, ImageDraw
 
 from learn.powers.coverage import NO_GATEWAY, CoverageMap
-from learn.reports.coverage_figures import INTERVAL, distinct
+from learn.reports.coverage_report import INTERVAL, distinct
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import BACKGROUND, INK, Colours, colour_of, font
 from learn.view.power_subject import PowerSubject

@@ -16,7 +16,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.spectra.band import Band
 
 if TYPE_CHECKING:  # importing it needs the ray tracer
-    from simulate.rays.traced_path import TracedPath
+    from simulate.rays.core.multipath import TracedPath
 
 FINER = 8
 """Points of the profile for each resolution cell."""

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, UInt8, UInt32
 from scipy.spatial.transform import Rotation
 
-from learn.models.bisplat import Splats
+from learn.models.networks.bisplat import Splats
 from learn.reports.plots import PHASE
 from learn.view.chart import LINEAR, Colours, colour_of
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid, direction

@@ -20,7 +20,7 @@ from scenes.browser.served_page import shield
 from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:
-    from simulate.rays.traced_path import TracedPath
+    from simulate.rays.core.multipath import TracedPath
 
 PATHS_SHOWN = 40
 """Largest number of traced paths that are drawn, the strongest ones."""

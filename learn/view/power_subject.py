@@ -15,7 +15,7 @@ from learn.powers.known_powers import PredictedPowers
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
-from simulate.dataset.recorded_scene import recorded_scene
+from simulate.dataset.dataset_folder import recorded_scene
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 CELLS = 4000

@@ -19,17 +19,15 @@ from learn.data.metrics import ssim
 from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
 from learn.models.capabilities import HasPrimitives, PredictsResponses
-from learn.models.splat import Splats
+from learn.models.splatting.splat import Splats
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.fixed_array import require_fixed_end
-from simulate.dataset.recorded_scene import scene_of
+from simulate.dataset.dataset import Dataset, require_fixed_end
+from simulate.dataset.dataset_folder import read_dataset, scene_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer

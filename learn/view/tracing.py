@@ -17,7 +17,7 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a scene does not need
-    from simulate.rays.traced_path import TracedPath
+    from simulate.rays.core.multipath import TracedPath
     from simulate.rays.tracer import Tracer
 
 

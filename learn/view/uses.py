@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from viser import ClientHandle, SceneNodeHandle
 
-from learn.localisation.places_file import read_places
+from learn.localisation.located_places import read_places
 from learn.models.geometry import grid_in
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import Colours, colour_of

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.spatial import ConvexHull
 from trimesh.intersections import slice_faces_plane
 
-from scenes.checks.depth_buffer import barycentric
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import bounding_box
 
@@ -20,6 +20,19 @@ UNDER_CEILING = 0.05
 
 WALL_REACH = 0.4
 """Distance from the outermost surface within which a wall's inner side, windows and doors are, metres."""
+
+AT_ONCE = 10_000_000
+"""Pairs of a triangle and a corner of the scene that are compared at a time. This bounds the memory."""
+
+
+def barycentric(
+    a: Float[np.ndarray, "n 2"], b: Float[np.ndarray, "n 2"], c: Float[np.ndarray, "n 2"]
+) -> tuple[Float[np.ndarray, "n 3"], Bool[np.ndarray, " n"]]:
+    """Return the barycentric coordinates of the origin in flat triangles, and whether each triangle covers it."""
+    parts = np.stack([u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((b, c), (c, a), (a, b))], axis=1)
+    whole = parts.sum(axis=1, keepdims=True)
+    weights = parts / np.where(whole == 0, np.nan, whole)  # a triangle seen edge-on covers nothing
+    return weights, np.all(weights >= 0, axis=1)
 
 
 def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
@@ -35,13 +48,7 @@ def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3
 
 
 def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float[np.ndarray, "m 3 3"]:
-    """Cut triangles and keep the parts on the drawn side of every plane.
-
-    >>> wall = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 2.0]]])
-    >>> left = cut(wall, [(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))])
-    >>> len(left), float(left[..., 2].max())
-    (2, 1.0)
-    """
+    """Cut triangles and keep the parts on the drawn side of every plane."""
     for origin, normal in planes:
         corners, faces = triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)
         corners, faces, _ = slice_faces_plane(corners, faces, normal, origin)
@@ -59,17 +66,17 @@ def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float
     steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
     spread = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2)
     over_region = [
-        _lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
+        lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
     ]
     gateways = (scene.gateway, *scene.further_gateways.values())
-    over_gateways = [_lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
+    over_gateways = [lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
     # The median, since a lamp or a duct above a part of the region is not a ceiling.
     heights = [float(np.median(over_region)), *over_gateways]
     below = triangles[:, :, 2].min() < min(heights) - UNDER_CEILING
     return min(heights) if max(heights) < np.inf and below else np.inf
 
 
-def _lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
+def lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
     """Return the height of the first surface straight above a point, metres, or infinity if there is none."""
     a, b, c = np.moveaxis(triangles[:, :, :2] - point[:2], 1, 0)
     weights, covered = barycentric(a, b, c)
@@ -129,12 +136,38 @@ def _outer_walls(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> list[tu
 
 
 def _gaps(along: Float[np.ndarray, "n 3"]) -> float:
-    """Return the share of a wall's length where none of its triangles is, from their corners' places along it.
-
-    >>> round(_gaps(np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 4.0]])), 2)  # from 2 to 3 of 4
-    0.25
-    """
+    """Return the share of a wall's length where none of its triangles is, from their corners' places along it."""
     ends = np.column_stack([along.min(axis=1), along.max(axis=1)])
     ends = ends[ends[:, 0].argsort()]
     gaps = ends[1:, 0] - np.maximum.accumulate(ends[:-1, 1])
     return float(gaps.clip(0).sum() / max(np.ptp(ends), 1e-30))
+
+
+def outline(scene: Scene) -> Float[np.ndarray, "points 3"]:
+    """Return the corners of the convex hull of all objects and antennas, metres, world frame."""
+    gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
+    points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
+    return points[ConvexHull(points, qhull_options="QJ").vertices]
+
+
+def in_outer_wall(
+    triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
+) -> Bool[np.ndarray, " n"]:
+    """Whether all of the scene is on one side of each triangle's plane, to within ``WALL_REACH``."""
+    _, front, back = beyond(triangles, around)
+    return np.minimum(front, back) < WALL_REACH
+
+
+def beyond(
+    triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return unit normals of triangles, and how far the scene reaches in front of and behind them, metres."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    front, back = np.zeros(len(normals)), np.zeros(len(normals))
+    step = max(1, AT_ONCE // len(around))
+    for start in range(0, len(normals), step):
+        part = slice(start, start + step)
+        heights = normals[part] @ around.T - (normals[part] * triangles[part, 0]).sum(axis=1, keepdims=True)
+        front[part], back[part] = heights.max(axis=1), -heights.min(axis=1)
+    return normals, front, back

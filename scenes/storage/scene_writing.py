@@ -1,12 +1,11 @@
-"""Write a scene to a folder, scene.yaml and meshes; and a digest of a scene, to tell whether two are the same."""
+"""Write a scene to a folder, scene.yaml and meshes."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from collections import Counter
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -174,16 +173,3 @@ def _ply_of(mesh: Trimesh) -> bytes:
 def _holds(path: Path, content: bytes) -> bool:
     """Whether a file, which need not fit into memory, has this content."""
     return path.stat().st_size == len(content) and path.read_bytes() == content
-
-
-def scene_digest(scene: Scene) -> str:
-    """The SHA-256 of all that the element responses depend on: meshes, materials, frequency, antennas, region."""
-    digest = hashlib.sha256()
-    for item in scene.objects:
-        material = replace(scene.materials[item.material], name=item.material)  # as it is read from a file
-        thickness = None if item.thickness is None else float(item.thickness)
-        digest.update(f"{item.name} {material} {thickness}".encode())
-        digest.update(np.ascontiguousarray(item.mesh.vertices).tobytes())
-        digest.update(np.ascontiguousarray(item.mesh.faces).tobytes())
-    digest.update(f"{float(scene.frequency)} {scene.gateway} {scene.transmitter}".encode())
-    return digest.hexdigest()

@@ -10,8 +10,8 @@ import numpy as np
 
 from scenes.scene.shapes import bounding_box
 from simulate.csi.csi_dataset import OF_EACH, CsiDataset, inspect_csi
-from simulate.dataset.folder_kinds import TAKE_CHANNELS, TAKE_PLACED_CHANNELS
-from simulate.dataset.inspection import Inspection
+from simulate.dataset.dataset_kinds import TAKE_CHANNELS, TAKE_PLACED_CHANNELS
+from simulate.dataset.dataset_reader import Inspection
 
 WIDE = 100.0
 """Metres. Antennas of a base station that spread over more are taken for a mistake of the unit."""

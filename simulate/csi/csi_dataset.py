@@ -23,12 +23,11 @@ from scenes.files.schema import conform
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
-from simulate.dataset.dataset_reader import read_metadata
-from simulate.dataset.folder_kinds import CHANNELS, content_of, is_csi
-from simulate.dataset.inspection import Inspection
+from simulate.dataset.dataset_kinds import CHANNELS, content_of, is_csi
+from simulate.dataset.dataset_reader import Inspection, read_metadata
+from simulate.dataset.index_files import numbered_split
 from simulate.dataset.metadata import band_of
-from simulate.dataset.numbered_split import numbered_split
-from simulate.positions.given_positions import FARTHEST, read_points
+from simulate.positions.positions import FARTHEST, read_points
 from simulate.spectra.band import Band
 
 STATION = "base-station.yml"

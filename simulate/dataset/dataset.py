@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float, Int, UInt8
 
+from scenes.files.errors import InputError
 from simulate.dataset.dataset_frequency import Frequency
-from simulate.dataset.moving import Moving
+from simulate.dataset.dataset_kinds import Moving
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
@@ -214,3 +215,21 @@ class Dataset:
                 "as grid in metadata.json"
             )
         return found
+
+
+def require_fixed_array(dataset: Dataset, what: str) -> None:
+    """Refuse a dataset whose receiver moves, for what traces the scene with a fixed array."""
+    require_fixed_end(dataset)
+    if dataset.moving == "receiver":
+        raise InputError(
+            f"{dataset.folder}: expected a dataset whose transmitter moves, for {what}, found one whose receiver moves"
+        )
+
+
+def require_fixed_end(dataset: Dataset) -> None:
+    """Refuse a dataset of which both ends move, for what takes spectra as a function of one position."""
+    if dataset.moving == "both":
+        raise InputError(
+            f"{dataset.folder}: expected spectra of a link with one end that stands still, found some whose "
+            "transmitter and receiver both move; simulate --moving receiver makes spectra of one transmitter"
+        )

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from scenes.files.errors import InputError, ParameterError, require_path
 from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import say
+from scenes.scene.description import Scene
 from scenes.scene.frequency import read_frequency
+from scenes.scene.same_array import with_same_array
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
-from simulate.dataset.dataset_reader import changed_places, read_gateway, read_metadata, read_receivers
-from simulate.dataset.folder_kinds import not_spectra, unfinished
+from simulate.dataset.dataset_kinds import Moving, not_spectra, unfinished
+from simulate.dataset.dataset_reader import Inspection, changed_places, read_gateway, read_metadata, read_receivers
 from simulate.dataset.index_files import read_split
-from simulate.dataset.inspection import Inspection
 from simulate.dataset.metadata import band_of
-from simulate.dataset.moving import Moving
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.identification import identify, stated_array, stated_grid
 
@@ -162,3 +164,23 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
     places = dataset.positions if receivers is None else np.hstack([dataset.positions, receivers[rows]])
     odd = oddities(places, pictures, dataset.identification, folder)
     return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)
+
+
+def recorded_scene(folder: Path, metadata: dict[str, Any]) -> Scene | None:
+    """Read the scene of a simulated folder.
+
+    >>> recorded_scene(Path("data"), {}) is None
+    True
+    """
+    return load_scene(folder / metadata["scene_file"]) if metadata.get("scene_file") else None
+
+
+def scene_of(dataset: Dataset) -> Scene | None:
+    """Read the scene of a dataset, at the dataset's frequency. None: its metadata names none."""
+    scene = recorded_scene(dataset.folder, dataset.metadata)
+    return None if scene is None else at_its_frequency(scene, dataset)
+
+
+def at_its_frequency(scene: Scene, dataset: Dataset) -> Scene:
+    """A scene as a dataset was simulated in it: at another frequency, if one was asked for, with the same array."""
+    return with_same_array(scene, dataset.frequency.hertz) if dataset.metadata.get("frequencies_hz") else scene

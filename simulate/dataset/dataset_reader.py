@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Generic, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -18,9 +19,9 @@ from scenes.files.errors import InputError
 from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.schema import conform
 from scenes.scene.orientation import UNIT_TOLERANCE
+from simulate.dataset.dataset_kinds import Moving
 from simulate.dataset.metadata import read_metadata_file
-from simulate.dataset.moving import Moving
-from simulate.positions.given_positions import FARTHEST, points_digest, read_points
+from simulate.positions.positions import FARTHEST, points_digest, read_points
 
 GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 
@@ -106,3 +107,28 @@ def changed_places(
     if len(changed) == 2 and found["tx_pos.csv"] == {made["rx_pos.csv"]}:
         return ["tx_pos.csv and rx_pos.csv are exchanged: metadata.json has the digest of each other's positions"]
     return [f"{' and '.join(changed)} changed since the simulation: metadata.json has the digest of other positions"]
+
+
+Kind = TypeVar("Kind")
+"""The class of the dataset."""
+
+
+@dataclass(frozen=True)
+class Inspection(Generic[Kind]):
+    """Result of the inspection of a folder."""
+
+    problems: list[str]  # a sentence for each error that makes the folder unusable
+    warnings: list[str]  # a sentence for each oddity that does not
+    dataset: Kind | None  # the dataset; None if there are problems
+
+    @property
+    def valid(self) -> bool:
+        """Whether there are no problems."""
+        return not self.problems
+
+    def usable(self) -> Kind:
+        """The dataset."""
+        if self.dataset is None:
+            more = f" ({len(self.problems) - 1} more problems)" if len(self.problems) > 1 else ""
+            raise InputError(self.problems[0] + more)
+        return self.dataset

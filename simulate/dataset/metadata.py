@@ -17,8 +17,7 @@ from scenes.files.input_file import beside
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import Count, conform, recorded
 from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, read_frequency
-from simulate.dataset.moving import Moving
-from simulate.dataset.phases import Phases
+from simulate.dataset.dataset_kinds import Moving, Phases
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid
@@ -108,7 +107,7 @@ def _schema(engine: str, simulated: bool, known: tuple[str, ...], of_elements: b
     if needed:
         parts |= {key: (kind, MISSING) for key, kind in ENGINES[engine].schema().items()}
     names: Any = Literal[known]  # type: ignore[valid-type]
-    fields: list[Any] = [("engine", names, Rays.name)]  # version 0.1 had no other
+    fields: list[Any] = [("engine", names, Rays.name)]
     if of_elements:
         fields.append(("array", ElementArray, UNSET))
     fields += [(key, kind) if default is MISSING else (key, kind, default) for key, (kind, default) in parts.items()]

@@ -15,7 +15,7 @@ from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.responses_file import LARGEST_NPZ
-from simulate.positions.given_positions import read_points
+from simulate.positions.positions import read_points
 from simulate.spectra.element_array import require_planar
 from simulate.spectra.phase_retrieval import AT_ONCE, Retrieval, retrieve_responses
 from simulate.spectra.spectrum import spectrum_of

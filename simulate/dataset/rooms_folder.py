@@ -11,8 +11,7 @@ from scenes.files.errors import InputError, require_path, shown
 from scenes.files.json_yaml_xml import read_json
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.folder_kinds import ROOMS
-from simulate.dataset.room_settings import Setting
+from simulate.dataset.dataset_kinds import ROOMS, Setting
 
 
 @dataclass(frozen=True)

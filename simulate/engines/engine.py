@@ -18,18 +18,13 @@ import msgspec
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.files.errors import require_whole
-from scenes.files.options import check_kinds
-from simulate.parallel.ray_cluster import require_ray
+from simulate.parallel.machines import Machines, require_ray
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from rich.progress import Progress
 
     from scenes.scene.description import Scene
     from simulate.spectra.band import Band
-
-WORKERS_MOST = 1000
-"""Largest number of Ray workers, or of solver runs at a time."""
 
 
 class ResponseSource(Protocol):
@@ -47,48 +42,18 @@ class BandSource(ResponseSource, Protocol):
 
 
 class Setting(NamedTuple):
-    """The scene, region and seed for which an engine computes responses.
+    """The scene, region and seed for which an engine computes responses."""
 
-    Attributes:
-        scene: the scene, with one gateway; the one of the lowest frequency if there are several.
-        region: lowest and highest corner of a box around all transmitters, metres, world frame, [2, 3].
-        seed: seed of everything that the engine draws at random.
-        band: subcarriers at which responses are wanted. None: only at the carrier.
-        further: the scene at further frequencies, rising, with an array of the same size in metres.
-    """
-
-    scene: Scene
-    region: Float[np.ndarray, "2 3"]
-    seed: int
-    band: Band | None = None
-    further: tuple[Scene, ...] = ()
+    scene: Scene  # with one gateway; the one of the lowest frequency if there are several
+    region: Float[np.ndarray, "2 3"]  # lowest and highest corner of a box around all transmitters, metres, world frame
+    seed: int  # of everything that the engine draws at random
+    band: Band | None = None  # subcarriers at which responses are wanted. None: only at the carrier.
+    further: tuple[Scene, ...] = ()  # at further frequencies, rising, with an array of the same size in metres
 
     @property
     def scenes(self) -> list[Scene]:
         """The scene at each frequency, rising."""
         return [self.scene, *self.further]
-
-
-@dataclass(frozen=True)
-class Machines:
-    """Where a simulation runs. The results are the same everywhere.
-
-    Attributes:
-        workers: number of parallel Ray workers (needs bisplat-wrf[ray]), or of parallel runs in full wave. By default
-            rays are traced in this process, and full wave has a run per core.
-        ray: address of a running Ray cluster that does the work.
-
-    Raises:
-        ParameterError: ``workers`` is no whole number from 1 to ``WORKERS_MOST``.
-    """
-
-    workers: int | None = None
-    ray: str | None = None
-
-    def __post_init__(self) -> None:
-        check_kinds(self)
-        if self.workers is not None:
-            require_whole(1, WORKERS_MOST, workers=self.workers)
 
 
 @dataclass(frozen=True)
@@ -120,26 +85,11 @@ class Engine(ABC):
     """Whether ``sources`` computes the responses at several frequencies."""
 
     def for_scene(self, scene: Scene, frequencies: Sequence[float] = ()) -> Self:
-        """This engine, with the options filled in that depend on the scene or on what is installed.
-
-        Args:
-            scene: the scene to simulate.
-            frequencies: frequencies at which it is simulated, Hz, rising. Empty: that of the scene.
-
-        Returns:
-            The engine whose options metadata.json records.
-        """
+        """This engine, with the options filled in that depend on the scene, its frequencies or what is installed."""
         return self
 
     def metadata(self, setting: Setting) -> dict[str, Any]:
-        """The engine's part of metadata.json: its name, and every option that the responses depend on.
-
-        Args:
-            setting: the scene, region and seed of the simulation.
-
-        Returns:
-            Keys of metadata.json with their values.
-        """
+        """The engine's part of metadata.json: its name, and every option that the responses depend on."""
         return {"engine": self.name, self.name: asdict(self)}
 
     @classmethod
@@ -149,130 +99,45 @@ class Engine(ABC):
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> Self:
-        """The engine that a dataset was simulated with.
-
-        Args:
-            metadata: content of its metadata.json, which has been checked.
-
-        Returns:
-            The engine with the recorded options.
-        """
+        """The engine that a dataset was simulated with, from its metadata.json, which has been checked."""
         return msgspec.convert(metadata[cls.name], cls)
 
     def versions(self) -> dict[str, str]:
-        """Versions of ``packages``, for metadata.json.
-
-        Raises:
-            MissingExtraError: they are not installed.
-        """
+        """Versions of ``packages``, for metadata.json."""
         return {name: version(name) for name in self.packages}
 
     def require(self, setting: Setting, folder: Path, machines: Machines) -> None:
-        """Make sure that the engine can run, before anything is written.
-
-        Args:
-            setting: the scene, region and seed.
-            folder: the dataset folder, which need not exist.
-            machines: where it is to run.
-
-        Raises:
-            InputError: a package or library is missing, or a file that the engine uses does not fit the setting.
-            ParameterError: there is no Ray cluster at the address.
-        """
+        """Make sure that the engine can run, before anything is written into the dataset folder."""
         if machines != Machines():
             require_ray(machines.ray)
 
     def again(self, recorded: Engine) -> Engine:
-        """The engine that repeats a simulation: the recorded one, with those options of this one that are not recorded.
-
-        Args:
-            recorded: the engine that made the dataset.
-
-        Returns:
-            The engine to use.
-        """
+        """The engine that repeats a simulation: the recorded one, with what is not recorded from this one."""
         return recorded
 
     @abstractmethod
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> ResponseSource:
-        """Prepare what computes the responses, such as a tracer or a stored field.
-
-        Args:
-            setting: the scene, region and seed.
-            folder: the dataset folder, in which results that take long may be stored.
-            machines: where to run.
-            progress: shows the progress.
-
-        Returns:
-            An object whose method ``responses`` takes positions [K, 3] and returns element responses [K, elements].
-
-        Raises:
-            InputError: the computation failed.
-        """
+        """Prepare what computes the responses, such as a tracer. The dataset folder may store what takes long."""
 
     def sources(
         self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
     ) -> list[list[ResponseSource]]:
-        """Prepare what computes the responses in several settings, at each of their frequencies.
-
-        An engine with ``knows_frequencies`` extends this; others never get several frequencies.
-
-        Args:
-            settings: the scenes, region and seed; they differ in what stands still in the scene.
-            folder: as ``source``.
-            machines: as ``source``.
-            progress: as ``source``.
-
-        Returns:
-            For each setting what ``source`` would return for each of its scenes.
-
-        Raises:
-            InputError: the computation failed.
-        """
+        """``source`` for each scene of several settings; only those with ``knows_frequencies`` get several scenes."""
         return [[self.source(setting, folder, machines, progress)] for setting in settings]
 
     def is_whole(self, setting: Setting, folder: Path) -> bool:
-        """Whether a finished dataset folder still has what ``sources`` stored in it.
-
-        Args:
-            setting: the scene, region and seed.
-            folder: the dataset folder.
-        """
+        """Whether a finished dataset folder still has what ``sources`` stored in it."""
         return True
 
     @classmethod
     def kept(cls, setting: Setting, folder: Path) -> ResponseSource:
-        """Read what ``sources`` stored in a dataset folder; only for engines with ``keeps_source``.
-
-        Args:
-            setting: the scene, region and seed.
-            folder: the dataset folder.
-
-        Returns:
-            The source at the frequency of the setting's scene.
-
-        Raises:
-            InputError: it is missing or damaged, or does not fit the setting.
-        """
+        """Read what ``sources`` of an engine with ``keeps_source`` stored in a dataset folder."""
         raise NotImplementedError
 
     def sent(self, sources: list[ResponseSource]) -> Any:
-        """What a worker needs, besides the setting, to compute the same responses.
-
-        Args:
-            sources: what ``sources`` returned for one setting.
-        """
+        """What a worker needs, besides the setting, to compute the same responses as some sources of it."""
         return sources
 
     def received(self, setting: Setting, sent: Any, threads: int) -> list[ResponseSource]:
-        """Prepare in a worker what ``sources`` prepared in the main process.
-
-        Args:
-            setting: the scene, region and seed.
-            sent: what ``sent`` returned.
-            threads: number of threads that the worker may use.
-
-        Returns:
-            What ``sources`` returns for this setting.
-        """
+        """Prepare in a worker, from what ``sent`` returned, what ``sources`` prepared in the main process."""
         return sent

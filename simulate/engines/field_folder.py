@@ -11,7 +11,7 @@ from msgspec import Meta, Struct
 from scenes.files.errors import InputError, shown
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import Positive, conform
-from scenes.storage.scene_writing import scene_digest
+from scenes.storage.scene_digest import scene_digest
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from scenes.scene.antennas import Gateway
@@ -31,8 +31,8 @@ class Recorded(Struct, forbid_unknown_fields=True, kw_only=True):
 
     cell: Annotated[float, Meta(ge=CELLS[0], le=CELLS[1])]
     solver: str
-    window_ns: Positive = 1.0
-    antennas: str = ""
+    window_ns: Positive
+    antennas: str
     runs_hz: list[list[Positive]] = []
 
 

@@ -13,9 +13,10 @@ from tyro.conf import Suppress
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_path, require_within
 from scenes.files.options import check_kinds
-from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.field_folder import CELLS, Recorded, field_file, kept_field, solver_of_field
 from simulate.fullwave import OURS
+from simulate.parallel.machines import Machines
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from rich.progress import Progress
@@ -27,29 +28,7 @@ if TYPE_CHECKING:  # their imports take long, and the help of the command line d
 
 
 @dataclass(frozen=True)
-class Solver:
-    """The options that the field of a scene depends on.
-
-    Attributes:
-        cell: side of the cells in full wave, metres. None: 1/7 of the shortest wavelength in a material, at most 1/16
-            of the wavelength in air.
-        solver: "bisplat" for our own solver, or gprMax and its version; the engine sets it from ``gpu``.
-
-    Raises:
-        ParameterError: ``cell`` is outside ``CELLS``.
-    """
-
-    cell: float | None = None
-    solver: Annotated[str, Suppress] = OURS
-
-    def __post_init__(self) -> None:
-        check_kinds(self)
-        if self.cell is not None:
-            require_within(*CELLS, "metres", cell=self.cell)
-
-
-@dataclass(frozen=True)
-class FullWave(Solver, Engine):
+class FullWave(Engine):
     """Engine that solves Maxwell's equations by finite differences in time (FDTD) [yee1966].
 
     By reciprocity one solver run for each element of the array gives the responses at every position of the
@@ -77,11 +56,15 @@ class FullWave(Solver, Engine):
         (0.02, 'bisplat')
     """
 
+    cell: float | None = None
+    solver: Annotated[str, Suppress] = OURS
     field: Path | None = None
     gpu: bool = False
 
     def __post_init__(self) -> None:
-        super().__post_init__()
+        check_kinds(self)
+        if self.cell is not None:
+            require_within(*CELLS, "metres", cell=self.cell)
         if self.field is not None:
             require_path(field=self.field)
 
@@ -129,7 +112,7 @@ class FullWave(Solver, Engine):
         return replace(recorded, field=self.field, gpu=self.gpu) if isinstance(recorded, FullWave) else recorded
 
     def require(self, setting: Setting, folder: Path, machines: Machines) -> None:
-        from simulate.fullwave.memory import require_memory
+        from simulate.fullwave.run_cost import require_memory
 
         if setting.band is not None and self.solver != OURS:
             raise ParameterError("bandwidth", f"expected none with {self.solver}; our own solver can (leave out gpu)")
@@ -148,25 +131,7 @@ class FullWave(Solver, Engine):
     def sources(
         self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
     ) -> list[list[ResponseSource]]:
-        """The field at each frequency, as the dataset folder stores it.
-
-        If one is missing or damaged, it is copied from the folder ``field`` or solved anew, with the other frequencies
-        of its runs. Interrupted solver runs continue.
-
-        Args:
-            settings: a single one, since a folder stores the fields of one: the scenes, the region of the
-                transmitters, and the seed, which is not used here.
-            folder: the dataset folder.
-            machines: number of solver runs at a time, and the Ray cluster to run on.
-            progress: shows the solver runs.
-
-        Returns:
-            The stored fields, whose method ``responses`` takes positions [K, 3], metres, world frame, and returns
-            element responses [K, elements].
-
-        Raises:
-            InputError: the solver failed.
-        """
+        """The stored field at each frequency; if missing or damaged, it is copied from ``field`` or solved anew."""
         (setting,) = settings
         if self.field is not None:
             for scene in setting.scenes:
@@ -223,9 +188,21 @@ class FullWave(Solver, Engine):
         progress: Progress,
     ) -> None:
         """Write the fields of some frequencies, from runs that are kept in a working folder until all have ended."""
-        from simulate.fullwave.solved_field import solve
+        from simulate.fullwave.all_elements import stored_field
+        from simulate.fullwave.run_cost import description, runs_at_once
 
-        field = solve(group.scene, planned, working, self.solver, machines.workers, machines.ray, self.gpu, progress)
+        scene, count = group.scene, group.scene.gateway.count
+        at_once = machines.workers or runs_at_once(planned, count)
+        ours_here = self.solver == OURS and machines.ray is None
+        progress.console.print(description(scene, planned, min(at_once, count) if ours_here else None))
+        bar, done = progress.add_task("full wave", total=count), [0.0] * count
+
+        def report(element: int, step: int) -> None:
+            done[element] = step / planned.steps
+            progress.update(bar, completed=sum(done))
+
+        field = stored_field(scene, planned, working, at_once, self.solver, self.gpu, machines.ray, report)
+        progress.update(bar, completed=count)
         if not setting.further:
             field.write(field_file(folder, group.scene, several=False))
             return
@@ -260,7 +237,7 @@ def _say_errors(fields: list[StoredField], progress: Progress) -> None:
     """Tell how far fields have settled, and the error of their interpolation; the largest ones if there are several."""
     import numpy as np
 
-    from simulate.fullwave.settling import SETTLED
+    from simulate.fullwave.solver import SETTLED
     from simulate.fullwave.stored_field import OF_POINTS
 
     unsettled = max(float(field.unsettled.max()) for field in fields)

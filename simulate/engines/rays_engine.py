@@ -11,7 +11,8 @@ from scenes.files.optional_packages import require_extra
 from scenes.files.options import check_kinds
 from scenes.files.plain_text import say
 from scenes.files.schema import Count, recorded
-from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.engines.engine import Engine, ResponseSource, Setting
+from simulate.parallel.machines import Machines
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # need the ray tracer
@@ -49,7 +50,7 @@ class Rays(Engine):
     name: ClassVar[str] = "rays"
     called: ClassVar[str] = "fresh ray tracing"
     packages: ClassVar[tuple[str, ...]] = ("sionna-rt", "mitsuba", "drjit", "numpy")
-    always_recorded: ClassVar[bool] = False  # datasets of version 0.1 lack some of it
+    always_recorded: ClassVar[bool] = False  # folders of powers record other things than those of spectra
     knows_bands: ClassVar[bool] = True
     knows_frequencies: ClassVar[bool] = True
 
@@ -66,25 +67,8 @@ class Rays(Engine):
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> Self:
-        """The engine that a dataset was simulated with.
-
-        Args:
-            metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated.
-
-        Returns:
-            The engine with the recorded options, or with the defaults if none are recorded.
-
-        Example:
-            >>> import bisplat
-            >>> bisplat.Rays.of({"propagation": {"max_depth": 2, "seed": 4}}).propagation.max_depth
-            2
-        """
+        """The recorded engine; that with the defaults for a dataset that was not simulated."""
         settings = {name: value for name, value in metadata.get("propagation", {}).items() if name != "seed"}
-        if settings and "slab_phase" not in settings:  # version 0.1
-            settings |= {
-                "slab_phase": False,
-                "sionna": settings.get("diffuse", False) or settings.get("diffraction", False),
-            }
         return cls(Propagation(**settings))
 
     def versions(self) -> dict[str, str]:
@@ -113,23 +97,11 @@ class Rays(Engine):
         every = [expected_correlation(tracer, *of[:2]) for tracer, of in zip(tracers, settings, strict=True)]
         worst = min((each for each in every if each is not None), key=lambda each: each.middle, default=None)
         if worst is not None and worst.middle < BELIEVED:
-            told, use = sentence(worst), "--engine fullwave"
-            if len(settings) > 1:
-                told = f"{told} for the worst of {len(settings)} transmitters"
-                use = f"{use} --moving receiver for one transmitter at a time"
-            say(f"warning: {told}; for spectra that must be right, use {use}")
+            say(f"warning: {sentence(worst, len(settings))}")
         return tracers
 
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:
-        """Find the chains of a scene, and return the tracer that computes the responses.
-
-        Args:
-            setting: the scene, region and seed.
-            progress: shows the search for paths.
-
-        Returns:
-            The tracer.
-        """
+        """Find the chains of a scene, and return the tracer that computes the responses."""
         from simulate.rays.tracer import Tracer
 
         search = progress.add_task("finding paths", total=None)
@@ -160,10 +132,5 @@ def _at_all(first: Tracer, setting: Setting) -> list[ResponseSource]:
 
 
 def seed_of_rays(metadata: Mapping[str, Any]) -> int:
-    """The seed of the rays of a dataset.
-
-    Example:
-        >>> seed_of_rays({"propagation": {"seed": 4}}), seed_of_rays({})
-        (4, 1)
-    """
+    """The seed of the rays of a dataset."""
     return metadata.get("propagation", {}).get("seed", DEFAULT_SEED)

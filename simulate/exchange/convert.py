@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, shown
-from scenes.files.input_file import MEGABYTE, read_bytes
+from scenes.files.input_file import MEGABYTE, read_bytes, read_text
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from scenes.scene.antennas import Gateway
@@ -24,18 +24,17 @@ from simulate.dataset.bearings import bearing_of, turns_of
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies
+from simulate.dataset.dataset_kinds import not_spectra
 from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
-from simulate.dataset.folder_kinds import not_spectra
-from simulate.dataset.picture_files import picture_files
-from simulate.exchange.conversion import Conversion, require_valid
-from simulate.exchange.foreign_indices import read_indices
-from simulate.exchange.foreign_pictures import Survey, grid_of, read_in_size, survey
+from simulate.dataset.index_files import LARGEST_INDEX
+from simulate.dataset.picture_files import is_number, picture_files
+from simulate.exchange.foreign_pictures import Survey, grid_of, kept_pictures, read_in_size, survey
 from simulate.exchange.given_responses import fill_dataset
-from simulate.exchange.kept_pictures import kept_pictures
-from simulate.exchange.reading import reading_of
-from simulate.generation.written_parts import picture_names
-from simulate.positions.given_positions import read_points
+from simulate.exchange.grey_levels import reading_of
+from simulate.exchange.reading_options import Conversion, require_valid
+from simulate.generation.dataset_parts import picture_names
+from simulate.positions.positions import read_points
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.identification import DOUBTFUL, stated_array, stated_grid
@@ -246,3 +245,30 @@ def _of_result(dataset: Dataset, conversion: Conversion) -> list[str]:
             "data do, state --moving receiver"
         )
     return said + dataset.assumptions()
+
+
+def read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
+    """The picture names in each index file, none if there are no files; and sentences on what was changed."""
+    labels = ("train", "test")
+    files = {label: source / f"{label}_index.txt" for label in labels}
+    if not all(path.exists() for path in files.values()):
+        return {}, [
+            "wrote no index files, since the source has none: use the split random (or blocked, from 21 spectra on)"
+        ]
+    what = "one picture name per line"
+    listed = {label: read_text(path, what, LARGEST_INDEX).split() for label, path in files.items()}
+    everything = [*listed["train"], *listed["test"]]
+    if set(everything) <= set(old_names):
+        return listed, []
+    if not all(is_number(name) for name in everything):
+        raise InputError(f"{files['train']}: expected names or numbers of pictures, found other words")
+    numbers = {int(name) for name in everything}
+    named = {int(name): name for name in old_names}
+    said = "added the leading zeros of the names in the index files"
+    if not numbers <= named.keys():  # then they count the pictures
+        first = 1 if max(numbers) == len(old_names) else 0
+        named = dict(enumerate(old_names, start=first))
+        said = f"read the index files as numbers from {first}"
+    if not numbers <= named.keys():
+        raise InputError(f"{files['train']}: expected numbers of {len(old_names)} pictures, found {max(numbers)}")
+    return {label: [named[int(name)] for name in names] for label, names in listed.items()}, [said]

@@ -17,10 +17,9 @@ from scenes.files.errors import InputError, require_flag, require_instance, requ
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from simulate.csi.csi_dataset import OF_EACH
-from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset import Dataset, require_fixed_array
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
-from simulate.dataset.fixed_array import require_fixed_array
 
 
 def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:

@@ -20,6 +20,7 @@ from scenes.scene.antennas import Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import inspect, read_dataset
+from simulate.dataset.dataset_kinds import Moving, Phases
 from simulate.dataset.dataset_writer import (
     encode_picture,
     write_gateway,
@@ -27,11 +28,9 @@ from simulate.dataset.dataset_writer import (
     write_positions,
     write_responses,
 )
-from simulate.dataset.moving import Moving
-from simulate.dataset.phases import Phases
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
-from simulate.generation.written_parts import picture_names
-from simulate.positions.given_positions import check_points
+from simulate.generation.dataset_parts import picture_names
+from simulate.positions.positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band

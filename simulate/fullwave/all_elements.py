@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from threading import Event
 
@@ -18,10 +19,10 @@ from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 from simulate.fullwave import OURS
 from simulate.fullwave.cells import edge_materials
-from simulate.fullwave.cluster_runs import elements_of_cluster
+from simulate.fullwave.element_fields import groups, run_of
 from simulate.fullwave.run_plan import Plan
-from simulate.fullwave.solver_runs import groups, run_of
 from simulate.fullwave.stored_field import StoredField, read_stored_field, together
+from simulate.parallel.machines import by_machines
 
 WORKING = "running-"
 """Prefix of the names of the folders in which runs work."""
@@ -40,11 +41,7 @@ def stored_field(
     ray: str | None = None,
     report: Report = lambda element, step: None,
 ) -> StoredField:
-    """The responses of all elements in the region. The same call again continues an interrupted one.
-
-    Elements and transmitter are short dipoles, whatever antennas the scene names. The field of an element does not
-    depend on which other elements are in the same run.
-    """
+    """The responses of all elements, short dipoles, in the region; the same call continues an interrupted one."""
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{WORKING}*"):  # left by a run that was killed
         shutil.rmtree(left)
@@ -53,7 +50,7 @@ def stored_field(
     missing = [number for number in range(count) if not _is_whole(files[number], planned)]
     if missing:
         if ray is not None:
-            ended = elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
+            ended = _elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
         else:
             ended = _elements_here(scene, planned, missing, folder, 1 if gpu else at_once, solver, gpu, report)
         with closing(ended):  # an error here ends the runs
@@ -119,3 +116,23 @@ def _elements_here(
                 stopped.set()
                 pool.shutdown(cancel_futures=True)
                 raise
+
+
+def _elements_of_cluster(
+    scene: Scene, planned: Plan, numbers: list[int], solver: str, gpu: bool, address: str, report: Report
+) -> Generator[tuple[int, StoredField]]:
+    """Run elements on a cluster, whose machines need no common file system, and yield the field of each."""
+    divided, shared = partial(groups, numbers, solver=solver), (scene, planned, solver, gpu)
+    with closing(by_machines(address, _run_there, shared, divided, planned.memory, gpu)) as ended:
+        for part, fields in ended:
+            for number, field in zip(part, fields, strict=True):
+                report(number, planned.steps)
+                yield number, field
+
+
+def _run_there(shared: tuple[Scene, Plan, str, bool], part: list[int]) -> list[StoredField]:
+    """Run some elements; this function runs in a worker."""
+    scene, planned, solver, gpu = shared
+    materials = edge_materials(scene, planned.grid)
+    with tempfile.TemporaryDirectory() as working:
+        return run_of(solver, scene, planned, materials, Path(working), gpu)(part, lambda step: None)

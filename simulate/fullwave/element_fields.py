@@ -1,25 +1,25 @@
-"""The responses of elements at every position of the region, from solver runs."""
+"""Solver runs for some elements each, and the responses at every position of the region that follow from them."""
 
 from __future__ import annotations
 
+import math
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
-from simulate.fullwave.band_solver import solve_band
+from simulate.fullwave import OURS
 from simulate.fullwave.cells import EdgeMaterials
-from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direction
-from simulate.fullwave.gprmax import run
+from simulate.fullwave.dipole import GAIN, Source, element_direction, transmitter_direction
+from simulate.fullwave.gprmax import run, write_geometry
 from simulate.fullwave.leapfrog import Cells, cells_at_rest
 from simulate.fullwave.run_plan import BandPlan, Plan
-from simulate.fullwave.settling import looks, still_to_come
-from simulate.fullwave.solver import SourceField, solve
-from simulate.fullwave.source import Source
+from simulate.fullwave.solver import SourceField, looks, solve, solve_band, still_to_come
 from simulate.fullwave.stored_field import LOST, FieldBand, StoredField, undo_mean_of_edges
 from simulate.fullwave.yee_grid import numerical_frequency
 
@@ -111,3 +111,43 @@ def _in_region(
         np.array([field.unsettled]),
         field.steps,
     )
+
+
+MOST_AT_ONCE = 8
+"""Most elements whose fields one run advances side by side (benchmarks/simulate/solvers.py)."""
+
+Run = Callable[[list[int], Callable[[int], None]], list[StoredField]]
+"""Runs the solver for some elements, and calls the given function with the number of finished time steps."""
+
+
+def groups(numbers: list[int], at_once: int, solver: str = OURS) -> list[list[int]]:
+    """Divide elements into runs of similar size, for some runs at a time. gprMax runs one element at a time."""
+    if solver != OURS:
+        return [[number] for number in numbers]
+    runs = at_once * math.ceil(len(numbers) / (at_once * MOST_AT_ONCE))
+    return [part.tolist() for part in np.array_split(numbers, min(runs, len(numbers)))]
+
+
+def run_of(solver: str, scene: Scene, planned: Plan, materials: EdgeMaterials, folder: Path, gpu: bool) -> Run:
+    """The function that runs a solver. gprMax writes its files to the folder, which must be empty."""
+    if solver == OURS:
+        return lambda elements, told: element_fields(scene, planned, elements, materials, told)
+    return _run_of_gprmax(scene, planned, materials, folder, gpu)
+
+
+def _run_of_gprmax(scene: Scene, planned: Plan, materials: EdgeMaterials, folder: Path, gpu: bool) -> Run:
+    """The function that runs gprMax, with its files in a folder."""
+    geometry = folder / "geometry"
+    geometry.mkdir()
+    write_geometry(geometry, materials, planned.grid)
+
+    def run(elements: list[int], told: Callable[[int], None]) -> list[StoredField]:
+        fields = []
+        for element in elements:
+            working = folder / f"element-{element:03d}"
+            working.mkdir()
+            fields.append(element_field_by_gprmax(scene, planned, element, working, geometry, gpu, told))
+            shutil.rmtree(working)
+        return fields
+
+    return run

@@ -57,14 +57,7 @@ class Group:
 
 
 def frequency_groups(scenes: Sequence[Scene], cell: float, alone: bool = False) -> list[Group]:
-    """Divide frequencies into as few runs as serve them.
-
-    Example:
-        >>> from scenes.places.closet import closet
-        >>> scenes = [closet().at_frequency(each) for each in (915e6, 925e6, 2.4e9)]
-        >>> [(each.frequencies, each.cell) for each in frequency_groups(scenes, 0.008)]
-        [([2400000000.0], 0.008), ([915000000.0, 925000000.0], 0.02)]
-    """
+    """Divide frequencies into as few runs as serve them, the highest ones first."""
     rest, groups = list(scenes), []
     while rest:
         highest = rest.pop()
@@ -97,13 +90,7 @@ def _group(scenes: list[Scene], cell: float) -> Group | None:
 
 
 def index_difference(own: Scene, other: Scene, cell: float) -> float:
-    """Largest relative difference of a dielectric's complex refractive index in a run from its own one.
-
-    Example:
-        >>> from scenes.places.closet import closet
-        >>> round(index_difference(closet(), closet().at_frequency(1e9), cell=0.02), 4)
-        0.0056
-    """
+    """Largest relative difference of a dielectric's complex refractive index in a run from its own one."""
     conducting = conducting_objects(own)
     names = {item.material for item, conducts in zip(own.objects, conducting, strict=True) if not conducts}
     ratio = numerical_frequency(own.wavelength, cell) / numerical_frequency(other.wavelength, cell)

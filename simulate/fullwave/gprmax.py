@@ -20,10 +20,9 @@ from jaxtyping import Complex, Int
 
 from scenes.files.errors import InputError
 from scenes.files.optional_packages import require_extra
-from simulate.fullwave.absorber import ABSORBER
-from simulate.fullwave.cells import AIR, CONDUCTOR, EdgeMaterials
-from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges
-from simulate.fullwave.source import Source, moments, phasor
+from simulate.fullwave.cells import AIR, CONDUCTOR, PERMEABILITY, EdgeMaterials, beside_edges
+from simulate.fullwave.dipole import Source, moments, phasor
+from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.yee_grid import YeeGrid
 
 GEOMETRY, MODEL = "geometry", "model"

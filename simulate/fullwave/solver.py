@@ -1,4 +1,4 @@
-"""The fields that several sources produce in a box, from the materials of the cells."""
+"""The fields that several sources produce in a box, at one frequency or at many, and whether they have settled."""
 
 from __future__ import annotations
 
@@ -6,14 +6,45 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float32, Int
+from jaxtyping import Complex, Float, Float32, Int
 
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
+from simulate.fullwave.dipole import Source, moments, phasor
 from simulate.fullwave.leapfrog import Cells, advance
-from simulate.fullwave.settling import SETTLED, looks, still_to_come
-from simulate.fullwave.source import Source, moments, phasor
+from simulate.fullwave.pulse import FourierSums, Pulse, spectrum
 from simulate.fullwave.yee_grid import YeeGrid
+
+SETTLED = 1e-3
+"""A field has settled if the estimated change still to come is below this share of it, 60 dB down."""
+
+LOOKS = 20
+"""Number of parts of a run. The field is examined at the end of each part."""
+
+SLOWEST = 0.95
+"""Largest ratio of two changes that is trusted. With a larger one the rest would be estimated from noise."""
+
+
+def looks(steps: int) -> list[int]:
+    """Numbers of time steps after which the field is examined, in a run with a largest number of steps."""
+    return [steps * look // LOOKS for look in range(1, LOOKS + 1)]
+
+
+def still_to_come(
+    before_last: Complex[np.ndarray, "..."], last: Complex[np.ndarray, "..."], now: Complex[np.ndarray, "..."]
+) -> float:
+    """Estimated change of a field that is still to come, relative to the field.
+
+    The phasors at three equally spaced moments change by d₁ and then by d₂. If the changes continue to shrink by the
+    ratio q = d₂/d₁, the change still to come is d₂ q/(1 − q).
+    """
+    size = float(np.linalg.norm(now))
+    if size == 0:
+        return float("inf")
+    change_before, change = float(np.linalg.norm(last - before_last)), float(np.linalg.norm(now - last))
+    ratio = min(change / max(change_before, 1e-300), SLOWEST)
+    return change / size * ratio / (1 - ratio)
+
 
 FREE_SPACE_IMPEDANCE = VACUUM_PERMEABILITY * SPEED_OF_LIGHT
 """η₀, ohms."""
@@ -37,10 +68,7 @@ def solve(
     earliest: int = 0,
     report: Callable[[int], None] = lambda done: None,
 ) -> list[SourceField]:
-    """Advance the fields of some sources of one frequency until each has settled.
-
-    The field of a source does not depend on the others.
-    """
+    """Advance the fields of some sources of one frequency until each has settled. They do not depend on one another."""
     frequency, time_step = sources[0].frequency, grid.time_step
     current = sources[0].current(time_step * (np.arange(steps) + 0.5))
     driven = [
@@ -115,3 +143,66 @@ def in_box(
             mean = mean[tuple(low)] if other == axis else (mean[tuple(low)] + mean[tuple(high)]) / 2
         middles.append(mean)
     return np.stack(middles, axis=1)
+
+
+@dataclass(frozen=True)
+class BandField:
+    """The field of a source of one ampere-metre."""
+
+    # electric field along one direction at the middles of the cells of a box, V/m, for each frequency
+    phasors: Complex[np.ndarray, "F 3 nx ny nz"]
+    # estimated change that is still to come, relative to the field; the largest of those of the watched frequencies
+    unsettled: float
+    steps: int  # number of time steps
+
+
+def solve_band(
+    cells: Cells,
+    grid: YeeGrid,
+    sources: Sequence[Source],
+    frequencies: Float[np.ndarray, " F"],
+    axes: Sequence[int],
+    box: Int[np.ndarray, "2 3"],
+    steps: int,
+    earliest: int = 0,
+    watched: int = 1,
+    report: Callable[[int], None] = lambda done: None,
+) -> list[BandField]:
+    """Advance the fields of some sources until all of them have settled."""
+    pulse, time_step = Pulse(sources[0].frequency), grid.time_step
+    current = pulse.current(time_step * (np.arange(steps) + 0.5))
+    scale = FREE_SPACE_IMPEDANCE / spectrum(current, frequencies, time_step)
+    driven = [
+        each for number, source in enumerate(sources) for each in driven_by(cells, grid, source, number, len(sources))
+    ]
+    shape = (len(sources), len(axes), *(box[1] - box[0]))
+    every = pulse.samples_every(time_step, float(frequencies.max()))
+    sums = FourierSums(frequencies, int(np.prod(shape)), time_step, every)
+    ends = [end for end in looks(steps) if end >= earliest or end in looks(steps)[-3:]]
+    seen: list[np.ndarray] = []
+    rest = np.full(len(sources), np.inf)
+    step = 0
+    for step in range(1, steps + 1):
+        advance(cells, 0)
+        if current[step - 1]:
+            for component, where, amount in driven:
+                cells.fields[component, where] -= amount * np.float32(current[step - 1])
+        if step % every == 0:
+            sums.add(step, in_box(cells.fields, grid, box, len(sources), axes).reshape(-1))
+        if step in ends:
+            seen = [*seen[-2:], sums.total()[:watched].reshape(watched * len(sources), -1)]
+            if len(seen) == 3:
+                each_rest = [still_to_come(*each) for each in zip(*seen, strict=True)]
+                rest = np.reshape(each_rest, (watched, len(sources))).max(axis=0)
+                if (rest < SETTLED).all():
+                    break
+        advance(cells, 1)
+        report(step)
+    report(steps)
+    total = (scale[:, None].astype(np.complex64) * sums.total()).reshape(len(frequencies), *shape)
+    found = []
+    for number in range(len(sources)):
+        phasors = np.zeros((len(frequencies), 3, *shape[2:]), np.complex64)
+        phasors[:, list(axes)] = total[:, number]
+        found.append(BandField(phasors, float(rest[number]), step))
+    return found

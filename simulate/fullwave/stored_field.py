@@ -14,8 +14,7 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz, write_arrays
-from simulate.spectra.band import Band
-from simulate.spectra.band_interpolation import interpolated
+from simulate.spectra.band import Band, interpolated
 
 ORDER = 5
 """Degree of the splines between lattice points. It is lower if there are too few points."""
@@ -38,20 +37,13 @@ MARGIN = 6 + LOST
 
 @dataclass(frozen=True)
 class FieldBand:
-    """Element responses on the lattice over a band, or at single further frequencies.
+    """Element responses on the lattice over a band, or at single further frequencies."""
 
-    Attributes:
-        solved: frequencies at which they are known, Hz.
-        frequencies: frequencies of the subcarriers, to which they are interpolated, Hz; single ones are those of
-            ``solved``.
-        delay: a typical delay, seconds, which is taken out before the interpolation.
-        values: element responses at the points.
-    """
-
-    solved: Float[np.ndarray, " F"]
+    solved: Float[np.ndarray, " F"]  # frequencies at which they are known, Hz
+    # frequencies of the subcarriers, to which they are interpolated, Hz; single ones are those of ``solved``
     frequencies: Float[np.ndarray, " subcarriers"]
-    delay: float
-    values: Complex[np.ndarray, "F elements nx ny nz"]
+    delay: float  # a typical delay, seconds, which is taken out before the interpolation
+    values: Complex[np.ndarray, "F elements nx ny nz"]  # element responses at the points
 
 
 def together(bands: Sequence[FieldBand | None]) -> FieldBand | None:
@@ -64,27 +56,17 @@ def together(bands: Sequence[FieldBand | None]) -> FieldBand | None:
 
 @dataclass(frozen=True)
 class StoredField:
-    """Element responses on a lattice.
+    """Element responses on a lattice."""
 
-    Attributes:
-        origin: first lattice point, metres, world frame.
-        spacing: distance between neighbouring points, metres.
-        values: element responses at the points.
-        unsettled: estimated change of each element's field that is still to come, relative to the field.
-        steps: largest number of time steps of any element.
-        interpolation_error_db: root mean square error between points, relative to that of the field, dB; nan if
-            unknown. It is taken over the share ``OF_POINTS`` of points where the error is smallest. At the other
-            points, near and inside objects, the field is not smooth.
-        band: the responses over a band; None if only those of the carrier are known.
-    """
-
-    origin: Float[np.ndarray, " 3"]
-    spacing: float
-    values: Complex[np.ndarray, "elements nx ny nz"]
-    unsettled: Float[np.ndarray, " elements"]
-    steps: int
+    origin: Float[np.ndarray, " 3"]  # first lattice point, metres, world frame
+    spacing: float  # distance between neighbouring points, metres
+    values: Complex[np.ndarray, "elements nx ny nz"]  # element responses at the points
+    unsettled: Float[np.ndarray, " elements"]  # estimated change of each field still to come, relative to the field
+    steps: int  # largest number of time steps of any element
+    # root mean square error between points, relative to that of the field, dB, over the share ``OF_POINTS`` of points
+    # where it is smallest; nan if unknown. At the other points, near and inside objects, the field is not smooth.
     interpolation_error_db: float = float("nan")
-    band: FieldBand | None = None
+    band: FieldBand | None = None  # the responses over a band; None if only those of the carrier are known
 
     @property
     def region(self) -> Float[np.ndarray, "2 3"]:
@@ -92,28 +74,13 @@ class StoredField:
         return np.stack([self.origin, self.origin + self.spacing * (np.array(self.values.shape[1:]) - 1)])
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
-        """Element responses to a transmitter at each position, complex64, by quintic splines.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-
-        Raises:
-            InputError: a position is outside the lattice.
-        """
+        """Element responses to a transmitter at each position, complex64, by quintic splines."""
         return self._splines(self._places(positions)).astype(np.complex64)
 
     def band_responses(
         self, positions: Float[np.ndarray, "K 3"], band: Band
     ) -> Complex[np.ndarray, "K elements subcarriers"]:
-        """Element responses at all subcarriers to a transmitter at each position, complex64.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            band: the subcarriers for which the field was solved.
-
-        Raises:
-            InputError: a position is outside the lattice.
-        """
+        """Element responses to a transmitter at each position at the subcarriers of the band that was solved."""
         known, places = self.band, self._places(positions)
         assert known is not None and len(known.frequencies) == band.subcarriers
         found = np.stack([splines(places) for splines in self._band_splines], axis=-1)
@@ -158,14 +125,7 @@ class StoredField:
         )
 
     def by_frequency(self, own: float) -> dict[float, StoredField]:
-        """The field at each single frequency of a run.
-
-        Args:
-            own: frequency of ``values``, Hz. Those of ``band`` are known.
-
-        Returns:
-            The frequencies, Hz, and the fields.
-        """
+        """The field at each single frequency of a run, in Hz; ``own`` is that of ``values``."""
         found = {own: replace(self, band=None)}
         for frequency, values in () if self.band is None else zip(self.band.solved, self.band.values, strict=True):
             there = replace(found[own], values=values)
@@ -241,9 +201,8 @@ def _band_of(found: Mapping[str, np.ndarray], path: Path) -> FieldBand | None:
 def undo_mean_of_edges(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Complex[np.ndarray, "nx ny nz"]:
     """Undo the averaging by which a solver moves a field component from the edges of a cell to its middle.
 
-    The mean of two neighbours multiplies a wave of phase step θ by cos(θ/2). With the second difference δ² =
-    −4 sin²(θ/2), the inverse of this factor is 1 − δ²/8 + 3δ⁴/128 − …. It is applied along both axes across the
-    component.
+    The mean of two neighbours multiplies a wave of phase step θ by cos(θ/2), whose inverse is 1 − δ²/8 + 3δ⁴/128 − …
+    with the second difference δ² = −4 sin²(θ/2). It is applied along both axes across the component.
     """
     for across in {0, 1, 2} - {axis}:
         second = _second_difference(field, across)

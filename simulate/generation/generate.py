@@ -3,39 +3,84 @@
 A run first writes ``metadata.json``, which records the request. Then it works through the positions in parts. Each
 finished part leaves its pictures and its responses, the latter as ``parts/NNNNN.npy``. When the same request is given
 again, its settings are those of the metadata, so the run skips the parts whose files are whole and ends with the same
-bytes. This also
-repairs a finished dataset. The index files come last, so that no loader takes an unfinished folder for a dataset.
+bytes. This also repairs a finished dataset. The index files come last, so that no loader takes an unfinished folder for
+a dataset.
 """
 
 from __future__ import annotations
 
+import json
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float
+from msgspec import to_builtins
 
-from scenes.files.atomic import require_writable, sync_folder, temporary_folder
+from scenes.files.atomic import remove_left, require_writable, sync_folder, temporary_folder
 from scenes.files.errors import InputError
+from scenes.files.output_folder import has_other_files, locked
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_frequency import FREQUENCIES
+from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import (
     write_frequencies,
     write_gateway,
     write_index,
+    write_metadata,
     write_positions,
     write_responses,
 )
-from simulate.dataset.folder_kinds import PARTS
-from simulate.engines.engine import Machines
-from simulate.generation.begun_folder import begun, continued
-from simulate.generation.dataset_part import make_part
+from simulate.dataset.metadata import Metadata, read_metadata_file
+from simulate.generation.dataset_parts import WrittenParts, make_part, part_by_worker
 from simulate.generation.request import Request
-from simulate.generation.workers import parts_of_workers
-from simulate.generation.written_parts import WrittenParts
-from simulate.positions.given_positions import read_points
+from simulate.parallel.machines import Machines, by_workers
+from simulate.positions.positions import read_points
+
+
+def begun(folder: Path, metadata: dict[str, Any]) -> bool:
+    """Whether a simulation with the same metadata began a folder; False if it is new or empty."""
+    if not folder.exists() or (folder.is_dir() and not has_other_files(folder)):
+        return False
+    path = folder / "metadata.json"
+    if not path.is_file():
+        raise InputError(f"{folder}: expected a new folder or one that this command began, found other files in it")
+    found = read_metadata_file(path, "the settings of a dataset")
+    # Through JSON, so that numbers compare as they were written.
+    wanted, missing = json.loads(json.dumps(metadata)), to_builtins(Metadata())
+    recorded = [key for key in missing if key in found]  # some settings are recorded by some simulations only
+    for key in ("seed", *wanted, *recorded):  # the seed first, since propagation and measurement contain seeds, too
+        there, here = (settings.get(key, missing.get(key)) for settings in (found, wanted))
+        if there != here:
+            raise InputError(
+                f"{folder}: expected a new folder or one that this command began, found a dataset whose "
+                f"{_difference(key, there, here)}"
+            )
+    return True
+
+
+@contextmanager
+def continued(folder: Path, metadata: dict[str, Any]) -> Iterator[None]:
+    """Lock a folder within a block, and begin it unless the same simulation did."""
+    with locked(folder):
+        if not begun(folder, metadata):  # again, since another process may have begun in the meantime
+            write_metadata(folder / "metadata.json", metadata)
+        remove_left(folder, deep=True)
+        yield
+
+
+def _difference(key: str, found: Any, wanted: Any) -> str:
+    """A setting that differs; of a group of settings, the first one that does."""
+    if isinstance(found, dict) and isinstance(wanted, dict) and found.keys() == wanted.keys():
+        inner = next(each for each in wanted if found[each] != wanted[each])
+        return _difference(f"{key}.{inner}", found[inner], wanted[inner])
+    return f"{key} is {found}, not {wanted}"
+
 
 PART = 100
 """Positions per part. A run that is killed loses at most one part."""
@@ -131,10 +176,7 @@ def _make_parts(
     kept: dict[int, Complex[np.ndarray, "n elements *band"]],
     machines: Machines,
 ) -> None:
-    """Make and write the missing parts, and add their responses to ``kept``.
-
-    What the engine stores in the folder is made even if no part is missing.
-    """
+    """Make the missing parts, and what the engine stores in the folder, and add their responses to ``kept``."""
     engine = request.engine
     todo = [start for start in parts.starts if start not in kept]
     if not todo and not engine.keeps_source:
@@ -143,7 +185,8 @@ def _make_parts(
         sources = engine.sources(request.settings, parts.folder, machines, progress)
         bar = progress.add_task("spectra", total=len(parts.names), completed=sum(map(len, kept.values())))
         if engine.spreads_parts and machines != Machines():
-            made = parts_of_workers(request, [engine.sent(each) for each in sources], todo, PART, machines)
+            shared = request, [engine.sent(each) for each in sources], PART, str(request.metadata())
+            made = by_workers(machines, part_by_worker, shared, todo)
         else:
             of_array = request.of_array(sources)
             made = ((start, make_part(request, of_array, start, PART)) for start in todo)

@@ -17,19 +17,16 @@ from scenes.files.errors import InputError, shown
 from scenes.scene.description import Scene
 from scenes.scene.same_array import with_same_array
 from scenes.scene.shapes import bounding_box
-from scenes.storage.scene_writing import scene_digest
+from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
-from simulate.dataset.folder_kinds import not_spectra
+from simulate.dataset.dataset_kinds import Moving, not_spectra
 from simulate.dataset.metadata import band_of, read_metadata_file
-from simulate.dataset.moving import Moving
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
-from simulate.generation.moving_pairs import AtPairs
-from simulate.generation.moving_receiver import AtElements
-from simulate.generation.reciprocal import element_offsets, reciprocal
-from simulate.positions.given_positions import points_digest, read_points
+from simulate.generation.reciprocity import AtElements, AtPairs, element_offsets, reciprocal
 from simulate.positions.placement import AT_IT
+from simulate.positions.positions import points_digest, read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
@@ -121,11 +118,7 @@ class Request:
 
     @property
     def settings(self) -> list[Setting]:
-        """Scenes, region and seed for the engine, for each antenna or array that stands still in its simulations.
-
-        If both ends move, there is one for each of ``transmitters``. The region includes that of the scene and all
-        places.
-        """
+        """Scenes, region and seed for the engine, for each antenna or array that stands still in its simulations."""
         if self.moving == "transmitter":
             stand = [self.scenes]
         elif self.moving == "receiver":

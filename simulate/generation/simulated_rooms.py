@@ -25,8 +25,7 @@ from scenes.files.output_folder import has_other_files, locked
 from scenes.files.plain_text import say
 from scenes.places.random_room import MOST_PIECES, random_room
 from scenes.scene.description import Scene
-from simulate.dataset.folder_kinds import ROOMS
-from simulate.dataset.room_settings import Outline, Setting
+from simulate.dataset.dataset_kinds import ROOMS, Outline, Setting
 from simulate.dataset.rooms_folder import Rooms, read_rooms
 from simulate.generation.simulation import simulate
 

@@ -7,8 +7,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TypeGuard, get_type_hints
 
-from scenes.checks.material_frequency import doubts
-from scenes.checks.validation import validate
+import numpy as np
+from jaxtyping import Float
+
+from scenes.checks.occupancy import TOUCHING
+from scenes.checks.validation import doubts, validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
@@ -16,17 +19,17 @@ from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.engines.engine import Engine, Machines
+from simulate.engines.engine import Engine
 from simulate.engines.engine_table import ENGINES, engine_class
 from simulate.engines.rays_engine import Rays
-from simulate.generation.chosen_pairs import chosen_pairs
 from simulate.generation.generate import generate
-from simulate.generation.reciprocal import element_offsets
+from simulate.generation.reciprocity import element_offsets
 from simulate.generation.request import Request, read_request
-from simulate.generation.simulation_options import Simulation
-from simulate.positions.placement import AT_IT, chosen_positions
+from simulate.generation.simulation_options import MOST_TRANSMITTERS, Simulation
+from simulate.parallel.machines import Machines
+from simulate.positions.placement import AT_IT, all_the_same, chosen_positions, free_places, free_positions, place
+from simulate.spectra.array import too_few_elements
 from simulate.spectra.element_array import array_of
-from simulate.spectra.few_elements import too_few_elements
 
 
 @takes(Simulation, Machines, *ENGINES.values())
@@ -186,3 +189,50 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         moving=content.moving,
         receivers=receivers,
     )
+
+
+def chosen_pairs(
+    scene: Scene, content: Simulation, offsets: Float[np.ndarray, "elements 3"]
+) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"], str]:
+    """The places of transmitter and array that the options of a simulation ask for, and how they were chosen."""
+    if content.positions is None or content.receivers is None:
+        return _drawn(scene, content, offsets)
+    transmitters = free_places(content.positions, scene).round(6)
+    receivers = free_places(content.receivers, scene, offsets, "receivers").round(6)
+    if len(receivers) != len(transmitters):
+        row = f"expected a row for each of the {len(transmitters)} positions, found {len(receivers)}"
+        if isinstance(content.receivers, str | Path):
+            raise InputError(f"{content.receivers}: {row}")
+        raise ParameterError("receivers", row)
+    if all_the_same(np.hstack([transmitters, receivers])):
+        raise ParameterError("positions", f"expected at least two different pairs, found {len(receivers)} alike")
+    apart = np.linalg.norm(receivers[:, None] + offsets - transmitters[:, None], axis=-1).min(axis=1)
+    if apart.min() < TOUCHING:
+        raise ParameterError(
+            "positions",
+            f"expected transmitters apart from the array's elements, found one at an element in row "
+            f"{int(apart.argmin())}",
+        )
+    count = len(np.unique(transmitters, axis=0))
+    if count > MOST_TRANSMITTERS:
+        raise ParameterError(
+            "positions", f"expected at most {MOST_TRANSMITTERS} places of the transmitter, found {count}"
+        )
+    names = [Path(each).name for each in (content.positions, content.receivers) if isinstance(each, str | Path)]
+    return transmitters, receivers, f"positions of {' and '.join(names)}" if len(names) == 2 else "given positions"
+
+
+def _drawn(
+    scene: Scene, content: Simulation, offsets: Float[np.ndarray, "elements 3"]
+) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"], str]:
+    """Draw the array's places as those of any end that moves, and assign the transmitter's to them evenly, at random.
+
+    Taken in turn, the places of a grid would meet the same transmitter in a whole column.
+    """
+    assert content.transmitters is not None
+    receivers = place(scene, content.placement, content.n, content.seed, offsets)
+    generator = np.random.default_rng([content.seed, 1])  # the array's places are drawn from the seed alone
+    places = free_positions(scene, scene.transmitter.region, content.transmitters, generator)
+    turns = generator.permutation(np.arange(len(receivers)) % content.transmitters)
+    how = f"{content.placement}, {content.transmitters} transmitters, seed {content.seed}"
+    return places[turns].round(6), receivers.round(6), how

@@ -12,8 +12,7 @@ from scipy.interpolate import CubicSpline
 from scenes.checks.occupancy import blocking_object, inside_object
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
-from simulate.positions.given_positions import check_points, read_points
-from simulate.positions.places import LEAST_POSITIONS, Places
+from simulate.positions.positions import LEAST_POSITIONS, Places, check_points, read_points
 
 PATH_STEP = 0.008
 """Metres between consecutive positions of a path. It is the median step of the measured RFID data."""

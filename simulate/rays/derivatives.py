@@ -1,6 +1,6 @@
 """Derivatives of the responses with respect to the gateway's pose, the frequency, and the positions of objects.
 
-With the derivatives of the paths' lengths L (``simulate.rays.core.terms``), ∂y/∂θ = Σ −jk ∂L/∂θ a e^{−jkL}. So the
+With the derivatives of the paths' lengths L (``simulate.rays.core.multipath``), ∂y/∂θ = Σ −jk ∂L/∂θ a e^{−jkL}. So the
 paths need to be solved only once for the derivatives with respect to everything that moves.
 """
 
@@ -41,7 +41,7 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
         np.zeros((*shape, len(objects), 3), complex),
     )
     wavenumber = 2 * np.pi / tracer.ray_scene.description.wavelength
-    for batch in tracer.terms(positions):
+    for batch in tracer.multipath(positions):
         place = batch.targets * shape[1] + batch.sources
         np.add.at(result.responses.reshape(-1), place, batch.responses)
         by_length = -1j * wavenumber * batch.responses
@@ -59,10 +59,7 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
 def by_rotation(
     tracer: Tracer, sources: Int[np.ndarray, " paths"], by_element: Float[np.ndarray, "paths 3"]
 ) -> Float[np.ndarray, "paths 3"]:
-    """Derivatives of paths' lengths with respect to a rotation of the gateway about its position, m/rad.
-
-    The rotation is about the axes of the world frame.
-    """
+    """Derivatives of paths' lengths by a rotation of the gateway about the axes of the world frame, m/rad."""
     about = tracer.ray_scene.description.gateway.position + tracer.ray_scene.origin
     return np.cross((tracer.elements.positions - about)[sources], by_element)
 

@@ -16,17 +16,15 @@ from jaxtyping import Complex, Float
 from scenes.files.errors import ParameterError, check_array, require_instance, require_seed, shown
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
-from simulate.positions.given_positions import check_points
+from simulate.positions.positions import check_points
 from simulate.rays.chain_solver import ChainSolver, Found
+from simulate.rays.core.multipath import Multipath, TracedPath, strongest_first
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.ray_scene import RayScene
+from simulate.rays.core.ray_scene import RayScene, with_transmissions
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
-from simulate.rays.core.terms import Terms
-from simulate.rays.core.transmissions import with_transmissions
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.scattering.scattered import Scattering
-from simulate.rays.shooting_solver import ShootingSolver
-from simulate.rays.traced_path import TracedPath, strongest_first
+from simulate.rays.diffuse_reflection import Scattering
+from simulate.rays.sionna_solver import ShootingSolver
 from simulate.spectra.band import Band
 
 
@@ -181,7 +179,7 @@ class Tracer:
         """Element responses at every subcarrier of a band around the scene's frequency.
 
         The paths are found once, at the scene's frequency, and each is solved at a few frequencies of the band
-        (``simulate.rays.core.band_sum``). The permittivity and the conductivity of the materials are those at the
+        (``simulate.rays.chain_solver``). The permittivity and the conductivity of the materials are those at the
         scene's frequency.
 
         Args:
@@ -282,9 +280,9 @@ class Tracer:
             to the element's response. The middle element is that of ``middle``.
         """
         place = check_array("position", position, (3,), "one position x, y, z")
-        return strongest_first(self.middle_terms(check_points(place[None], "position")))
+        return strongest_first(self.middle_multipath(check_points(place[None], "position")))
 
-    def terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
+    def multipath(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Multipath]:
         """The single paths behind ``responses``, in batches. Diffuse reflection is left out.
 
         Args:
@@ -294,30 +292,30 @@ class Tracer:
             Batches of paths, each with the indices ``targets`` of the positions and ``sources`` of the elements, the
             complex ``responses``, and the ``vertices``, metres, world frame.
         """
-        for batch in self._solver.terms(self._elements, self._targets(positions)):
+        for batch in self._solver.multipath(self._elements, self._targets(positions)):
             yield self._placed(batch)
 
-    def middle_terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
+    def middle_multipath(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Multipath]:
         """The single paths of the array's middle element, in batches, with those of diffuse reflection.
 
         Args:
             positions: transmitter positions, metres, world frame, [K, 3].
 
         Yields:
-            Batches as those of ``terms``, with a vertex wherever a path passes through an object. All ``sources`` are
-            0, the middle element.
+            Batches as those of ``multipath``, with a vertex wherever a path passes through an object. All ``sources``
+            are 0, the middle element.
         """
         if self.method == "shooting":  # which chains an element's rays find depends on the other elements'
-            for batch in self.terms(positions):
+            for batch in self.multipath(positions):
                 chosen = batch.sources == self._middle_index
-                batch = Terms(*(each[chosen] for each in batch))
+                batch = Multipath(*(each[chosen] for each in batch))
                 yield batch._replace(sources=np.zeros_like(batch.sources))
             return
         targets = self._targets(positions)
-        diffuse = () if self._scattering is None else self._scattering.terms(self._middle, targets)
-        for batch in chain(self._solver.terms(self._middle, targets), diffuse):
+        diffuse = () if self._scattering is None else self._scattering.multipath(self._middle, targets)
+        for batch in chain(self._solver.multipath(self._middle, targets), diffuse):
             yield self._placed(with_transmissions(self.ray_scene, batch))
 
-    def _placed(self, found: Terms) -> Terms:
+    def _placed(self, found: Multipath) -> Multipath:
         """Paths with their vertices in the user's coordinates."""
         return found._replace(vertices=found.vertices + self.ray_scene.origin)

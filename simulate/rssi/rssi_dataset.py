@@ -20,12 +20,11 @@ from scenes.files.schema import conform
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
-from simulate.dataset.dataset_reader import changed_places, read_metadata
-from simulate.dataset.folder_kinds import POWERS, content_of, is_rssi, unfinished
-from simulate.dataset.inspection import Inspection
-from simulate.dataset.numbered_split import numbered_split
-from simulate.positions.given_positions import read_points
-from simulate.rssi.power_range import NOT_RECEIVED, STRONGEST, fault_of_powers
+from simulate.dataset.dataset_kinds import POWERS, content_of, is_rssi, unfinished
+from simulate.dataset.dataset_reader import Inspection, changed_places, read_metadata
+from simulate.dataset.index_files import numbered_split
+from simulate.positions.positions import read_points
+from simulate.rssi.power_receiver import NOT_RECEIVED, STRONGEST, fault_of_powers
 from simulate.rssi.rssi_files import read_gateway_positions, read_powers
 
 GATEWAYS = "gateway_position.yml"

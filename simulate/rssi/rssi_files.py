@@ -7,21 +7,24 @@ their names. Both number the positions from 0.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float
-from msgspec import Meta
+from msgspec import UNSET, Meta, Struct, UnsetType
 
-from scenes.files.errors import InputError, named, reason, shown
+from scenes.files.errors import InputError, ParameterError, check_array, named, reason, shown
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.schema import conform
-from simulate.positions.given_positions import FARTHEST, MOST_POSITIONS
-from simulate.rssi.power_range import NOT_RECEIVED
+from scenes.scene.antennas import Gateway
+from scenes.scene.orientation import Quaternion, Vector3, facing
+from simulate.positions.positions import FARTHEST, MOST_POSITIONS, check_points
+from simulate.rssi.power_receiver import NOT_RECEIVED
 
 MOST_GATEWAYS = 1000
 """Most gateways of a dataset."""
@@ -126,3 +129,82 @@ def _rows(path: Path, rows: Iterator[list[str]], names: list[str]) -> Iterator[l
                 raise InputError(f"{where}, {named(name)}: expected {expected}, found {shown(text)}")
             powers.append(power)
         yield powers
+
+
+def own_gateways(given: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
+    """Check the positions of gateways from Python."""
+    if not isinstance(given, Mapping) or not given:
+        raise ParameterError("gateways", f"expected the position of each gateway by its name, found {shown(given)}")
+    if len(given) > MOST_GATEWAYS:
+        raise ParameterError("gateways", f"expected at most {MOST_GATEWAYS} gateways, found {len(given)}")
+    at = {}
+    for name, position in given.items():
+        if not isinstance(name, str):
+            raise ParameterError("gateways", f"expected texts as names, found {shown(name)}")
+        try:
+            gateway_name(name, "")
+        except InputError as error:
+            raise ParameterError("gateways", str(error).removeprefix(": ")) from None
+        point = check_array("gateways", position, (3,), f"a position x, y, z of {named(name)}")
+        at[name] = check_points([point], "gateways")[0].tolist()
+    return at
+
+
+UPRIGHT = facing((1, 0, 0))
+"""Orientation of a gateway that states none: vertical polarisation is along world +z, and it looks along world +x."""
+
+CONTENT = "the gateways by name, each as a position [x, y, z] or with the keys position, boresight and pattern"
+
+
+class GatewayEntry(Struct, forbid_unknown_fields=True):
+    """A gateway of one element in a file."""
+
+    position: Vector3
+    orientation: Quaternion | UnsetType = UNSET
+    boresight: Vector3 | UnsetType = UNSET
+    pattern: str = Gateway.pattern
+    polarization: str = Gateway.polarization
+
+
+def read_gateways(path: Path) -> dict[str, Gateway]:
+    """Read the gateways from a YAML file. gateway_position.yml of a folder of received powers is one, too."""
+    return {name: _gateway(value, place) for name, value, place in gateway_entries(path, CONTENT)}
+
+
+def _gateway(value: Any, place: str) -> Gateway:
+    given = {"position": value} if isinstance(value, list) else value
+    entry = conform(given, GatewayEntry, place, numbers_as_text=True)
+    orientation = UPRIGHT
+    if entry.orientation is not UNSET and entry.boresight is not UNSET:
+        raise InputError(f"{place}: expected orientation or boresight, found both")
+    try:
+        if entry.orientation is not UNSET:
+            orientation = entry.orientation
+        elif entry.boresight is not UNSET:
+            orientation = facing(entry.boresight)
+        return Gateway(entry.position, orientation, 1, 1, pattern=entry.pattern, polarization=entry.polarization)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+
+
+def gateways_of(given: Path | str | Mapping[str, Gateway | Sequence[float]]) -> dict[str, Gateway]:
+    """The gateways that a caller means, each with one element.
+
+    Example:
+        >>> gateways_of({"door": (0, 0, 2)})["door"].rows
+        1
+    """
+    if isinstance(given, str | Path):
+        return read_gateways(Path(given))
+    if not isinstance(given, Mapping):
+        found = f"found {shown(given)}"
+        raise ParameterError("gateways", f"expected gateways or their positions by name, or a YAML file, {found}")
+    own_gateways({name: each.position if isinstance(each, Gateway) else each for name, each in given.items()})
+    return {name: _of_one_element(each) for name, each in given.items()}
+
+
+def _of_one_element(given: Gateway | Sequence[float]) -> Gateway:
+    if isinstance(given, Gateway):
+        return replace(given, rows=1, columns=1, elements=None)
+    x, y, z = given
+    return Gateway((x, y, z), UPRIGHT, 1, 1)

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from scenes.checks.material_frequency import doubts
-from scenes.checks.validation import validate
+from scenes.checks.validation import doubts, validate
 from scenes.files.atomic import require_writable, temporary_folder, write_atomically
 from scenes.files.errors import named, require_instance, require_path
 from scenes.files.options import taken, takes
@@ -24,18 +23,19 @@ from scenes.files.progress import progress_bar
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
-from scenes.storage.scene_writing import scene_digest, write_scene
+from scenes.storage.scene_digest import scene_digest
+from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.folder_kinds import PARTS, POWERS
-from simulate.engines.engine import Machines, Setting
+from simulate.dataset.dataset_kinds import PARTS, POWERS
+from simulate.engines.engine import Setting
 from simulate.engines.rays_engine import Rays
-from simulate.generation.begun_folder import begun, continued
-from simulate.positions.given_positions import points_digest, reach_warning
+from simulate.generation.generate import begun, continued
+from simulate.parallel.machines import Machines
 from simulate.positions.placement import chosen_positions
-from simulate.positions.places import Places
-from simulate.rssi.gateways_file import UPRIGHT, gateways_of
+from simulate.positions.positions import Places, points_digest, reach_warning
 from simulate.rssi.power_receiver import PowerReceiver
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_powers
+from simulate.rssi.rssi_files import UPRIGHT, gateways_of
 from simulate.rssi.rssi_writer import write_rssi_files
 
 AT_ONCE = 500

@@ -19,7 +19,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_writer import write_positions
-from simulate.rssi.given_powers import write_rssi
+from simulate.rssi.rssi_writer import write_rssi
 from tests import corpus
 from tests import hostile_files as hostile
 from tests.attack import changes

@@ -309,7 +309,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "budget": (*NUMBER, 0), "preset": WORD[:2],
                 "learning_rate": (*NUMBER, 0), "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2),
                 "matmul_precision": WORD[:2],
-                "find_phases": FLAG[:1], "init": PATH, "devices": WHOLE, "nodes": WHOLE, "wrong": (1,),
+                "find_phases": FLAG[:1], "init": PATH, "trainer": ("x", {"devices": 0}, {"wrong": 1}), "wrong": (1,),
             },
         ),
         "score": Call(
@@ -398,19 +398,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
                 "budget": (*NUMBER, 0), "output": PATH,
             },
-        ),
-        "make_benchmark": Call(
-            bisplat.make_benchmark, {"name": "practice", "folder": "out"}, {"name": WORD, "folder": PATH}
-        ),
-        "read_benchmark": Call(
-            bisplat.read_benchmark,
-            {"benchmark": "practice-blocked", "folder": data},
-            {"benchmark": WORD, "folder": (*PATH, "nowhere", data), "frequency": (*BANDWIDTH, 915e6)},
-        ),
-        "score_predictions": Call(
-            bisplat.score_predictions,
-            {"predictions": data, "dataset": data, "benchmark": "practice-blocked"},
-            {"predictions": PATH, "dataset": (*PATH, "nowhere", data), "benchmark": WORD},
         ),
         "compare_band": Call(
             bisplat.compare_band,
@@ -637,7 +624,7 @@ def test_every_public_callable_and_each_of_its_parameters_is_in_the_table(table)
     for name in classes:
         methods = inspect.getmembers(getattr(bisplat, name), inspect.isfunction)
         public |= {f"{name}.{method}" for method, function in methods if method[0] != "_" and takes_arguments(function)}
-    public -= {"Tracer.terms", "Tracer.middle_terms"}  # of the exports
+    public -= {"Tracer.multipath", "Tracer.middle_multipath"}  # of the exports
     assert public <= set(table), sorted(public - set(table))
     for name, call in table.items():
         if name != "shapes.union":

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from bisplat.__main__ import main
-from learn.training import epochs
-from learn.training.lightning_module import Training
+from learn.training import validation_part as epochs
+from learn.training.gradient_steps import Training
 from learn.training.run_folder import load_run
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
@@ -200,7 +200,6 @@ def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
         ("out.h5", ("export", "RUN", "--hdf5", "FILE")),
         ("lab.png", ("scene", "lab")),
         ("drawing.png", ("scene", "lab", "-o", "FILE")),
-        ("engines/engines_plane.pdf", ("engines", "RUN", "-o", "FOLDER")),
     ],
 )
 def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tmp_path, monkeypatch, name, arguments):
@@ -224,7 +223,6 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
         ("export", "nowhere", "--hdf5", "file/out.h5"),
         ("export", "nowhere", "--deepmimo", "file/out"),
         ("scene", "lab", "-o", "file/out.png"),
-        ("engines", "nowhere", "-o", "file/out"),
         ("locate", "nowhere", "--pictures", "nowhere", "-o", "file/out.csv"),
         ("plan", "nowhere", "-o", "file/out.csv"),
         ("calibrate", "nowhere", "nowhere", "-o", "file/out"),
@@ -437,7 +435,7 @@ def test_steps_of_a_model_that_takes_none_are_refused(command, tiny, tmp_path):
 def test_a_baseline_is_added_to_an_experiment_with_its_training_time(command, tiny, tmp_path):
     words = ["compare", tiny, "-o", tmp_path / "out", "--budget", "0.001", "--models"]
     status, _, err = command(*words, "nearest")
-    assert status == 1 and "--budget: expected a model trained by steps, found nearest" in err
+    assert status == 1 and "--budget: expected none, since it does nothing for untrained methods (nearest)" in err
     assert command(*words, "mlp")[0] == 0
     assert command(*words, "nearest")[0] == 0
     lines = (tmp_path / "out" / "results.jsonl").read_text().splitlines()

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bisplat.commands.demo_run import next_steps
-from bisplat.commands.first_look import SHOWN, draw_first_look
-from learn.reports.demo_report import DemoReport
+from learn.reports.demo_report import SHOWN, DemoReport, draw_first_look
 from scenes.drawing.scene_drawing import draw_scene
 from simulate.rays.tracer import Tracer
 from tests.small_scene import small_scene

@@ -81,16 +81,16 @@ def shell(environment, folder) -> Callable[[str], None]:
 def undo_small_sizes() -> Iterator[None]:
     """After a test, models and the functions of ``bisplat`` are as they were."""
     import bisplat
-    from learn.models import mixture_weights, vecchia
-    from learn.training import epochs
+    from learn.models.kriging import stacking, vecchia
+    from learn.training import validation_part as epochs
     from learn.training.registry import MODELS
 
     functions = {name: getattr(bisplat, name) for name in bisplat.__all__}
     models, period = dict(MODELS), epochs.STEPS_PER_VALIDATION
-    iterations, folds = vecchia.ITERATIONS, mixture_weights.FOLDS
+    iterations, folds = vecchia.ITERATIONS, stacking.FOLDS
     yield
     for name, function in functions.items():
         setattr(bisplat, name, function)
     MODELS.update(models)
     epochs.STEPS_PER_VALIDATION = period
-    vecchia.ITERATIONS, mixture_weights.FOLDS = iterations, folds
+    vecchia.ITERATIONS, stacking.FOLDS = iterations, folds

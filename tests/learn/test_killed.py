@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
+from learn.comparison.results_folder import ResultRow, ResultsFile, row_name, run_folder
 from scenes.files.output_folder import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments
@@ -17,7 +17,8 @@ TRAIN = """
 import sys
 import torch
 import bisplat
-from learn.training import epochs, train
+from learn.training import train
+from learn.training import validation_part as epochs
 torch.set_num_threads(1)
 epochs.STEPS_PER_VALIDATION = 6
 print("ready", flush=True)
@@ -31,7 +32,8 @@ import torch
 import bisplat
 from learn.comparison import ablate
 from learn.training.registry import MODELS
-from learn.training import epochs, train
+from learn.training import train
+from learn.training import validation_part as epochs
 torch.set_num_threads(1)
 epochs.STEPS_PER_VALIDATION = 6
 ablate.APERTURE = {"with TX-PE": {"encoding": "octaves"}, "width 8": {"width": 8}}
@@ -55,7 +57,7 @@ def trained(folder: Path) -> Outcome:
 
 def compared(folder: Path) -> Outcome:
     """Of a comparison: its settings, the scores of every spectrum, and its runs."""
-    rows = KeptRows(folder, KeptRow).rows
+    rows = ResultsFile(folder, ResultRow).rows
     assert len(rows) == 3
     files = {"protocol.json": (folder / "protocol.json").read_bytes()}
     scores = [row["ssim_median"] for row in rows]

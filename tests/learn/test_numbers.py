@@ -9,22 +9,22 @@ import numpy as np
 import pytest
 import torch
 
-from learn.comparison.baseline_methods import BASELINES
-from learn.comparison.task import Task
+from learn.comparison.known_spectra import KnownSpectra
+from learn.comparison.spectrum_methods import BASELINES
 from learn.data.splits import Split
 from learn.evaluation.check import check
-from learn.models import mixture_weights, stacking, vecchia
+from learn.models.kriging import stacking, vecchia
 from learn.models.quadrature import quadrature
 from learn.training.config import Config
-from learn.training.lightning_module import Spectra, Training
+from learn.training.gradient_steps import Spectra, Training
 from learn.training.prediction import predict
 from learn.training.registry import MODELS, model_entry
-from learn.training.untrained_model import box_of, build_model
+from learn.training.run_files import box_of, build_model
 from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
-from simulate.positions.given_positions import FARTHEST
+from simulate.positions.positions import FARTHEST
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 from tests.small_scene import small_scene
@@ -135,8 +135,8 @@ FEWER = [far_apart, at_one_place, black, white, hardly_any_signal]
 def short_fits(monkeypatch):
     """Few iterations of every fit, and kriging's scores without folds."""
     monkeypatch.setattr(vecchia, "ITERATIONS", 3)
-    monkeypatch.setattr(mixture_weights, "FOLDS", 1)
-    monkeypatch.setattr(mixture_weights, "LEFT_OUT", 2)
+    monkeypatch.setattr(stacking, "FOLDS", 1)
+    monkeypatch.setattr(stacking, "LEFT_OUT", 2)
     monkeypatch.setattr(stacking, "QUARTERS", 1)
 
 
@@ -198,7 +198,7 @@ def test_baselines(name, odd, tmp_path):
     data = odd(usual())
     data = replace(data, train=np.append(data.train, data.train[-1] + 1)) if len(data.train) == 1 else data
     method = BASELINES[name]()
-    method.fit(Task(data, "files", 0, None, 0, None, 1, tmp_path))
+    method.fit(KnownSpectra(data, "files", 0, None, 0, None, 1, tmp_path))
     # kriging of spectra has no bounds; scores clip it
     finite(method.predict(np.concatenate([data.positions, [[1, 1, 1]]])), clipped=name == "kriging")
 

@@ -7,9 +7,9 @@ import pytest
 
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import ssim
+from learn.data.split_distances import leakage
 from learn.data.splits import split
-from learn.evaluation.leakage import leakage
-from learn.models.helmholtz import HelmholtzField
+from learn.models.kriging.helmholtz import HelmholtzField
 from learn.training.prediction import predict
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import spectrum_of

@@ -1,16 +1,23 @@
-"""The electric field of a wave on its way out of an antenna, through objects, and into another antenna.
+"""The electric field of a wave along a path, and the amplitude that the path so contributes to a response.
 
-At each object the field is multiplied by the transmission coefficients of a slab [itu2023]. A conductor blocks it.
+At every reflection, and where the path passes through an object, the field is multiplied by the coefficients of a slab
+[itu2023]. A path that a conductor blocks contributes nothing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Complex, Float, Float32, UInt32
+
+from simulate.rays.core.propagation import MOST_PASSES
+from simulate.rays.core.ray_scene import NEAR
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
-
-NEAR = 1e-4
-"""Metres from a vertex within which a surface does not block a path, since it is the surface of the vertex."""
 
 Field = tuple[mi.Vector3f, mi.Vector3f]
 """Real and imaginary parts of the electric field, world frame."""
@@ -96,3 +103,87 @@ def pass_through(
             travelled += hit.t + NEAR
         active &= travelled < length - NEAR
     return (real, imaginary), passes, blocked
+
+
+@dataclass(frozen=True)
+class Ways:
+    """The ways of paths with equal numbers of interactions, in single precision."""
+
+    sources: UInt32[np.ndarray, " paths"]  # index of each path's source
+    targets: UInt32[np.ndarray, " paths"]  # index of each path's target
+    # places of the interactions, in the order from source to target, metres
+    vertices: Float32[np.ndarray, "interactions 3 paths"]
+    # number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge
+    faces: UInt32[np.ndarray, "interactions paths"]
+    # length of each path, metres; in double precision, since a path is many wavelengths long
+    travelled: Float[np.ndarray, " paths"]
+    # what is left of the amplitude of a wave behind its antenna and edges, per metre: 1 / length for a path without
+    # edges
+    spreading: Float[np.ndarray, " paths"]
+
+
+ALIGNMENT = 64
+"""Bytes. Dr.Jit uses NumPy's memory directly, and compiles a kernel again for arrays with another alignment."""
+
+
+def aligned(kind: type, *shape: int) -> np.ndarray:
+    """An array of four-byte numbers whose rows all begin at a multiple of ``ALIGNMENT``."""
+    columns = -(-shape[-1] * 4 // ALIGNMENT) * ALIGNMENT
+    size = int(np.prod(shape[:-1])) * columns
+    memory = np.empty(size + ALIGNMENT, np.uint8)
+    start = -memory.ctypes.data % ALIGNMENT
+    return memory[start : start + size].view(kind).reshape(*shape[:-1], columns // 4)[..., : shape[-1]]
+
+
+SHORT = 0.05
+"""Metres. In single precision a vertex is rounded by up to 0.2 µm, which turns a short leg. In a corner, a leg between
+two reflections may be shorter than that. So the direction of a shorter leg behind a reflection is mirrored from the leg
+before."""
+
+AtEdge = Callable[[Field, mi.Vector3f, mi.Vector3f], Field]
+"""The field behind an edge, from the field before it and the directions before and behind it."""
+
+
+def path_amplitudes(
+    surfaces: Surfaces,
+    sources: Antennas,
+    targets: Antennas,
+    ways: Ways,
+    at_edges: Mapping[int, AtEdge] = {},
+) -> Complex[np.ndarray, " paths"]:
+    """The amplitude of each path between its source and its target, 0 if it is blocked."""
+    interactions = len(ways.vertices)
+    passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
+    points = [dr.gather(mi.Point3f, sources.points, mi.UInt(ways.sources))]
+    points += [mi.Point3f(*(mi.Float(axis) for axis in vertex)) for vertex in ways.vertices]
+    points += [dr.gather(mi.Point3f, targets.points, mi.UInt(ways.targets))]
+    steps = [mi.Vector3f(after - before) for before, after in pairwise(points)]
+    lengths = [mi.Float(dr.norm(step)) for step in steps]
+    directions = [mi.Vector3f(step / length) for step, length in zip(steps, lengths, strict=True)]
+    for number in range(interactions):
+        if number not in at_edges:
+            mirrored = _mirrored(directions[number], surfaces.normal(mi.UInt(ways.faces[number])))
+            directions[number + 1] = dr.select(lengths[number + 1] < SHORT, mirrored, directions[number + 1])
+
+    field, blocked = pattern(sources, directions[0]), mi.Bool(False)
+    for number, way in enumerate(directions):
+        field, passes, blocked = pass_through(surfaces, points[number], way, lengths[number], field, passes, blocked)
+        if number in at_edges:
+            field = at_edges[number](field, way, directions[number + 1])
+        elif number < interactions:
+            face = mi.UInt(ways.faces[number])
+            te, tm, _, _ = surfaces.coefficients(face, way)
+            smooth = dr.sqrt(1 - surfaces.scattering(face) ** 2)  # the rest is scattered
+            field = slab(field, way, directions[number + 1], surfaces.normal(face), smooth * te, smooth * tm)
+    received = pattern(targets, -directions[-1])
+    real = dr.dot(received[0], field[0]) + dr.dot(received[1], field[1])
+    imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
+    amplitude = dr.select(blocked, mi.Complex2f(0), mi.Complex2f(real, imaginary))
+    dr.eval(amplitude)
+    spreading = surfaces.wavelength / (4 * np.pi) * ways.spreading
+    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * spreading
+
+
+def _mirrored(direction: mi.Vector3f, normal: mi.Vector3f) -> mi.Vector3f:
+    """The direction behind a reflection."""
+    return dr.normalize(direction - 2 * dr.dot(direction, normal) * normal)

@@ -31,7 +31,7 @@ class Propagation:
         diffuse: follow diffuse reflection from materials with a scattering coefficient.
         patches: total number of patches on the surfaces that reflect diffusely.
         diffraction: follow diffraction at edges: once on a path, or twice at conductors.
-        slab_phase: count the way through a slab once. Sionna RT and version 0.1 count it twice.
+        slab_phase: count the way through a slab once. Sionna RT counts it twice.
         sionna: use Sionna RT's own path solver. It is much slower, and its diffraction is less accurate.
         rays: number of rays of the search for paths, over all elements. With sionna, of each element or transmitter;
             with diffuse or diffraction, about 20000 suffice there.

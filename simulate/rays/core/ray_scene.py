@@ -1,9 +1,8 @@
 """A scene in the ray tracer's form, with the propagation to follow. Every step of the tracing needs both.
 
 Rays are traced in single precision, which rounds a coordinate of 100 km to 8 mm. So the tracer counts coordinates from
-a point near the antennas. ``Tracer`` converts positions on their way in and out. In the files of its two solvers, and
-in all files of ``core``, ``diffraction`` and ``scattering``, "world frame" stands for the axes of the world with this
-point as the origin.
+a point near the antennas. ``Tracer`` converts positions on their way in and out. In all other
+files of ``rays``, "world frame" stands for the axes of the world with this point as the origin.
 """
 
 from __future__ import annotations
@@ -17,8 +16,9 @@ from jaxtyping import Float, Int
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.shifted import shifted
+from simulate.rays.core.multipath import STRAIGHT, Interaction, Multipath
 from simulate.rays.core.planes import Planes
-from simulate.rays.core.propagation import Propagation
+from simulate.rays.core.propagation import MOST_PASSES, Propagation
 from simulate.rays.core.ray_tracer import dr, mi, rt
 from simulate.rays.core.sionna_scene import build_scene, sionna_names
 from simulate.rays.core.slabs import FaceSlabs, face_slabs
@@ -75,6 +75,9 @@ class RayScene:
         return Planes(self.description, self.identifiers.tolist())
 
 
+NEAR = 1e-4
+"""Metres from a vertex within which a surface does not block a path, since it is the surface of the vertex."""
+
 ORIGINS = 100.0
 """Metres. The coordinates of an origin are multiples of this, so that a scene near the user's own origin stays as it
 is. Within half of it, single precision rounds to 2 µm."""
@@ -99,3 +102,43 @@ def first_hits(
     shape = mi.UInt(dr.reinterpret_array(mi.UInt, hit.shape)).numpy()
     face = ray_scene.planes.first_face[shape] + hit.prim_index.numpy()
     return np.where(hit.is_valid().numpy(), face, -1), hit.t.numpy()
+
+
+def with_transmissions(ray_scene: RayScene, found: Multipath) -> Multipath:
+    """Paths with a vertex wherever they pass through an object."""
+    count, columns = found.kinds.shape
+    # The place of a vertex along its path is its number. That of a passage is the number of the vertex before it plus
+    # the share of the way to the next vertex.
+    paths, places = [np.repeat(np.arange(count), columns)], [np.tile(np.arange(1.0, columns + 1), count)]
+    points, objects, kinds = [found.vertices[:, 1:-1].reshape(-1, 3)], [found.objects.ravel()], [found.kinds.ravel()]
+    for number in range(columns + 1):
+        start, step = found.vertices[:, number], found.vertices[:, number + 1] - found.vertices[:, number]
+        length = np.linalg.norm(step, axis=1)
+        active, travelled = np.flatnonzero(length > 2 * NEAR), np.full(count, NEAR)
+        for _ in range(MOST_PASSES):
+            unit = step[active] / length[active, None]
+            left = length[active] - NEAR - travelled[active]
+            face, share = first_hits(
+                ray_scene, start[active] + travelled[active, None] * unit, left[:, None] * unit, 1.0
+            )
+            hit = (face >= 0) & (left > 0)
+            active, unit = active[hit], unit[hit]
+            travelled[active] += (left * share)[hit]
+            paths.append(active)
+            places.append(number + travelled[active] / length[active])
+            points.append(start[active] + travelled[active, None] * unit)
+            objects.append(np.full(len(active), STRAIGHT))
+            kinds.append(np.full(len(active), int(Interaction.TRANSMISSION)))
+            travelled[active] += NEAR
+    path, kind = np.concatenate(paths), np.concatenate(kinds)
+    happened = kind != Interaction.NONE
+    order = np.flatnonzero(happened)[np.lexsort((np.concatenate(places)[happened], path[happened]))]
+    number_of = np.bincount(path[order], minlength=count)
+    column = np.arange(len(order)) - np.repeat(np.cumsum(number_of) - number_of, number_of)
+    most = max(1, int(number_of.max(initial=0)))
+    vertices = np.repeat(found.vertices[:, -1:], most + 2, axis=1)
+    vertices[:, 0] = found.vertices[:, 0]
+    vertices[path[order], 1 + column] = np.concatenate(points)[order]
+    new_objects, new_kinds = np.full((count, most), STRAIGHT), np.full((count, most), int(Interaction.NONE))
+    new_objects[path[order], column], new_kinds[path[order], column] = np.concatenate(objects)[order], kind[order]
+    return found._replace(vertices=vertices, objects=new_objects, kinds=new_kinds)

@@ -17,16 +17,15 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float, Int
 
+from scenes.scene.permittivity import conducting_objects
 from simulate.positions.placement import free_positions
-from simulate.rays.core.path_fields import Ways, path_amplitudes
-from simulate.rays.core.plane_sequences import distinct, plane_sequences
+from simulate.rays.core.electric_field import Ways, path_amplitudes
+from simulate.rays.core.image_method import Images
+from simulate.rays.core.multipath import STRAIGHT, Course, Interaction, Solution, largest_shares
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.reflections import Images
+from simulate.rays.core.ray_scene import RayScene, first_hits
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
-from simulate.rays.core.solution import Course, Solution, largest_shares
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import STRAIGHT, Interaction
 
 Chains = Int[np.ndarray, "chains depth"]
 """Planes that reflect the wave, from source to target; −1 after the last one."""
@@ -50,10 +49,7 @@ def line_of_sight(propagation: Propagation) -> Chains:
 def find_chains(
     ray_scene: RayScene, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
 ) -> Chains:
-    """Find the chains that carry power from the gateway to anywhere in a region.
-
-    The result depends only on the arguments.
-    """
+    """Find the chains that carry power from the gateway to anywhere in a region."""
     scene, propagation = ray_scene.description, ray_scene.propagation
     if not propagation.specular or not propagation.max_depth:
         return line_of_sight(propagation)
@@ -118,4 +114,56 @@ def _course(
     kinds[:, :count] = Interaction.REFLECTION
     vertices = np.concatenate([starts[:, None], *[ends[:, None]] * (depth + 1)], axis=1)
     vertices[:, 1 : count + 1] = ways.vertices.transpose(2, 0, 1)
-    return Course(vertices, objects, kinds)
+    return vertices, objects, kinds
+
+
+PASSES = 4
+"""Most objects that a ray passes through."""
+
+NEAR = 1e-4
+"""Metres behind a surface at which a ray that leaves it starts."""
+
+
+def plane_sequences(
+    ray_scene: RayScene,
+    origins: Float[np.ndarray, "origins 3"],
+    most: int,
+    generator: np.random.Generator,
+) -> Int[np.ndarray, "sequences most"]:
+    """Sequences of planes that can reflect waves from some points, first the sequence without reflections.
+
+    Rays are shot in random directions. A conductor reflects a ray. At other objects it is reflected or goes on.
+    """
+    planes, propagation = ray_scene.planes, ray_scene.propagation
+    conducts = conducting_objects(ray_scene.description)[ray_scene.object_of_face]
+    rays = propagation.rays
+    points = origins[np.arange(rays) % len(origins)]
+    directions = generator.standard_normal((rays, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    taken = np.full((rays, most), -1)
+    count = np.zeros(rays, np.int64)
+    found = [np.full((1, most), -1)]
+    for _ in range(most + (PASSES if propagation.refraction else 0) if most else 0):
+        face, distance = first_hits(ray_scene, points, directions, np.inf)
+        reflected = conducts[face] | (not propagation.refraction) | (generator.random(len(face)) < 0.5)
+        going = (face >= 0) & (count < most)
+        points, directions, taken, count = points[going], directions[going], taken[going], count[going]
+        face, distance, reflected = face[going], distance[going], reflected[going]
+        points = points + distance[:, None] * directions
+        plane = planes.of_face[face[reflected]]
+        normals = planes.normals[plane]
+        along = (directions[reflected] * normals).sum(axis=1, keepdims=True)
+        directions[reflected] -= 2 * along * normals
+        taken[reflected, count[reflected]] = plane
+        count[reflected] += 1
+        points = points + NEAR * directions
+        found.append(distinct(taken[reflected], len(planes.normals)))
+    return distinct(np.concatenate(found), len(planes.normals))
+
+
+def distinct(sequences: Int[np.ndarray, "n most"], planes: int) -> Int[np.ndarray, "k most"]:
+    """The distinct rows, in lexical order. NumPy's own function for rows is much slower."""
+    key = np.zeros(len(sequences), np.int64)
+    for column in sequences.T:
+        key = np.unique(key * (planes + 1) + column + 1, return_inverse=True)[1].ravel()
+    return sequences[np.unique(key, return_index=True)[1]]

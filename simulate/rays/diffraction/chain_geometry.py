@@ -10,7 +10,7 @@ With two diffractions, Newton's method finds the two points for which the whole 
 
 A chain is a path if the waves of both antennas are in the open space around their edges, and every reflection is on a
 surface. Whether something blocks the path is tested later. A point of diffraction may lie beyond an end of the edge if
-the way through the end is not much longer (see ``simulate.rays.diffraction.corners``). The path then passes through the
+the way through the end is not much longer (``end_weight``). The path then passes through the
 end.
 """
 
@@ -24,17 +24,14 @@ import numba
 import numpy as np
 from jaxtyping import Float32, Int, UInt32
 
-from simulate.parallel import ONE_KERNEL
-from simulate.parallel.compiled import compiled
-from simulate.rays.core.path_fields import Ways, aligned
+from simulate.parallel.compiled import ONE_KERNEL, compiled
+from simulate.rays.core.electric_field import Ways, aligned
 from simulate.rays.core.planes import Planes
-from simulate.rays.diffraction.around import around_one, around_two
-from simulate.rays.diffraction.cylindrical import on_edge_or_end, wedge_of
-from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChains
+from simulate.rays.diffraction.arms import Ends, follow, legs_of
+from simulate.rays.diffraction.diffraction_chains import NO_LINK, THROUGH_SPACE, DiffractedChains, lift_of
+from simulate.rays.diffraction.diffraction_points import on_edge_or_end, points_of_diffraction, shortest, wedge_of
+from simulate.rays.diffraction.distance_parameters import around_one, around_two
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.diffraction.ends import Ends, follow, legs_of
-from simulate.rays.diffraction.links import THROUGH_SPACE, lift_of
-from simulate.rays.diffraction.points import points_of_diffraction, shortest
 
 BLOCK = 1024
 """Number of paths that one thread handles at a time."""
@@ -46,7 +43,7 @@ class PathGeometry(Ways):
 
     edges: UInt32[np.ndarray, "diffractions paths"]  # index of each edge
     angles: Float32[np.ndarray, "diffractions 2 paths"]  # φ′ and φ at each edge, radians
-    length: Float32[np.ndarray, "diffractions paths"]  # L at each edge (wedge.py), metres
+    length: Float32[np.ndarray, "diffractions paths"]  # L at each edge (``transition_pairs``), metres
     sin_beta: Float32[np.ndarray, "diffractions paths"]  # sine of the angle β₀ between path and edge
     # how much longer the ways through the start and the end of the edge are, from the vertex before the edge to the
     # vertex after it, metres; negative if the point of diffraction lies beyond that end

@@ -1,4 +1,4 @@
-"""Find the chains with diffractions that carry power from the gateway into a region.
+"""Find the chains with diffractions that carry power from the gateway into a region, and solve them.
 
 Rays from the elements, and from positions in the region, find the sequences of planes that reflect waves. A sequence
 after which a wave can reach an edge is an arm. Two arms at one edge, or at two edges that a link joins, make a
@@ -7,21 +7,24 @@ candidate. A candidate is kept if it carries power to one of some trial position
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.positions.placement import free_positions
-from simulate.rays.core.plane_sequences import plane_sequences
-from simulate.rays.core.reflection_chains import Chains, reflected
+from simulate.rays.core.electric_field import AtEdge, path_amplitudes
+from simulate.rays.core.multipath import Course, Interaction, Solution, largest_shares
+from simulate.rays.core.ray_scene import RayScene
+from simulate.rays.core.reflection_chains import Chains, plane_sequences, reflected
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
-from simulate.rays.core.solution import largest_shares
-from simulate.rays.diffraction.arms import Arms
-from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChains, chains_of
-from simulate.rays.diffraction.ends import ends_of, reaches
-from simulate.rays.diffraction.links import NO_LINKS, links_between
-from simulate.rays.diffraction.solve import EdgeScene, diffracted
+from simulate.rays.core.surfaces import Surfaces
+from simulate.rays.diffraction.arms import Arms, ends_of, reaches
+from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
+from simulate.rays.diffraction.diffraction_chains import NO_LINK, NO_LINKS, DiffractedChains, chains_of, links_between
+from simulate.rays.diffraction.edge_fields import behind_edge
+from simulate.rays.diffraction.edges import Edges, diffracting_edges, foremost
 from simulate.spectra.spectrum import evenly
 
 MOST_REFLECTIONS = 2
@@ -99,3 +102,80 @@ def _possible_arms(
         arms = Arms(sequences, np.full(len(sequences), edge))
         found.append(arms.subset(reaches(planes, edges, arms, ends_of(planes, edges, arms, antennas))))
     return Arms(np.concatenate([arms.planes for arms in found]), np.concatenate([arms.edges for arms in found]))
+
+
+LANES = 400_000
+"""Paths solved at a time. This bounds the memory."""
+
+AT_ONCE = 50_000_000
+"""Combinations of target, chain and source examined at a time, one byte each."""
+
+
+class EdgeScene:
+    """A scene with its edges."""
+
+    def __init__(self, ray_scene: RayScene, edges: Edges | None = None):
+        self.ray_scene = ray_scene
+        every = diffracting_edges(ray_scene) if edges is None else edges
+        self.edges: Edges = foremost(every, ray_scene.description)
+        self.left_out = len(every) - len(self.edges)
+        self.surfaces = Surfaces(ray_scene)
+
+
+def diffracted(
+    edge_scene: EdgeScene,
+    chains: DiffractedChains,
+    sources: Antennas,
+    targets: Antennas,
+    surfaces: Sequence[Surfaces],
+) -> Iterator[Solution]:
+    """Solve every chain between every source and target, in the order of shapes, then target, chain and source."""
+    planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
+    wavelength = edge_scene.ray_scene.description.wavelength
+    shapes = chains.shapes
+    for shape in np.unique(shapes, axis=0):
+        number = np.nonzero((shapes == shape).all(axis=1))[0]
+        alike = chains.subset(number)
+        near = ends_of(planes, edges, alike.near, sources.positions)
+        batch = max(1, AT_ONCE // (len(alike) * len(sources)))
+        for start in range(0, len(targets), batch):
+            far = ends_of(planes, edges, alike.far, targets.positions[start : start + batch])
+            combinations = Combinations(planes, edges, alike, near, far, wavelength)
+            possible = combinations.possible()
+            for first in range(0, possible.shape[1], LANES):
+                paths = possible[:, first : first + LANES]
+                geometry = combinations.geometry(paths, start)
+                target, chain, source = paths[0] + start, paths[1], paths[2]
+                amplitudes = [
+                    path_amplitudes(each, sources, targets, geometry, _at_edges(each, edges, geometry, int(shape[0])))
+                    for each in surfaces
+                ]
+                starts, ends = sources.positions[source], targets.positions[target]
+                course = partial(_course, geometry, starts, ends, edge_scene, int(shape[0]), int(shape[1]))
+                wavelengths = [each.wavelength for each in surfaces]
+                yield Solution(number[chain], target, source, geometry.travelled, amplitudes, wavelengths, course)
+
+
+def _at_edges(surfaces: Surfaces, edges: Edges, geometry: PathGeometry, first_edge: int) -> dict[int, AtEdge]:
+    """What happens to the field at each edge of paths, by its number among the interactions."""
+    numbers = range(len(geometry.edges))
+    return {first_edge + number: partial(behind_edge, surfaces, edges, geometry, number) for number in numbers}
+
+
+def _course(
+    geometry: PathGeometry,
+    starts: Float[np.ndarray, "paths 3"],
+    ends: Float[np.ndarray, "paths 3"],
+    edge_scene: EdgeScene,
+    before: int,
+    diffractions: int,
+) -> Course:
+    """Where paths run that are diffracted after some number of reflections."""
+    objects_of = edge_scene.ray_scene.object_of_face
+    objects = objects_of[geometry.faces].T
+    at_edges = slice(before, before + diffractions)
+    objects[:, at_edges] = objects_of[edge_scene.edges.faces[geometry.edges]].T
+    kinds = np.full(objects.shape, int(Interaction.REFLECTION))
+    kinds[:, at_edges] = Interaction.DIFFRACTION
+    vertices = np.concatenate([starts[:, None], geometry.vertices.transpose(2, 0, 1), ends[:, None]], axis=1)
+    return vertices, objects, kinds

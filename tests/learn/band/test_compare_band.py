@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.band.band_kriging import Kriging
-from learn.band.band_scores import score_band
-from learn.band.known_band import KnownBand, PredictedBand
+from learn.band.band_comparison import score_band
+from learn.band.band_methods import KnownBand, Kriging, PredictedBand
 from scenes.files.errors import InputError
 
 ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8
@@ -18,10 +17,10 @@ ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8
 def quick():
     """A short search, which is enough for so few positions."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("learn.models.vecchia.FITTED_ON", 30)
-        patch.setattr("learn.models.vecchia.ITERATIONS", 15)
-        patch.setattr("learn.models.mixture_weights.FOLDED", 1)
-        patch.setattr("learn.models.band_errors.FOLDED", 1)
+        patch.setattr("learn.models.kriging.vecchia.FITTED_ON", 30)
+        patch.setattr("learn.models.kriging.vecchia.ITERATIONS", 15)
+        patch.setattr("learn.models.kriging.stacking.FOLDED", 1)
+        patch.setattr("learn.models.kriging.deviation_curve.FOLDED", 1)
         yield
 
 

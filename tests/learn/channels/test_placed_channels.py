@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from learn.channels.channel_scores import coverage, snr_db
-from learn.channels.joint_channels import JointChannels
 from learn.channels.known_channels import KnownChannels
-from learn.channels.placed_channels import PlacedChannels
+from learn.channels.linear_channels import JointChannels, PlacedChannels
 
 WAVELENGTH, KNOWN, S = 0.3, 80, 6
 
@@ -15,8 +14,8 @@ WAVELENGTH, KNOWN, S = 0.3, 80, 6
 def quick():
     """A short search, which is enough for so few positions."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("learn.models.vecchia.FITTED_ON", 40)
-        patch.setattr("learn.models.vecchia.ITERATIONS", 25)
+        patch.setattr("learn.models.kriging.vecchia.FITTED_ON", 40)
+        patch.setattr("learn.models.kriging.vecchia.ITERATIONS", 25)
         yield
 
 

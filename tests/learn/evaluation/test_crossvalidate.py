@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from learn.evaluation.crossvalidate import crossvalidate
-from learn.reports.crossvalidation_report import write_crossvalidation
+from learn.reports.evaluation_report import write_crossvalidation
 from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
 from scenes.places.lab import lab

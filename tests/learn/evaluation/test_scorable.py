@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from learn.data.scorable import scorable
+from learn.data.metrics import scorable
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.evaluation.evaluate import evaluate
-from learn.evaluation.picture_doubts import picture_doubts
+from learn.evaluation.picture_checks import picture_doubts
 from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
 from scenes.places.lab import lab

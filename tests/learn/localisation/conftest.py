@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.models import mixture_weights, vecchia
+from learn.models.kriging import stacking, vecchia
 from learn.training.run_folder import Run
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.fullwave.stored_field import read_stored_field
@@ -44,5 +44,5 @@ def folder(tmp_path_factory) -> Path:
 def runs(folder) -> list[Run]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vecchia, "ITERATIONS", 15)
-        patch.setattr(mixture_weights, "FOLDS", 1)
+        patch.setattr(stacking, "FOLDS", 1)
         return [bisplat.train(folder / name, folder / f"run-{name}") for name in ("one", "two")]

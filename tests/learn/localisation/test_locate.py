@@ -12,22 +12,21 @@ from skimage.io import imsave
 
 import bisplat
 from bisplat.commands.evaluation_commands import evaluate as evaluate_command
-from bisplat.commands.uses_commands import locate as locate_command
+from bisplat.commands.locate_command import locate as locate_command
 from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.localisation import fingerprints
 from learn.localisation import locate as locate_module
 from learn.localisation import refine as refine_module
 from learn.localisation.fingerprints import Field, Fingerprints
-from learn.localisation.heard_pictures import heard_pictures
 from learn.localisation.locate import _places, grid_warning
-from learn.localisation.places_file import HEADER
-from learn.localisation.refine import FARTHEST, refine
-from learn.localisation.starting_points import MODES, starting_points
+from learn.localisation.located_places import HEADER
+from learn.localisation.observations import observed_pictures
+from learn.localisation.refine import FARTHEST, MODES, candidate_points, refine
 from learn.models.geometry import grid_in
-from learn.reports.locations_report import write_locations
+from learn.reports.evaluation_report import write_locations
 from learn.training import run_folder
 from learn.training.deviation import Deviation
-from learn.training.training_file import TrainingFile
+from learn.training.run_files import TrainingFile
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_writer import write_gateway
 from simulate.spectra.array import PlanarArray
@@ -235,7 +234,7 @@ def test_pictures_of_another_receiver_are_refused(change, words, folder, runs, t
 
 
 def test_pictures_of_the_same_receiver_are_taken(folder, runs, capsys):
-    assert len(heard_pictures(folder / "one", runs[0])[0]) == 140
+    assert len(observed_pictures(folder / "one", runs[0])[0]) == 140
     assert capsys.readouterr().err == ""
 
 
@@ -244,7 +243,7 @@ def test_pictures_of_an_array_that_moved_with_its_transmitter_are_refused(folder
     (heard / "metadata.json").write_text('{"moving": "both"}')
     shutil.copy(heard / "tx_pos.csv", heard / "rx_pos.csv")
     with pytest.raises(InputError, match="expected pictures of a gateway that stands still, found some of an array"):
-        heard_pictures(heard, runs[0])
+        observed_pictures(heard, runs[0])
     with pytest.raises(InputError, match="expected spectra of a link with one end that stands still"):
         bisplat.evaluate(runs[0], heard)
 
@@ -255,7 +254,7 @@ def test_pictures_that_the_runs_array_does_not_explain_are_warned_of(runs, tmp_p
     responses = np.random.default_rng(0).normal(size=(3, 16, 2)) @ [1, 1j]
     for number, image in enumerate(picture(other.spectrum(responses)), start=1):
         imsave(tmp_path / "seen" / f"{number:05d}.png", image, check_contrast=False)
-    heard_pictures(tmp_path / "seen", runs[0])
+    observed_pictures(tmp_path / "seen", runs[0])
     said = " ".join(capsys.readouterr().err.split())
     assert "warning: " in said and "4 × 4 elements 0.5 λ apart, leaves" in said and "by another array?" in said
 
@@ -325,7 +324,7 @@ def test_grid_holds_the_corners_of_its_region_and_is_bounded():
 
 def test_starts_are_apart():
     points = grid_in(np.array([[0.0, 0, 0], [1, 1, 1]]), 0.1, 2000)
-    starts = starting_points(points, -np.linalg.norm(points - 0.5, axis=1), 0.3)
+    starts = candidate_points(points, -np.linalg.norm(points - 0.5, axis=1), 0.3)
     np.testing.assert_allclose(starts[0], [0.5, 0.5, 0.5])
     apart = np.linalg.norm(starts[:, None] - starts, axis=-1) + 9 * np.eye(MODES)
     assert apart.min() >= 0.3

@@ -8,14 +8,14 @@ import pytest
 
 import bisplat
 from bisplat.__main__ import main
-from learn.localisation.channel_fingerprints import (
+from learn.localisation.baseline_positions import by_channels, error_rows
+from learn.localisation.channel_regression import (
     DIRECTIONS,
     MOST_DELAYS,
     MOST_DIRECTIONS,
     ChannelFingerprints,
     _over_a_sphere,
 )
-from learn.localisation.judged_places import by_channels, error_rows
 from learn.localisation.locate_channels import locate_channels
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_writer import write_positions

@@ -7,9 +7,8 @@ import pytest
 from scipy.stats import norm
 
 import bisplat
-from learn.localisation.judged_places import by_powers, error_rows
-from learn.localisation.likely_places import likely_places
-from learn.localisation.locate_powers import PowerLikelihood, locate_powers
+from learn.localisation.baseline_positions import by_powers, error_rows
+from learn.localisation.locate_powers import PowerLikelihood, locate_powers, posterior_places
 from learn.powers.known_powers import PredictedPowers
 from scenes.files.errors import InputError
 from tests.rssi_folders import write_hall
@@ -73,11 +72,11 @@ def test_transmitter_that_nobody_hears_has_no_place(hall):
 def test_two_clusters_far_apart_are_two_places():
     generator = np.random.default_rng(0)
     points = np.concatenate([generator.normal((0, 0, 0), 0.2, (30, 3)), generator.normal((4, 0, 0), 0.2, (10, 3))])
-    two = likely_places(points, np.zeros(40), np.zeros(40), 0.0)
+    two = posterior_places(points, np.zeros(40), np.zeros(40), 0.0)
     assert [round(place.probability, 2) for place in two] == [0.75, 0.25]
     np.testing.assert_allclose(two[1].position, points[30:].mean(axis=0))
     np.testing.assert_allclose(two[0].covariance, np.cov(points[:30].T, bias=True))
-    [one] = likely_places(generator.uniform(0, 1, (500, 3)), np.zeros(500), np.zeros(500), 0.0)
+    [one] = posterior_places(generator.uniform(0, 1, (500, 3)), np.zeros(500), np.zeros(500), 0.0)
     assert one.probability == 1
 
 

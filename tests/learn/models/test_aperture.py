@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from learn.data.metrics import ssim
-from learn.models.aperture import STEP_DEG, BiSplatAperture
+from learn.models.networks.aperture import STEP_DEG, BiSplatAperture
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.band_field import BandField
-from learn.models.delay_powers import delay_paths, fit_delay_powers, white_noise
+from learn.models.kriging.band_field import BandField
+from learn.models.kriging.delay_powers import delay_paths, fit_delay_powers, white_noise
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 
@@ -20,9 +20,9 @@ FREQUENCIES = CARRIER + SPACING * (np.arange(SUBCARRIERS) - SUBCARRIERS // 2)
 def quick():
     """A short search, which is enough for so few positions."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("learn.models.vecchia.FITTED_ON", 40)
-        patch.setattr("learn.models.vecchia.ITERATIONS", 25)
-        patch.setattr("learn.models.band_errors.FOLDED", 72)
+        patch.setattr("learn.models.kriging.vecchia.FITTED_ON", 40)
+        patch.setattr("learn.models.kriging.vecchia.ITERATIONS", 25)
+        patch.setattr("learn.models.kriging.deviation_curve.FOLDED", 72)
         yield
 
 

@@ -5,8 +5,8 @@ import pytest
 import torch
 from torch import nn
 
-from learn.models.bst import BilinearSpatialTransformer, bilinear_weights
-from learn.models.networks import Interpolated, LinearOfParts
+from learn.models.networks.bisplat import BilinearSpatialTransformer, bilinear_weights
+from learn.models.networks.feed_forward import Interpolated, LinearOfParts
 from learn.training.train import train
 from scenes.files.errors import InputError
 

@@ -7,7 +7,7 @@ import pytest
 
 import bisplat
 from learn.data.same_receiver import other_array
-from learn.evaluation.picture_doubts import picture_doubts
+from learn.evaluation.picture_checks import picture_doubts
 from learn.models.quadrature import quadrature
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.exchange.given_responses import write_dataset

@@ -7,7 +7,7 @@ import pytest
 import torch
 from scipy.special import lpmv
 
-from learn.models.gsrf import DEGREE, GSRF, legendre_fourier
+from learn.models.peers.gsrf import DEGREE, GSRF, legendre_fourier
 from simulate.spectra.beamformer import Beamformer
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])

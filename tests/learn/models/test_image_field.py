@@ -9,11 +9,10 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from learn.comparison.compare import compare
-from learn.models.image_field import ImageField
-from learn.models.image_strengths import most_likely
-from learn.models.kriged_field import KrigedField
-from learn.models.mirror_images import gateway_and_first_images, image_waves, second_images
-from learn.models.wall_angle import frame_of_walls, in_frame
+from learn.models.images.image_field import ImageField, frame_of_walls, in_frame
+from learn.models.images.image_search import most_likely
+from learn.models.images.mirror_images import gateway_and_first_images, image_waves, second_images
+from learn.models.kriging.kriged_field import KrigedField
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.train import train
 from scenes.files.errors import InputError

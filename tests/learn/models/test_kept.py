@@ -5,7 +5,7 @@ import pickle
 
 import torch
 
-from learn.models.kept import Kept
+from learn.models.base import Kept
 
 
 def test_it_is_made_again_for_other_or_changed_tensors_only():

@@ -6,9 +6,8 @@ import torch
 from scipy.stats import kstest
 
 from learn.data.metrics import ssim
-from learn.models.bisplat import BiSplatWRF
-from learn.models.loss import composite_loss
-from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
+from learn.models.networks.bisplat import SCALE_MAX, SCALE_MIN, BiSplatWRF, Primitives
+from learn.models.quadrature import composite_loss
 from learn.training.registry import MODELS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
@@ -186,7 +185,7 @@ def test_bisplats_spectrum_is_the_fields_power(small, region):
 
 def test_coefficients_are_mixed_by_the_papers_formula(monkeypatch, small, region):
     """c = (amp_static + w amp_mod) e^{j(phase_static + phase_mod)}, w smaller for coarse primitives than for fine."""
-    from learn.models import bisplat as module
+    from learn.models.networks import bisplat as module
 
     seen = {}
 

@@ -9,12 +9,11 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from learn.data.metrics import ssim
-from learn.models.aperture import BiSplatAperture
-from learn.models.helmholtz import HelmholtzField
-from learn.models.kriged_field import KrigedField
-from learn.models.mlp import ResponseMLP
-from learn.models.one_field import OneField
-from learn.models.ways_of_interpolation import WAYS, kriging_ways
+from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.kriging.interpolators import WAYS, OneField, kriging_ways
+from learn.models.kriging.kriged_field import KrigedField
+from learn.models.networks.aperture import BiSplatAperture
+from learn.models.networks.mlp import ResponseMLP
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset

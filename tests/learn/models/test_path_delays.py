@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.aperture import BiSplatAperture
-from learn.models.mlp import PATHS, ResponseMLP
-from learn.models.path_delays import PathDelays, first_delays
+from learn.models.networks.aperture import BiSplatAperture
+from learn.models.networks.mlp import PATHS, ResponseMLP
+from learn.models.networks.response_network import PathDelays, first_delays
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.exchange.given_responses import write_dataset

@@ -8,15 +8,14 @@ import pytest
 import torch
 
 from learn.models.encoding import positional_encoding
-from learn.models.gsrf import GSRF
-from learn.models.loss import composite_loss
-from learn.models.mlp import ResponseMLP, SpectrumMLP
-from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
-from learn.models.quadrature import picture_pixels, quadrature
-from learn.models.steps import Steps
-from learn.models.swiftwrf import SwiftWRF
-from learn.models.wrf_gs_plus import WRFGSPlus
-from learn.training.lightning_module import Training
+from learn.models.model_settings import Steps
+from learn.models.networks.mlp import ResponseMLP, SpectrumMLP
+from learn.models.peers.gsrf import GSRF
+from learn.models.peers.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
+from learn.models.peers.swiftwrf import SwiftWRF
+from learn.models.peers.wrf_gs_plus import WRFGSPlus
+from learn.models.quadrature import composite_loss, picture_pixels, quadrature
+from learn.training.gradient_steps import Training
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
 

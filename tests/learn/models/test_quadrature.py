@@ -6,8 +6,7 @@ import torch
 
 from learn.data.metrics import ssim
 from learn.models.capabilities import HasOwnLoss, PredictsResponses
-from learn.models.loss import coarse_loss, composite_loss
-from learn.models.quadrature import interpolation, picture_pixels, quadrature
+from learn.models.quadrature import coarse_loss, composite_loss, interpolation, picture_pixels, quadrature
 from learn.training.registry import MODELS, model_class
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray

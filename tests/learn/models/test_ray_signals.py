@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.nerf2 import NeRF2
-from learn.models.ray_signals import RaySignals, RaySize, octaves, ray_directions
+from learn.models.peers.nerf2 import NeRF2
+from learn.models.peers.ray_signals import RaySignals, RaySize, octaves, ray_directions
 from simulate.spectra.beamformer import Beamformer
 
 WAVELENGTH, FAR = 0.3, 5.0

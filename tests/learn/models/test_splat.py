@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models import splat as splat_module
-from learn.models.splat_cpu import CUTOFF
+from learn.models.splatting import splat as splat_module
+from learn.models.splatting.splat_cpu import CUTOFF
 
 NAMES = ("azimuth", "elevation", "depth", "scale", "rotation", "opacity", "coefficient")
 
@@ -22,7 +22,7 @@ def renderer(request, monkeypatch):
 
 
 def splat(coefficient, **others):
-    """``learn.models.splat.splat`` of complex numbers."""
+    """``learn.models.splatting.splat.splat`` of complex numbers."""
     return torch.view_as_complex(splat_module.splat(coefficient=torch.view_as_real(coefficient), **others).contiguous())
 
 

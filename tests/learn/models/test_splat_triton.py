@@ -8,8 +8,8 @@ import torch
 
 pytest.importorskip("triton", reason="Triton comes with the CUDA builds of torch, and with bisplat-wrf[test]")
 
-from learn.models.splat import conic_of, splat_reference
-from learn.models.splat_triton import splat_triton
+from learn.models.splatting.splat import conic_of, splat_reference
+from learn.models.splatting.splat_triton import splat_triton
 
 DEVICE = "cuda" if torch.cuda.is_available() else "cpu"
 AZIMUTHS, ELEVATIONS = torch.arange(0.0, 360.0, 6.0).double(), torch.arange(3.0, 90.0, 6.0).double()

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.loss import composite_loss
-from learn.models.spatial_gaussians import conic_of_axes, directions, neighbour_distance
-from learn.models.wrf_gs_plus import WRFGSPlus
+from learn.models.peers.wrf_gs_plus import WRFGSPlus
+from learn.models.quadrature import composite_loss
+from learn.models.splatting.splat import conic_of_axes, directions, neighbour_distance
 from simulate.spectra.beamformer import Beamformer
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])

@@ -21,8 +21,8 @@ from scenes.places.closet import closet
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import box
 from scenes.storage.scene_writing import write_scene
-from simulate.positions.given_positions import read_points
 from simulate.positions.placement import place
+from simulate.positions.positions import read_points
 from simulate.rays.core.propagation import Propagation
 from tests.small_scene import small_scene
 

@@ -8,12 +8,13 @@ import torch
 import bisplat
 from bisplat.commands.training_commands import read_option
 from learn.data.splits import split
-from learn.models.steps import Steps
-from learn.training import budget, presets
+from learn.models.model_settings import Steps
+from learn.training import budget
+from learn.training import registry as presets
 from learn.training.config import Config, read_config
-from learn.training.found_responses import Learned
-from learn.training.lightning_module import Training
-from learn.training.untrained_model import box_of, build_model
+from learn.training.gradient_steps import Training
+from learn.training.run_files import box_of, build_model
+from learn.training.validation_part import Learned
 from scenes.files.errors import InputError, ParameterError
 
 

@@ -14,12 +14,11 @@ import torch
 from safetensors.torch import load_file, save_file
 
 from learn.data.splits import read_split, split
-from learn.models.helmholtz import HelmholtzField
-from learn.models.kriged_field import KrigedField
+from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.kriging.kriged_field import KrigedField
 from learn.training.config import Config, write_config
+from learn.training.run_files import box_of, read_training
 from learn.training.run_folder import load_run, save_weights
-from learn.training.training_file import read_training
-from learn.training.untrained_model import box_of
 from scenes.files.errors import InputError, ParameterError
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset

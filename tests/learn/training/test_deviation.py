@@ -8,11 +8,11 @@ from PIL import Image
 
 import bisplat
 from learn.evaluation.evaluate import evaluate
-from learn.models.deviation_curve import NORMAL
+from learn.models.kriging.deviation_curve import NORMAL
 from learn.reports.evaluation_report import write_evaluation
 from learn.training.deviation import LEAST, LEAST_VALIDATED, fit_deviation
+from learn.training.run_files import read_known_positions, read_training
 from learn.training.run_folder import load_run
-from learn.training.training_file import read_known_positions, read_training
 from scenes.files.errors import InputError
 
 GAP = np.random.default_rng(1).uniform(0, 2, size=4000)

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from learn.models.base import SpectrumModel
-from learn.models.vecchia import ITERATIONS
+from learn.models.kriging.vecchia import ITERATIONS
 from learn.training.config import Config
 from learn.training.fit_progress import FitProgress
 from learn.training.train import train_run

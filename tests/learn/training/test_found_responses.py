@@ -9,12 +9,12 @@ import pytest
 import bisplat
 from learn.data.metrics import ssim
 from learn.data.splits import Split
-from learn.models import vecchia
-from learn.models.phase_synchronisation import flipped
+from learn.models.kriging import vecchia
+from learn.models.kriging.phase_synchronisation import flipped
 from learn.training.config import Config
-from learn.training.found_responses import learned_responses
 from learn.training.registry import MODELS
-from learn.training.untrained_model import box_of, build_model
+from learn.training.run_files import box_of, build_model
+from learn.training.validation_part import learned_responses
 from scenes.files.errors import ParameterError
 from simulate.dataset.dataset import Dataset
 from simulate.fullwave.stored_field import read_stored_field

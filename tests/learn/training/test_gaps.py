@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from learn.models.helmholtz import HelmholtzField
-from learn.models.mlp import SpectrumMLP
-from learn.training.gaps import errors_over_gaps, knowing_nothing
+from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.networks.mlp import SpectrumMLP
+from learn.training.deviation import errors_over_gaps, knowing_nothing
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of, plane_waves
 
 POSITIONS = np.random.default_rng(3).uniform(0, 0.6, (80, 3))

@@ -7,9 +7,9 @@ import onnxruntime
 import pytest
 import torch
 
-from learn.models.bisplat import BiSplatWRF
-from learn.models.helmholtz import HelmholtzField
-from learn.models.kriged_field import DIRECTIONS, KrigedField
+from learn.models.kriging.helmholtz import HelmholtzField
+from learn.models.kriging.kriged_field import DIRECTIONS, KrigedField
+from learn.models.networks.bisplat import BiSplatWRF
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.run_folder import load_run
 from scenes.files import atomic

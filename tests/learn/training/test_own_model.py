@@ -14,8 +14,8 @@ import pytest
 import torch
 
 import bisplat
-from learn.comparison.methods import method_named
-from learn.training.lightning_module import Training
+from learn.comparison.spectrum_methods import method_named
+from learn.training.gradient_steps import Training
 from learn.view.subject import subject
 from scenes.files.errors import InputError, ParameterError
 from tests.docs.pages import saved
@@ -88,7 +88,7 @@ def test_the_commands_know_it(here, tiny):
 
 
 def test_an_interrupted_training_is_resumed(here, tiny, monkeypatch):
-    monkeypatch.setattr("learn.training.epochs.STEPS_PER_VALIDATION", 2)
+    monkeypatch.setattr("learn.training.validation_part.STEPS_PER_VALIDATION", 2)
     given = {"model": "own_level:Level", "steps": 6, "options": {"start": 0.5}}
     whole = bisplat.train(tiny, "whole", **given)
     steps: list[int] = []

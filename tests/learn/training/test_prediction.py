@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.aperture import BiSplatAperture
 from learn.models.base import SpectrumModel
-from learn.models.mlp import ResponseMLP, SpectrumMLP
+from learn.models.networks.aperture import BiSplatAperture
+from learn.models.networks.mlp import ResponseMLP, SpectrumMLP
 from learn.training.prediction import RESPONSES_AT_ONCE, checked_dtype, predicted
 from scenes.files.errors import ParameterError
 from simulate.spectra.angular_grid import AngularGrid

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from learn.twin.alignment import aligned_to
+from learn.twin.gains import aligned_to
 
 
 def test_aligned_responses_are_nearer_the_more_alike_they_are():

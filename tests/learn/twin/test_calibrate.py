@@ -11,8 +11,7 @@ import bisplat
 from bisplat.__main__ import main
 from learn.data.splits import split
 from learn.twin import calibrate as calibrate_module
-from learn.twin.calibrate import calibrate, calibrate_by, write_calibration
-from learn.twin.calibration_table import RECORD, rows_of
+from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
 from learn.twin.gauss_newton import Calibration
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SceneObject

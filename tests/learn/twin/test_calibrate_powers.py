@@ -23,8 +23,8 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.gateways_file import read_gateways
 from simulate.rssi.rssi_dataset import read_rssi
+from simulate.rssi.rssi_files import read_gateways
 from tests.small_scene import CABINET, small_scene
 
 COARSE = Propagation(max_depth=1, rays=20_000, diffraction=False)

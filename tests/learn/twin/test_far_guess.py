@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from learn.twin import far_guess as far_guess_module
-from learn.twin.far_guess import _responses, elements_of, far_guess, inside, is_far, kept_apart
-from learn.twin.first_guess import responses_of
+from learn.twin import starting_values as far_guess_module
 from learn.twin.gauss_newton import most_likely
 from learn.twin.linearised import over_band
+from learn.twin.starting_values import _responses, elements_of, inside, is_far, kept_apart, responses_of, start_far_away
 from scenes.places.closet import closet
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
@@ -56,7 +55,7 @@ def test_the_guess_is_near_the_true_pose(far, monkeypatch):
     monkeypatch.setattr(far_guess_module, "KEPT", 3)
     described, which, ratios, measured = far
     turned = measured * np.exp(2j * np.arange(12))[:, None]
-    guess = far_guess(Tracer(described, PROPAGATION), ratios, which, POSITIONS, turned, False, counted=160)
+    guess = start_far_away(Tracer(described, PROPAGATION), ratios, which, POSITIONS, turned, False, counted=160)
     assert np.linalg.norm(guess[:3] - OFF[:3]) < 0.08
 
 
@@ -76,7 +75,7 @@ def test_where_no_path_reaches_the_guess_is_the_description(monkeypatch):
     scene, which = small_scene(CABINET), unknowns(small_scene(CABINET), FAR)
     behind = np.array([[2.0, 2.5, 1.2]])
     tracer = Tracer(scene, Propagation(max_depth=0, rays=1000, diffraction=False), np.vstack([behind, behind]))
-    assert not far_guess(tracer, (1.0,), which, behind, np.ones((1, 16), complex), False, counted=16).any()
+    assert not start_far_away(tracer, (1.0,), which, behind, np.ones((1, 16), complex), False, counted=16).any()
 
 
 def test_only_guesses_inside_are_drawn_for_a_gateway_inside():

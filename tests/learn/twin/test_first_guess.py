@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from learn.twin import first_guess as first_guess_module
-from learn.twin.first_guess import first_guess
+from learn.twin import starting_values as first_guess_module
+from learn.twin.starting_values import start_nearby
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from simulate.rays.core.propagation import Propagation
@@ -24,7 +24,7 @@ def test_the_guess_is_near_the_true_pose(flips):
     measured = Tracer(true, PROPAGATION).responses(POSITIONS) * np.exp(2j * np.arange(12))[:, None]
     if flips:
         measured[::2] = measured[::2, ::-1].conj()
-    guess = first_guess([Tracer(small_scene(CABINET), PROPAGATION)], which, POSITIONS, measured, flips, counted=160)
+    guess = start_nearby([Tracer(small_scene(CABINET), PROPAGATION)], which, POSITIONS, measured, flips, counted=160)
     assert np.linalg.norm(guess[:3] - off[:3]) < 0.5 * np.linalg.norm(off[:3])
     assert not guess[6:].any()
 
@@ -32,7 +32,7 @@ def test_the_guess_is_near_the_true_pose(flips):
 def test_a_gateway_in_the_right_place_stays():
     which = unknowns(small_scene(CABINET), Tolerances())
     tracer = Tracer(small_scene(CABINET), PROPAGATION)
-    assert not first_guess([tracer], which, POSITIONS, tracer.responses(POSITIONS), flips=False, counted=160).any()
+    assert not start_nearby([tracer], which, POSITIONS, tracer.responses(POSITIONS), flips=False, counted=160).any()
 
 
 def test_a_guess_is_a_valid_scene(monkeypatch):
@@ -40,10 +40,10 @@ def test_a_guess_is_a_valid_scene(monkeypatch):
     which = unknowns(small_scene(CABINET), Tolerances(position=0.1, rotation=0, objects=0, materials=0))
     true = vary(small_scene(CABINET), which, np.array([-0.1, 0.0, 0.0]))
     tracer, measured = Tracer(small_scene(CABINET), PROPAGATION), Tracer(true, PROPAGATION).responses(POSITIONS)
-    best = first_guess([tracer], which, POSITIONS, measured, flips=False, counted=160)
+    best = start_nearby([tracer], which, POSITIONS, measured, flips=False, counted=160)
     there = vary(small_scene(CABINET), which, best).gateway.position
     monkeypatch.setattr(first_guess_module, "is_valid", lambda scene: scene.gateway.position != there)
-    other = first_guess([tracer], which, POSITIONS, measured, flips=False, counted=160)
+    other = start_nearby([tracer], which, POSITIONS, measured, flips=False, counted=160)
     assert other.any() and (other != best).any()
     monkeypatch.setattr(first_guess_module, "is_valid", lambda scene: False)
-    assert not first_guess([tracer], which, POSITIONS, measured, flips=False, counted=160).any()
+    assert not start_nearby([tracer], which, POSITIONS, measured, flips=False, counted=160).any()

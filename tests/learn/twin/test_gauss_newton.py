@@ -151,7 +151,7 @@ def test_the_likelier_of_two_ends_is_taken(true, measured, monkeypatch, off, lik
         return _Minimum(start + np.array([0, 0.01, 0]), np.full(3, 0.1), 1 + 0j, 0.1, unlikely, tracer)
 
     monkeypatch.setattr(_Search, "from_start", from_start)
-    monkeypatch.setattr(gauss_newton, "first_guess", lambda *arguments: guess)
+    monkeypatch.setattr(gauss_newton, "start_nearby", lambda *arguments: guess)
     found = most_likely(true, which, PROPAGATION, *measured, phases_known=True)
     np.testing.assert_allclose(found.values, [0, expected, 0])
 
@@ -167,7 +167,7 @@ def test_a_guess_counts_where_only_the_orientation_is_unknown(true, measured, mo
     monkeypatch.setattr(_Search, "from_start", from_start)
     for of_guess, expected in ((guess, 2), (np.zeros(3), 1)):
         starts.clear()
-        monkeypatch.setattr(gauss_newton, "first_guess", lambda *arguments, found=of_guess: found)
+        monkeypatch.setattr(gauss_newton, "start_nearby", lambda *arguments, found=of_guess: found)
         most_likely(true, which, PROPAGATION, *measured, phases_known=True)
         assert len(starts) == expected
 

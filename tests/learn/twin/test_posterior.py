@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import cho_factor
 
-from learn.twin.alignment import aligned_to
-from learn.twin.posterior import Quadratic, unlikelihood
+from learn.twin.gains import aligned_to
+from learn.twin.linearised import Quadratic, unlikelihood
 
 
 def test_stated_deviations_are_those_of_a_linear_problem():

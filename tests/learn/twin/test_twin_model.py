@@ -14,7 +14,7 @@ from learn.training.prediction import predict
 from learn.training.registry import MODELS
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from learn.twin import scene_weight
+from learn.twin import twin_model as scene_weight
 from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
@@ -164,7 +164,7 @@ def test_a_scene_is_needed_and_has_the_frequency(data, wrong, true, tmp_path):
 
 
 def test_it_is_no_model_of_comparisons_without_a_scene():
-    from learn.comparison.methods import method_names
+    from learn.comparison.spectrum_methods import method_names
 
     assert MODELS["twin"].needs == ("scene",) and "twin" not in method_names()
 

@@ -12,8 +12,8 @@ import torch
 from matplotlib import colormaps
 from scipy.spatial.transform import Rotation
 
-from learn.models.aperture import BiSplatAperture
-from learn.models.bisplat import BiSplatWRF
+from learn.models.networks.aperture import BiSplatAperture
+from learn.models.networks.bisplat import BiSplatWRF
 from learn.view.chart import BACKGROUND, DECIBELS, INK, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.compared_spectra import in_phase_with, numbers, panels
 from learn.view.hemisphere import DOT_DEG, dots, ellipses

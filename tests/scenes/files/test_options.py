@@ -53,7 +53,7 @@ main()
     ("module", "first", "command", "uses"),
     [
         ("simulate.rays.core.propagation", "max_depth: int = 3", "simulate", IN_SIMULATE),
-        ("learn.models.steps", "steps: int = 1500", "train", IN_TRAIN),
+        ("learn.models.model_settings", "steps: int = 1500", "train", IN_TRAIN),
     ],
 )
 def test_an_option_added_to_the_dataclass_is_everywhere(module, first, command, uses, tmp_path):

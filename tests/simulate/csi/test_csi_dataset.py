@@ -230,7 +230,7 @@ def test_check_warns_of_oddities(change, warning, folder):
     [
         *("train mimo -o out", "ablate mimo -o out", "convert mimo -o out", "responses mimo"),
         *("simulate mimo -o out", "export mimo --deepmimo out", "export mimo --hdf5 out"),
-        *("engines mimo -o out", "calibrate closet mimo -o out", "check mimo --split random"),
+        *("calibrate closet mimo -o out", "check mimo --split random"),
     ],
 )
 def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, capsys):

@@ -10,7 +10,7 @@ from learn.evaluation.check import check
 from learn.training.config import read_config
 from scenes.files.errors import InputError
 from simulate.csi.csi_dataset import read_csi
-from simulate.dataset import folder_kinds
+from simulate.dataset import dataset_kinds as folder_kinds
 from simulate.rssi.rssi_dataset import read_rssi
 
 MARKS = SimpleNamespace(powers=folder_kinds.POWERS, channels=folder_kinds.CHANNELS, rooms=folder_kinds.ROOMS)

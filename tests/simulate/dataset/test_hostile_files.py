@@ -14,10 +14,10 @@ from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.dataset.index_files import read_index
 from simulate.dataset.picture_files import picture_files, read_any_picture, read_picture
-from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
-from simulate.positions import given_positions
-from simulate.positions.given_positions import FARTHEST, check_points, read_points
+from simulate.exchange.reading_options import Conversion
+from simulate.positions import positions as given_positions
+from simulate.positions.positions import FARTHEST, check_points, read_points
 from tests import corpus
 
 COUNT = 5

@@ -9,8 +9,8 @@ from PIL import Image
 from scenes.files.errors import InputError, ParameterError
 from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_writer import write_gateway, write_index, write_positions
-from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
+from simulate.exchange.reading_options import Conversion
 from simulate.spectra import explanation
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray

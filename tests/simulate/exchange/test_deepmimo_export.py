@@ -13,15 +13,15 @@ from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.rays_engine import Rays
-from simulate.exchange.deepmimo import deepmimo_export as module
-from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
-from simulate.exchange.deepmimo.path_list import PathList, sorted_by_receiver
+from simulate.exchange import deepmimo_export as module
+from simulate.exchange.deepmimo_export import export_deepmimo
+from simulate.exchange.deepmimo_scenario import PathList, sorted_by_receiver
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
+from simulate.rays import diffuse_reflection
+from simulate.rays.core.multipath import Interaction
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_tracer import rt
-from simulate.rays.core.terms import Interaction
-from simulate.rays.scattering import scattered
 from simulate.rays.tracer import Tracer
 from tests.folders import contents
 from tests.small_scene import small_scene
@@ -67,7 +67,7 @@ def exported(rich, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("deepmimo") / "rich_scenario"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "AT_ONCE", 2)
-        patch.setattr(scattered, "LANES", 1)
+        patch.setattr(diffuse_reflection, "LANES", 1)
         export_deepmimo(rich, folder)
     return folder
 

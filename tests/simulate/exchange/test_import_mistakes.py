@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import bisplat
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
-from simulate.exchange.recorded_dataset import record
-from simulate.exchange.recording import Recording
+from simulate.exchange.reading_options import Recording
+from simulate.exchange.recorded_responses import record
 from tests.simulate.exchange.test_recorded_dataset import GATEWAY, PLACES, RIGHT, WAVELENGTH, recorded, same
 
 MAGNITUDE, PHASE = np.abs(RIGHT), np.angle(RIGHT)

@@ -7,15 +7,15 @@ import pytest
 import scipy.io
 
 import bisplat
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.orientation import facing
 from simulate.dataset.bearings import bearing_of
 from simulate.exchange.hdf5_export import export_hdf5
-from simulate.exchange.recorded_dataset import record
-from simulate.exchange.recording import Recording
+from simulate.exchange.reading_options import Recording
+from simulate.exchange.recorded_responses import record
 
 GATEWAY = Gateway((0.5, 0.0, 1.5), facing((1, 0, 0)), rows=3, columns=5, spacing=0.5)
 WAVELENGTH = SPEED_OF_LIGHT / 2.4e9

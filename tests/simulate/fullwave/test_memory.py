@@ -2,15 +2,13 @@
 
 import re
 
-import numpy as np
 import pytest
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.storage.scene_yaml import load_scene
-from simulate.fullwave import memory
-from simulate.fullwave.memory import machine_memory, memory_of_runs, require_memory, runs_at_once
+from simulate.fullwave import run_cost
+from simulate.fullwave.run_cost import machine_memory, memory_of_runs, require_memory, runs_at_once
 from simulate.fullwave.run_plan import plan
-from simulate.generation.simulation import simulate
 
 CLOSET = load_scene("closet")
 REGION = CLOSET.transmitter.region
@@ -21,14 +19,14 @@ ELEMENTS = 16
 @pytest.fixture
 def machine(monkeypatch):
     """Function: let the machine have so many bytes of memory."""
-    return lambda size: monkeypatch.setattr(memory, "machine_memory", lambda: size)
+    return lambda size: monkeypatch.setattr(run_cost, "machine_memory", lambda: size)
 
 
 def test_memory_of_this_machine_and_of_a_container(tmp_path, monkeypatch):
     assert 1e8 < machine_memory() < 1e14
     (tmp_path / "max").write_text("max\n")
     (tmp_path / "limit").write_text("2000000\n")
-    monkeypatch.setattr(memory, "LIMITS", (tmp_path / "max", tmp_path / "limit", tmp_path / "none"))
+    monkeypatch.setattr(run_cost, "LIMITS", (tmp_path / "max", tmp_path / "limit", tmp_path / "none"))
     assert machine_memory() == 2e6
 
 
@@ -56,17 +54,3 @@ def test_scene_for_which_no_cells_fit(machine):
         InputError, match=r"closet: expected a smaller scene, or a Ray cluster .*0\.001 GB, and the waves need"
     ):
         require_memory(CLOSET, REGION, COARSE)
-
-
-def test_nothing_is_written_by_a_simulation_that_does_not_fit(machine, tmp_path):
-    machine(10**6)
-    with pytest.raises(InputError, match="closet: expected a smaller scene"):
-        simulate(CLOSET, tmp_path / "data", n=2, engine="fullwave")
-    assert not list(tmp_path.iterdir())
-
-
-def test_memory_grows_with_cells_and_runs():
-    assert memory_of_runs(FINE, ELEMENTS, 1) > 4 * memory_of_runs(COARSE, ELEMENTS, 1)
-    one, four, all_of_them = (memory_of_runs(COARSE, ELEMENTS, number) for number in (1, 4, 100))
-    assert one < four < all_of_them == memory_of_runs(COARSE, ELEMENTS, ELEMENTS)
-    assert np.isfinite(all_of_them)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
-from simulate.fullwave.lattice import source_weights
+from simulate.fullwave.dipole import source_weights
 from simulate.fullwave.stored_field import MARGIN, StoredField, read_stored_field, undo_mean_of_edges
 
 K = 2 * np.pi / 0.3276

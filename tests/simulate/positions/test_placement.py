@@ -8,7 +8,7 @@ import pytest
 from scenes.files.errors import InputError
 from scenes.scene.shapes import box
 from simulate.positions.placement import PATH_STEP, chosen_positions, place, read_positions
-from simulate.positions.places import Places
+from simulate.positions.positions import Places
 
 LOW, HIGH = np.array([-5, -1, 0.5]), np.array([-2, 1, 2.5])
 CRATE = np.array([[-4, -0.5, 0.2], [-3, 0.5, 3.0]])

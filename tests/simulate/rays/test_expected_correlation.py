@@ -9,8 +9,9 @@ from scenes.files.progress import progress_bar
 from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.shapes import sheet
-from simulate.engines.engine import Machines, Setting
+from simulate.engines.engine import Setting
 from simulate.engines.rays_engine import Rays
+from simulate.parallel.machines import Machines
 from simulate.rays import expected_correlation as module
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import PowerShares, Weights, expected_correlation, power_shares, weights

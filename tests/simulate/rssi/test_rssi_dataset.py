@@ -277,7 +277,7 @@ def test_hdf5_has_all(folder, tmp_path):
     "command",
     [
         *("train hall -o out", "ablate hall -o out", "convert hall -o out", "responses hall"),
-        *("simulate hall -o out", "export hall --deepmimo out", "engines hall -o out"),
+        *("simulate hall -o out", "export hall --deepmimo out"),
         "check hall --split random",
     ],
 )

@@ -13,7 +13,7 @@ from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.engines.rays_engine import Rays
 from simulate.rssi import rssi_simulation
-from simulate.rssi.gateways_file import read_gateways
+from simulate.rssi.rssi_files import read_gateways
 from tests.small_scene import small_scene
 
 SIGHT = bisplat.Propagation(max_depth=0)

@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.formats import mesh_checks, polygons
+from scenes.importing.formats import mesh_part as mesh_checks
+from scenes.importing.formats import polygons
 from scenes.importing.formats.polygons import Cut, cut_polygons
 from scenes.scene.shapes import box
 
@@ -65,11 +66,6 @@ def test_bent_polygons_are_cut_and_named():
     mesh, result = cut(saddle, saddle * [1, 1, 0.1])
     assert len(mesh.faces) == 4 and result.bent == [0]
     assert result.remarks()[0].startswith("1 polygon was cut as if flat, although the corners are far from a plane")
-
-
-def test_corners_on_one_line_make_triangles_without_area():
-    mesh, result = cut(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0.0]]))
-    assert len(mesh.faces) == 2 and mesh.area == 0 and not result.crossing  # the import counts and drops them
 
 
 def test_a_box_whose_sides_have_corners_on_their_edges_is_closed():

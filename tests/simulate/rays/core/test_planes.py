@@ -8,8 +8,8 @@ from trimesh import Trimesh
 
 from scenes.scene.shapes import box, sheet
 from simulate.rays.core import planes as module
+from simulate.rays.core.image_method import on_surface
 from simulate.rays.core.planes import BLOCK, Planes
-from simulate.rays.core.reflections import on_surface
 
 
 def fine_sheet(count: int, kept: float = 1.0) -> Trimesh:
@@ -58,12 +58,6 @@ def test_triangles_of_a_fine_mesh_are_not_compared_in_pairs(make_scene, compared
     mesh = Trimesh(vertices.astype(np.float32), mesh.faces, process=False)
     found = Planes(make_scene(("floor", mesh, "concrete")), [0])
     assert len(found.normals) == 1 and compared[0] < 10_000
-
-
-def test_houses_of_one_height_are_not_compared_in_pairs(make_scene, compared):
-    roofs = [(f"{n}", sheet((3 * (n % 50), 3 * (n // 50), 9), (2, 0, 0), (0, 2, 0)), "concrete") for n in range(500)]
-    found = Planes(make_scene(*roofs), list(range(500)))
-    assert len(found.normals) == 1 and compared[0] < 10
 
 
 def test_surfaces_are_known_from_gaps(make_scene):

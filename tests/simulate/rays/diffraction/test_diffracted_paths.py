@@ -15,7 +15,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.diffraction import solve
+from simulate.rays.diffraction import search
 from simulate.rays.tracer import Tracer
 
 pytestmark = pytest.mark.slow
@@ -159,16 +159,9 @@ def test_a_wave_diffracted_twice_takes_the_shortest_way(screen_scene):
 def test_responses_do_not_depend_on_the_batch(tracer, screen_scene, monkeypatch):
     positions = np.random.default_rng(0).uniform(*screen_scene.transmitter.region, (7, 3))
     whole = tracer.responses(positions)
-    monkeypatch.setattr(solve, "LANES", 7)
-    monkeypatch.setattr(solve, "AT_ONCE", 1)
+    monkeypatch.setattr(search, "LANES", 7)
+    monkeypatch.setattr(search, "AT_ONCE", 1)
     assert (tracer.responses(positions[::-1])[::-1] == whole).all()
-
-
-def test_chains_found_before_give_the_same_responses(tracer, screen_scene):
-    positions = np.random.default_rng(1).uniform(*screen_scene.transmitter.region, (3, 3))
-    assert (
-        Tracer(screen_scene, FOLLOWED, found=tracer.found).responses(positions) == tracer.responses(positions)
-    ).all()
 
 
 def test_diffraction_brings_the_closet_near_the_full_wave_field():

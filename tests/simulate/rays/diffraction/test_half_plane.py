@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from benchmarks.ledger.exact_fields import half_plane_response
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
-from simulate.fullwave.half_plane import half_plane_response
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.special import hankel2, jv
 
 from simulate.rays.core.ray_tracer import mi
-from simulate.rays.diffraction.wedge import wedge_coefficients
+from simulate.rays.diffraction.edge_fields import common_factor, transition_pairs
 
 K = 2 * np.pi / 0.3276
 SOURCE, RECEIVER = 5.0, 3.0  # metres from the edge
@@ -36,8 +36,9 @@ def uniform_theory(n: float, phi: np.ndarray, source: float, soft: bool) -> np.n
     reflection = -1 if soft else 1
     geometric = wave(phi - source) + reflection * (wave(phi + source) + wave(2 * n * np.pi - phi - source))
     length = SOURCE * RECEIVER / (SOURCE + RECEIVER)
-    values = (mi.Float(np.full(len(phi), value, np.float32)) for value in (source, n, length, 1.0))
-    d = wedge_coefficients(mi.Float(phi.astype(np.float32)), *values, K)[0 if soft else 1]
+    at, opening, reach, sine = (mi.Float(np.full(len(phi), value, np.float32)) for value in (source, n, length, 1.0))
+    direct, reflected = transition_pairs(mi.Float(phi.astype(np.float32)), at, opening, reach, K)
+    d = common_factor(opening, sine, K) * (direct - reflected if soft else direct + reflected)
     coefficient = d.real.numpy() + 1j * d.imag.numpy()
     return geometric + hankel2(0, K * SOURCE) * coefficient * np.exp(-1j * K * RECEIVER) / np.sqrt(RECEIVER)
 

@@ -1,1 +1,0 @@
-"""How densely the known positions lie, and what score to expect from that."""

@@ -1,0 +1,1 @@
+"""Models of the gateway's mirror images in the planes of a room."""

@@ -1,0 +1,197 @@
+"""Waves of the gateway's mirror images in the planes of a room, and kriging of the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
+from torch import Tensor
+
+from learn.data.comparable_phases import no_comparable_phases
+from learn.models.base import runs_compiled
+from learn.models.capabilities import PredictsResponses
+from learn.models.images.image_search import ImageSearch, offsets_of, waves_of
+from learn.models.images.mirror_images import image_waves
+from learn.models.kriging.kriged_field import KrigedField
+from scenes.files.errors import InputError
+from simulate.dataset.dataset import Dataset
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import evenly
+
+COARSE = 5  # step of the angles that are tried first, degrees. Around the best one, whole degrees are tried.
+
+CLEAR = 0.25
+"""Least gain of the log-likelihood of each response over that of walls along the axes. For less, walls are not turned:
+most descriptions of rooms have them along the axes, and an angle that is a few degrees off changes little."""
+
+
+def angle_of_walls(likelihood: Callable[[int], float]) -> int:
+    """The angle of perpendicular walls from the x axis, degrees, 0…89.
+
+    >>> angle_of_walls(lambda degrees: -abs(degrees - 31) / 30), angle_of_walls(lambda degrees: -abs(degrees - 3) / 30)
+    (31, 0)
+    """
+    tried = {degrees: likelihood(degrees) for degrees in range(0, 90, COARSE)}
+    best = max(tried, key=tried.__getitem__)
+    for each in range(best - COARSE + 1, best + COARSE):
+        degrees = each % 90
+        tried[degrees] = tried[degrees] if degrees in tried else likelihood(degrees)
+    best = max(tried, key=tried.__getitem__)
+    return best if tried[best] > tried[0] + CLEAR else 0
+
+
+def frame_of_walls(degrees: int) -> Float[np.ndarray, "3 3"]:
+    """The rotation matrix from the world frame to a frame whose axes run along the walls and up.
+
+    >>> (frame_of_walls(90) @ [0, 1, 0]).round(3).tolist()
+    [1.0, 0.0, 0.0]
+    """
+    return Rotation.from_euler("z", -degrees, degrees=True).as_matrix()
+
+
+def in_frame(dataset: Dataset, frame: Float[np.ndarray, "3 3"]) -> Dataset:
+    """A dataset whose world frame is another one."""
+    turn = Rotation.from_matrix(frame)
+    return replace(
+        dataset,
+        positions=turn.apply(dataset.positions),
+        gateway_position=turn.apply(dataset.gateway_position),
+        gateway_orientation=(turn * Rotation.from_quat(dataset.gateway_orientation)).as_quat(),
+    )
+
+
+FITTED_ON = 128  # largest number of known spectra, evenly spread, in which the images are found
+
+LEAST_TURNED, TURNED_ON, PLACES = 200, 400, 8
+"""Least and largest number of responses, of evenly spread spectra, that tell the angle of the walls, but at least those
+of so many spectra. With fewer responses, the walls are taken to run along the axes."""
+
+
+class ImageField(PredictsResponses):
+    """Adds up waves of the gateway and of its mirror images, and adds kriging of what these do not explain.
+
+    A wall that reflects a wave makes it look as if it came from a mirror image of its source. By reciprocity, the
+    gateway's images in the planes of a room send spherical waves to the transmitter. Element m at offset d_m has in the
+    image with the middle c_j and the signs S_j of its coordinates the place ``c_j + S_j d_m``, so its response is::
+
+        y_m(r) = Σ_j x_j e^{−jk R}/R + e_m(r),   R = |r − c_j − S_j d_m|
+
+    One amplitude x_j thus explains all elements at all positions. j runs over the gateway itself and its images in
+    planes at hundreds of distances, and then over those in two planes, of which the second repeat the strongest of the
+    first. ``most_likely`` finds the strengths of them all; most are zero. ``KrigedField`` interpolates the rest e.
+    Nothing is told of the room. Its walls are assumed to be vertical and perpendicular to each other, and
+    ``angle_of_walls`` finds their angle about the vertical. Other surfaces are left to the rest.
+    """
+
+    frame: Tensor  # rotation matrix from the world frame to that of the walls
+    # c_j of the gateway and of the images that have an amplitude, metres, in the frame of the walls; none before
+    # ``fit``
+    middles: Tensor
+    signs: Tensor  # S_j
+    amplitudes: Tensor  # x_j (real, imaginary), for R in wavelengths
+    offsets: Tensor  # d_m, metres, in the frame of the walls
+    power: Tensor  # mean of ``|e|²`` over the known spectra and elements
+    whole_power: Tensor  # the same mean of the known responses
+
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+        super().__init__(region, beamformer, wavelength)
+        for name, width in (("middles", 3), ("signs", 3), ("amplitudes", 2)):
+            self.register_buffer(name, torch.zeros(0, width))
+        self.register_buffer("frame", torch.eye(3))
+        self.register_buffer("offsets", torch.zeros(beamformer.array.elements, 3))
+        self.register_buffer("power", torch.zeros(()))
+        self.register_buffer("whole_power", torch.zeros(()))
+        self.rest = KrigedField(region, beamformer, wavelength, "responses")
+
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Element responses y (real, imaginary), in the units of the known ones."""
+        return self._of_images(positions @ self.frame.T) + self.power.sqrt() * self.rest.responses(positions)
+
+    def _of_images(self, places: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """The sum over the images at places in the frame of the walls; a prediction has double precision for phases."""
+        numbers = (places, self.middles, self.signs, self.offsets, self.wavelength, self.amplitudes)
+        *of_waves, amplitudes = (each.double() for each in numbers) if runs_compiled(places) else numbers
+        real, imaginary = image_waves(*of_waves)
+        x, y = amplitudes.unbind(dim=1)  # real numbers, since ONNX has no complex ones
+        return torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1).float()
+
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
+        """Variance of e relative to the power of the responses. The amplitudes count as known."""
+        share = self.power / self.whole_power.clamp_min(1e-30)
+        return (share * self.rest.uncertainty(positions)).clamp(0, 1)
+
+    @classmethod
+    def unsuited(cls, dataset: Dataset) -> str | None:
+        """Why the images cannot be found in a dataset: it has no responses, or another end moves."""
+        if dataset.responses is None:  # their phases tell mirror images
+            return no_comparable_phases(dataset)
+        if dataset.moving != "transmitter":
+            found = "a receiver that moves" if dataset.moving == "receiver" else "both ends moving"
+            return f"expected a transmitter that moves before a gateway that stands still, found {found}"
+        return None
+
+    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
+        """Find the angle of the walls and the images in the known responses, and fit the covariance of the rest."""
+        self._require_suited(dataset)
+        degrees = self._angle(dataset, np.unique(known))
+        self.frame = torch.from_numpy(frame_of_walls(degrees)).float()
+        self.refit(dataset, known)
+        explained = 1 - float(self.power / self.whole_power.clamp_min(1e-30))
+        images = f"{max(len(self.middles) - 1, 0)} mirror images of it"
+        walls = f" in walls turned by {degrees}°" if degrees else ""
+        return f"the gateway and {images}{walls} explain {explained:.0%} of the power"
+
+    def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """As ``fit``, with the angle of the walls that it found."""
+        self._require_suited(dataset)
+        assert dataset.responses is not None
+        known = np.unique(known)
+        turned = in_frame(dataset, self.frame.double().cpu().numpy())
+        images, amplitudes = ImageSearch(turned, evenly(known, FITTED_ON)).found(self.report)
+        explained = waves_of(images, turned, known) @ amplitudes
+        self.middles, self.signs, self.offsets = (
+            torch.from_numpy(each).float() for each in (images.middles, images.signs, offsets_of(turned))
+        )
+        self.amplitudes = torch.view_as_real(torch.from_numpy(amplitudes)).float()
+        rest = np.zeros_like(dataset.responses)
+        rest[known] = dataset.responses[known] - explained
+        self.power, self.whole_power = (
+            torch.tensor(float((np.abs(values[known].astype(complex)) ** 2).mean()))
+            for values in (rest, dataset.responses)
+        )
+        self.rest.report = self.report  # type: ignore[method-assign]
+        self.rest.fit(replace(dataset, responses=rest), known)
+
+    def _require_suited(self, dataset: Dataset) -> None:
+        unsuited = self.unsuited(dataset)
+        if unsuited is not None:
+            raise InputError(f"{dataset.folder}: {unsuited}")
+
+    def _angle(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> int:
+        """The angle of the walls, degrees."""
+        elements = dataset.array.elements
+        if len(known) < PLACES or len(known) * elements < LEAST_TURNED:
+            return 0
+        known = evenly(known, max(PLACES, TURNED_ON // elements))
+        self.report("angle of the walls", 0, 1)
+
+        def likelihood(degrees: int) -> float:
+            return ImageSearch(in_frame(dataset, frame_of_walls(degrees)), known).likelihood()
+
+        return angle_of_walls(likelihood)
+
+    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
+        """As ``torch.nn.Module.load_state_dict``, but for the number of spectra and images that the file has."""
+        for name in ("middles", "signs", "amplitudes"):
+            value, own = state_dict.get(name), getattr(self, name)
+            setattr(self, name, torch.zeros(len(value) if value is not None and value.ndim == 2 else 0, own.shape[1]))
+        if len({len(self.middles), len(self.signs), len(self.amplitudes)}) > 1:
+            raise RuntimeError("other numbers of images, signs and amplitudes")
+        of_rest = {key.removeprefix("rest."): each for key, each in state_dict.items() if key.startswith("rest.")}
+        self.rest.load_state_dict(of_rest, strict)
+        return super().load_state_dict(state_dict, strict, assign)

@@ -1,0 +1,186 @@
+"""Our BiSplat-aperture: planar Gaussian primitives, and an array that receives their field."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+
+from learn.models.base import Kept
+from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
+from learn.models.networks.bisplat import SCALE_LEAST, SCALE_MOST, Primitives
+from learn.models.networks.feed_forward import ResidualFFN
+from learn.models.networks.response_network import PathDelays, ResponseNetwork
+from learn.models.splatting.splat import Splats, blending_weights, conic_of, gaussian, pixel_grid, splat
+from simulate.spectra.beamformer import Beamformer
+
+STEP_DEG = 6
+"""Distance between the directions at which the field is blended, degrees: finer than a 4 × 4 array can resolve."""
+
+
+class BiSplatAperture(ResponseNetwork):
+    """Predicts the responses of the array to the field of planar Gaussians, and the spectrum from these.
+
+    As in the paper [zhang2026], primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is
+    blended with a complex coefficient c_i into the field, from near to far:
+
+    ``F(ω) = Σ_i T_i(ω) α_i(ω) c_i``, with ``α_i = o_i G_i`` and ``T_i = Π_{nearer j} (1 − α_j)``.
+
+    Unlike in the paper, only the coefficients depend on the transmitter's position r. The field is then linear in them,
+    and so are the responses of the elements m, which are the field's projections on the array manifold a_m:
+
+    ``y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i``, with ``A_mi = Σ_ω a_m(ω) T_i(ω) α_i(ω) cosθ ΔΩ`` and the solid
+    angle ``cosθ ΔΩ``.
+
+    A is computed once for a whole batch of transmitters. The coefficients are those of a bilinear form in features of
+    the primitive, p_i (a network of GS-PE), and features of the transmitter, t (a network of the encoded position):
+
+    ``c_i(r) = p_i · [t(r), 1]``
+
+    Training with hundreds of transmitters per step therefore takes little longer than with one.
+
+    If the receiver moves, the field is that of a fixed transmitter, and the waves from a primitive's direction u_i have
+    the phase of their way to the array: ``c_i(r) = e^{jk u_i·(r − r₀)} p_i · [t(r), 1]``, with the region's centre r₀.
+
+    Over a band, each primitive also has a learned delay τ_i, so that ``y_m(f) = Σ_i A_mi c_i e^{−j2π(f − f₀)τ_i}``.
+    """
+
+    aperture: Tensor
+    azimuths: Tensor
+    elevations: Tensor
+
+    def __init__(
+        self,
+        region: Float[np.ndarray, "2 3"],
+        beamformer: Beamformer,
+        wavelength: float,
+        *,
+        primitives: int = 200,
+        width: int = 256,
+        encoding: EncodingKind = "waves",
+        ordered: bool = True,
+    ):
+        super().__init__(region, beamformer, wavelength)
+        self.ordered = ordered
+        self._kept: dict[str, Kept[Tensor]] = {}
+        azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
+        self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
+        self.register_buffer("elevations", torch.from_numpy(elevations).float(), persistent=False)
+        azimuth, elevation = np.radians(np.meshgrid(azimuths, elevations))
+        solid_angle = np.cos(elevation) * np.radians(STEP_DEG) ** 2  # cosθ ΔφΔθ
+        aperture = beamformer.array.manifold(azimuth, elevation) * solid_angle[..., None]
+        aperture = torch.view_as_real(torch.from_numpy(aperture)).flatten(2).flatten(0, 1).float()
+        self.register_buffer("aperture", aperture, persistent=False)
+        self.primitives = Primitives(primitives)
+        self.encoding = TransmitterEncoding(encoding)
+        self.transmitter = ResidualFFN(self.encoding.size, width, width, 4)
+        self.primitive = ResidualFFN(3 * (2 * PRIMITIVE_ORDER + 1), 2 * (width + 1), 128, 4)
+        with torch.no_grad():  # at first, responses have a mean square magnitude of about 1 if t is about 1
+            typical = self._response_of_features().square().mean().mul(2 * (width + 1)).sqrt()
+            self.primitive.outward.weight.div_(typical)
+            self.primitive.outward.bias.div_(typical)
+
+    @property
+    def paths(self) -> int:
+        return len(self.primitives.rotation)
+
+    def undecayed(self) -> list[nn.Parameter]:
+        return [*super().undecayed(), *self.primitives.parameters()]
+
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Element responses y (real, imaginary)."""
+        if self.turn is not None:
+            return _products("bi,im->bm", self._coefficients(positions), self._once(self._received))
+        of_features = self._once(self._response_of_features)
+        return (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
+
+    def over_band(self, band: PathDelays, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"]:
+        if self.turn is not None:
+            found = _products("bi,im->bm", self._coefficients(positions), self._once(self._received_over_band))
+        else:
+            of_features = self._once(self._band_of_features)
+            found = (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
+        return found.unflatten(1, (-1, len(band.turns)))
+
+    def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
+        coefficient = self._coefficients(positions)
+        scale, rotation, opacity = (value.expand(len(positions), *value.shape) for value in self._shape())
+        place = self.primitives.azimuth, self.primitives.elevation, self._depth()
+        return Splats(*place, scale, rotation, opacity, coefficient)
+
+    def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
+        """The complex field F(φ, θ) of each transmitter position on a 6° grid (real, imaginary)."""
+        return splat(*self.splats(positions), self.azimuths, self.elevations)
+
+    def _coefficients(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B N_p 2"]:
+        """c_i (real, imaginary)."""
+        found = torch.einsum("bf,ifc->bic", self._transmitter_features(positions), self._once(self._primitive_features))
+        if self.turn is None:
+            return found
+        azimuth, elevation = self.primitives.azimuth.deg2rad(), self.primitives.elevation.deg2rad()
+        across = elevation.cos()
+        direction = torch.stack([across * azimuth.cos(), across * azimuth.sin(), elevation.sin()], dim=-1) @ self.turn.T
+        phase = 2 * torch.pi / self.wavelength * (positions - self.region.mean(dim=0)) @ direction.T
+        return _products("bi,bi->bi", found, torch.stack([phase.cos(), phase.sin()], dim=-1))
+
+    def _once(self, compute: Callable[[], Tensor]) -> Tensor:
+        """What depends on the weights alone: in inference mode, the last result as long as no weight has changed."""
+        if not torch.is_inference_mode_enabled():
+            return compute()
+        weights = list(self.parameters())
+        if any(each.is_inference() for each in weights):  # these do not tell whether they have changed
+            return compute()
+        return self._kept.setdefault(compute.__name__, Kept()).of(weights, compute)
+
+    def _depth(self) -> Float[Tensor, " N_p"]:
+        return self.primitives.depth if self.ordered else torch.zeros_like(self.primitives.depth)
+
+    def _shape(self) -> tuple[Float[Tensor, "N_p 2"], Float[Tensor, " N_p"], Float[Tensor, " N_p"]]:
+        """Scales (degrees), rotation (radians) and opacity."""
+        each = self.primitives
+        return each.scale_raw.exp().clamp(SCALE_LEAST, SCALE_MOST), each.rotation, each.opacity_raw.sigmoid()
+
+    def _response_of_features(self) -> Float[Tensor, "features elements*2"]:
+        """Responses (real, imaginary) to each feature of the transmitter: Σ_i A_mi p_i."""
+        return _products("im,if->fm", self._received(), self._primitive_features()).flatten(1)
+
+    def _band_of_features(self) -> Float[Tensor, "features elements*subcarriers*2"]:
+        """The same at all subcarriers."""
+        return _products("im,if->fm", self._received_over_band(), self._primitive_features()).flatten(1)
+
+    def _received_over_band(self) -> Float[Tensor, "N_p elements*subcarriers 2"]:
+        """A_mi e^{−j2π(f − f₀)τ_i} (real, imaginary)."""
+        assert self.band is not None
+        return _products("im,is->ims", self._received(), self.band.factors()).flatten(1, 2)
+
+    def _received(self) -> Float[Tensor, "N_p elements 2"]:
+        """A_mi (real, imaginary)."""
+        order = torch.argsort(self._depth(), stable=True)
+        scale, rotation, opacity = (value[order] for value in self._shape())
+        place = self.primitives.azimuth[order], self.primitives.elevation[order]
+        pixels = pixel_grid(self.azimuths, self.elevations)
+        alpha = opacity[:, None] * gaussian(*place, conic_of(scale, rotation), pixels)
+        received = (blending_weights(alpha) @ self.aperture).unflatten(-1, (-1, 2))
+        return received[torch.argsort(order)]
+
+    def _primitive_features(self) -> Float[Tensor, "N_p features 2"]:
+        """p_i (real, imaginary)."""
+        gs_pe = positional_encoding(self.primitives.coordinates, PRIMITIVE_ORDER)
+        return self.primitive(gs_pe).unflatten(-1, (-1, 2))
+
+    def _transmitter_features(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B features"]:
+        """[t(r), 1]."""
+        features = self.transmitter(self.encoded(positions))
+        return torch.cat([features, torch.ones_like(features[:, :1])], dim=-1)
+
+
+def _products(indices: str, first: Float[Tensor, "*a 2"], second: Float[Tensor, "*b 2"]) -> Float[Tensor, "*c 2"]:
+    """``torch.einsum`` of complex numbers as pairs (real, imaginary), since not every runtime of exported models has
+    complex numbers."""
+    given, result = indices.split("->")
+    one, other = given.split(",")
+    product = torch.einsum(f"{one}y,{other}z->yz{result}", first, second)
+    return torch.stack([product[0, 0] - product[1, 1], product[0, 1] + product[1, 0]], dim=-1)

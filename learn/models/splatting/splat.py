@@ -1,0 +1,218 @@
+"""Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth.
+
+Primitives are blended as in 3D Gaussian splatting [kerbl2023]. ``splat_reference`` follows the equations; ``splat``
+computes the same with the fastest renderer for the tensors' device. Complex numbers are pairs (real, imaginary) along
+the last axis, which all compilers and exporters support.
+
+A Gaussian in space with centre p and covariance Σ is seen in the direction of p. Its covariance on the plane is
+``J Σ Jᵀ``, with J the derivative of (φ, λ) at p: the projection is taken as linear over the Gaussian [kerbl2023].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from scipy.spatial import cKDTree
+from torch import Tensor, nn
+
+from learn.models.splatting.splat_cpu import splat_cpu
+
+WHOLE = 1e-3  # A number of columns this near a whole one is whole: a grid's azimuths are in single precision
+MOST_TURN = 4  # largest ratio of the columns of one turn, which the fast renderers compute, to those of the grid
+
+Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]]
+"""The entries a, b, c of the inverse covariances Σ⁻¹ = [[a, b], [b, c]] of primitives, per square degree."""
+
+
+class Splats(NamedTuple):
+    """Primitives as they are blended for B transmitters: the first arguments of ``splat``."""
+
+    azimuth: Float[Tensor, " N_p"]  # φ_i, degrees
+    elevation: Float[Tensor, " N_p"]  # θ_i, degrees
+    depth: Float[Tensor, " N_p"]  # d_i
+    scale: Float[Tensor, "B N_p 2"]  # standard deviations, degrees
+    rotation: Float[Tensor, "B N_p"]  # ρ_i, radians
+    opacity: Float[Tensor, "B N_p"]  # o_i
+    coefficient: Float[Tensor, "B N_p 2"]  # c_i (real, imaginary)
+
+
+def splat(
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
+    depth: Float[Tensor, " N_p"],
+    scale: Float[Tensor, "B N_p 2"],
+    rotation: Float[Tensor, "B N_p"],
+    opacity: Float[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
+    azimuths: Float[Tensor, " W"],
+    elevations: Float[Tensor, " H"],
+) -> Float[Tensor, "B H W 2"]:
+    """The complex field ``F = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` with ``α_i = o_i G_i(φ, θ)``, nearer primitives first."""
+    order = torch.argsort(depth, stable=True)
+    azimuth, elevation = azimuth[..., order], elevation[..., order]
+    conic = conic_of(scale[:, order], rotation[:, order])
+    return splat_by_conic(azimuth, elevation, conic, opacity[:, order], coefficient[:, order], azimuths, elevations)
+
+
+def splat_by_conic(
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
+    conic: Conic,
+    opacity: Float[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
+    azimuths: Float[Tensor, " W"],
+    elevations: Float[Tensor, " H"],
+) -> Float[Tensor, "B H W 2"]:
+    """The field of primitives that are already in depth order, by the fastest renderer that the device has."""
+    if torch.compiler.is_exporting():
+        renderer = splat_reference  # its operators exist in every runtime
+    elif opacity.device.type == "cpu":
+        renderer = splat_cpu
+    elif opacity.device.type == "cuda":
+        from learn.models.splatting.splat_triton import (
+            splat_triton as renderer,  # only CUDA builds of torch include Triton
+        )
+    else:
+        renderer = splat_reference
+    if renderer is splat_reference or (turn := _turn(azimuths)) is None:
+        return splat_reference(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
+    if azimuths[1] < 0:  # the mirror image of a grid whose azimuths increase
+        (a, b, c), azimuth = conic, (-azimuth).remainder(360)
+        conic = a, -b, c
+    field = renderer(azimuth, elevation, conic, opacity, coefficient, turn, elevations)
+    if len(turn) == len(azimuths):
+        return field
+    return field[:, :, torch.arange(len(azimuths), device=field.device) % len(turn)]
+
+
+def _turn(azimuths: Float[Tensor, " W"]) -> Float[Tensor, " W_360"] | None:
+    """Azimuths of one full turn from 0° up, with the grid's step.
+
+    None: no number of steps makes a full turn, or the grid is so small a part of it that the turn is more work.
+    """
+    steps = 360 / abs(float(azimuths[1])) if len(azimuths) > 1 else 0.5
+    columns = round(steps)
+    if abs(steps - columns) > WHOLE or columns > MOST_TURN * len(azimuths):
+        return None
+    return torch.arange(columns, dtype=azimuths.dtype, device=azimuths.device) * (360 / columns)
+
+
+def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> Conic:
+    """The entries a, b, c of Σ⁻¹ = [[a, b], [b, c]], with Σ = R(ρ) diag(s_x², s_y²) R(ρ)ᵀ, per square degree."""
+    cos, sin = rotation.cos(), rotation.sin()
+    inverse_x, inverse_y = scale.pow(-2).unbind(-1)
+    return (
+        cos**2 * inverse_x + sin**2 * inverse_y,
+        cos * sin * (inverse_x - inverse_y),
+        sin**2 * inverse_x + cos**2 * inverse_y,
+    )
+
+
+def splat_reference(
+    azimuth: Float[Tensor, "*#B N_p"],
+    elevation: Float[Tensor, "*#B N_p"],
+    conic: Conic,
+    opacity: Float[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
+    azimuths: Float[Tensor, " W"],
+    elevations: Float[Tensor, " H"],
+) -> Float[Tensor, "B H W 2"]:
+    """The field of primitives that are already in depth order. Every primitive is evaluated at every pixel."""
+    alpha = opacity[..., None] * gaussian(azimuth, elevation, conic, pixel_grid(azimuths, elevations))
+    return blend(alpha, coefficient).unflatten(1, (len(elevations), len(azimuths)))
+
+
+def gaussian(
+    azimuth: Float[Tensor, "*#B N_p"], elevation: Float[Tensor, "*#B N_p"], conic: Conic, pixels: Float[Tensor, "P 2"]
+) -> Float[Tensor, "B N_p P"]:
+    """G_i(p) = exp(−½ (p − μ_i)ᵀ Σ_i⁻¹ (p − μ_i)) on the (φ, θ) plane.
+
+    φ − φ_i is wrapped into [−180°, 180°), so that a primitive near azimuth 0° also covers 359°.
+    """
+    d_azimuth = (pixels[:, 0] - azimuth[..., None] + 180).remainder(360) - 180
+    d_elevation = pixels[:, 1] - elevation[..., None]
+    a, b, c = (entry[..., None] for entry in conic)
+    return torch.exp(-0.5 * (a * d_azimuth**2 + 2 * b * d_azimuth * d_elevation + c * d_elevation**2))
+
+
+def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Float[Tensor, "B N_p 2"]) -> Float[Tensor, "B P 2"]:
+    """F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back."""
+    return blending_weights(alpha).mT @ coefficient
+
+
+def blending_weights(alpha: Float[Tensor, "*B N_p P"]) -> Float[Tensor, "*B N_p P"]:
+    """α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back."""
+    transmittance = torch.cumprod(1 - alpha, dim=-2)
+    return alpha * torch.cat([torch.ones_like(alpha[..., :1, :]), transmittance[..., :-1, :]], dim=-2)
+
+
+def pixel_grid(azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -> Float[Tensor, "H*W 2"]:
+    """(φ, θ) of every pixel of a grid, degrees, row by row; a row has one elevation."""
+    grid_elevation, grid_azimuth = torch.meshgrid(elevations, azimuths, indexing="ij")
+    return torch.stack([grid_azimuth.flatten(), grid_elevation.flatten()], dim=-1)
+
+
+NEIGHBOURS = 3  # A Gaussian starts as large as its nearest neighbours are far, so that fewer ones fill the same space
+LEAST_ACROSS = 1e-3  # least distance from the vertical axis for J, metres; azimuth has no derivative on the axis
+
+
+def neighbour_distance(place: Float[np.ndarray, "N_p 3"]) -> Float[np.ndarray, " N_p"]:
+    """Root mean square distance from each point to its nearest neighbours.
+
+    >>> neighbour_distance(np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0]])).round(2).tolist()
+    [4.12, 3.54, 4.53]
+    """
+    nearest = range(2, min(NEIGHBOURS, len(place) - 1) + 2)  # the first is the point itself
+    return np.sqrt(np.square(cKDTree(place).query(place, nearest)[0]).mean(axis=1))
+
+
+def rotation_matrix(quaternion: Float[Tensor, "*batch 4"]) -> Float[Tensor, "*batch 3 3"]:
+    """The rotation of a quaternion (w, x, y, z) of any length but zero.
+
+    >>> rotation_matrix(torch.tensor([2.0, 0.0, 0.0, 2.0])).round().tolist()  # a quarter turn about z
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    w, x, y, z = nn.functional.normalize(quaternion, dim=-1).unbind(-1)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return torch.stack([torch.stack(row, dim=-1) for row in rows], dim=-2)
+
+
+def directions(
+    place: Float[Tensor, "*batch 3"],
+) -> tuple[Float[Tensor, "*batch"], Float[Tensor, "*batch"], Float[Tensor, "*batch 2 3"]]:
+    """Azimuth φ in [0, 360) and latitude λ in [−90, 90] of places seen from the origin, degrees, and d(φ, λ)/dp.
+
+    >>> azimuth, latitude, change = directions(torch.tensor([0.0, 1.0, 1.0]))
+    >>> round(azimuth.item()), round(latitude.item()), round(change[1, 2].deg2rad().item(), 3)  # of λ, upwards
+    (90, 45, 0.5)
+    """
+    x, y, z = place.unbind(-1)
+    across = (x.square() + y.square()).clamp_min(LEAST_ACROSS**2).sqrt()
+    far = across.square() + z.square()
+    azimuth, latitude = torch.atan2(y, x).rad2deg().remainder(360), torch.atan2(z, across).rad2deg()
+    by_azimuth = torch.stack([-y, x, torch.zeros_like(x)], dim=-1) / across.square()[..., None]
+    by_latitude = torch.stack([-x * z, -y * z, across.square()], dim=-1) / (far * across)[..., None]
+    return azimuth, latitude, torch.stack([by_azimuth, by_latitude], dim=-2).rad2deg()
+
+
+def conic_of_axes(axes: Float[Tensor, "*batch 2 3"], blur: float) -> Conic:
+    """a, b, c of the inverse of ``A Aᵀ + blur · 1``, for the matrix A of a Gaussian's axes as they are seen.
+
+    The determinant is a sum of squares, ``|A_1 × A_2|² + blur (|A_1|² + |A_2|²) + blur²``, which single precision holds
+    even for long, thin Gaussians.
+
+    >>> [round(each.item(), 3) for each in conic_of_axes(torch.tensor([[1.0, 0.0, 0.0], [0.0, 3.0, 0.0]]), 1.0)]
+    [0.5, -0.0, 0.1]
+    """
+    first, second = axes.unbind(-2)
+    wide, high = first.square().sum(-1), second.square().sum(-1)
+    both = torch.linalg.cross(first, second).square().sum(-1)
+    determinant = both + blur * (wide + high) + blur**2
+    return (high + blur) / determinant, -(first * second).sum(-1) / determinant, (wide + blur) / determinant

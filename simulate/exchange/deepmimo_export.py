@@ -1,0 +1,131 @@
+"""Export of a simulated dataset's paths as a scenario folder of DeepMIMO 4. The documentation describes its content."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from scenes.files.errors import InputError, require_flag, require_instance, require_path, shown
+from scenes.files.input_file import what_is_at
+from scenes.files.output_folder import new_folder
+from scenes.files.progress import progress_bar
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_kinds import not_spectra
+from simulate.dataset.metadata import read_metadata_file
+from simulate.engines.rays_engine import Rays
+from simulate.exchange.deepmimo_scenario import (
+    MOST_INTERACTIONS,
+    PathList,
+    joined,
+    path_list,
+    sorted_by_receiver,
+    write_matrices,
+    write_params,
+)
+from simulate.generation.request import Request, read_request
+
+AT_ONCE = 100
+"""Positions traced at a time."""
+
+NOT_IN_NAMES = "/\\:*?\"'<>|\n"
+"""DeepMIMO loads no scenario whose name contains one of these characters."""
+
+
+def export_deepmimo(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
+    """Trace the paths of a simulated dataset again, and write them as a scenario folder of DeepMIMO 4.
+
+    DeepMIMO [alkhateeb2019] loads the folder by its name. By reciprocity the gateway is DeepMIMO's transmitter, and the
+    dataset's positions are its receivers. The paths are those of one element of the gateway: the first of those nearest
+    the array's centre. They contain the antenna patterns of both ends, but not the errors that ``Measurement`` adds to
+    the responses of a dataset.
+
+    Each file ``NAME_t000_tx000_r001.npz`` holds the matrix NAME: ``power`` (dB), ``phase`` (degrees), ``delay``
+    (seconds), ``aod_az``, ``aod_el``, ``aoa_az``, ``aoa_el`` (degrees, world frame, elevation from +z), ``inter`` and
+    ``inter_pos`` (interactions, and their places in metres). Their first two axes are [positions, paths].
+
+    Args:
+        dataset: a dataset that was simulated by rays, or its folder.
+        folder: the folder to write, new or empty. Its name becomes the name of the scenario.
+        force: allow a folder that holds other files; files of the same names are replaced.
+
+    Raises:
+        InputError: the dataset was not simulated by rays, or its files have changed since; DeepMIMO does not allow the
+            name of the folder, or so many interactions on a path; or the folder holds other files.
+
+    Example:
+        >>> import bisplat, numpy as np
+        >>> bisplat.export_deepmimo("data/lab", "lab_paths")
+        >>> power = np.load("lab_paths/power_t000_tx000_r001.npz")["power"]
+        >>> len(power), bool(np.nanmax(power) < -20)
+        (40, True)
+    """
+    require_instance(Dataset, str, PathLike, dataset=dataset)
+    require_path(folder=folder)
+    require_flag(force=force)
+    folder = Path(folder)
+    _check_name(folder)
+    with new_folder(folder, force) as unfinished:
+        request, rays = _request(dataset.folder if isinstance(dataset, Dataset) else Path(dataset))
+        element, paths = _traced(request, rays)
+        write_matrices(unfinished, paths, element, request.positions)
+        write_params(unfinished, request, rays, len(np.unique(paths.receivers)))
+
+
+def _check_name(folder: Path) -> None:
+    name = folder.absolute().name
+    if name != name.lower() or set(name) & set(NOT_IN_NAMES):
+        raise InputError(
+            f"{folder}: expected a lower-case name without : * ? \" ' < > | and \\, as DeepMIMO requires, found "
+            f"{shown(name)}"
+        )
+
+
+def _request(source: Path) -> tuple[Request, Rays]:
+    """The request and the engine that the dataset was simulated with."""
+    if not source.is_dir():
+        raise InputError(f"{source}: expected a dataset folder, found {what_is_at(source)}")
+    if other := not_spectra(source):
+        raise InputError(other)
+    path = source / "metadata.json"
+    of_gateways = sorted(path.parent for path in source.glob("*/metadata.json"))
+    if of_gateways and not path.exists():
+        raise InputError(f"{source}: expected one dataset, found one for each gateway; give {of_gateways[0]}")
+    if not path.exists() or "scene_file" not in read_metadata_file(path, "the metadata of a dataset"):
+        raise InputError(
+            f"{source}: expected a simulated dataset, since its paths are traced in its scene, found one without a "
+            "scene; a measured dataset has none"
+        )
+    request = read_request(source)
+    if not isinstance(request.engine, Rays):
+        raise InputError(
+            f"{path}: expected a dataset simulated by rays, found one of the engine {request.engine.name}, which knows "
+            "no paths"
+        )
+    if request.moving != "transmitter" or request.frequencies:
+        ends = {"receiver": "whose receiver moves", "both": "of which both ends move"}
+        found = ends.get(request.moving, "of several frequencies")
+        raise InputError(f"{path}: expected a dataset of a moving transmitter at one frequency, found one {found}")
+    depth = request.engine.propagation.max_depth
+    if depth > MOST_INTERACTIONS:
+        raise InputError(
+            f"{path}: expected propagation.max_depth of at most {MOST_INTERACTIONS}, the most interactions that "
+            f"DeepMIMO records for a path, found {depth}"
+        )
+    return request, request.engine
+
+
+def _traced(request: Request, rays: Rays) -> tuple[Float[np.ndarray, " 3"], PathList]:
+    """Position of the element, metres, world frame, and its paths to all positions."""
+    positions, found = request.positions, []
+    with progress_bar() as progress:
+        tracer = rays.tracer(request.setting, progress)
+        bar = progress.add_task("positions", total=len(positions))
+        for start in range(0, len(positions), AT_ONCE):
+            part = positions[start : start + AT_ONCE]
+            for terms in tracer.middle_multipath(part):
+                found.append(path_list(terms._replace(targets=terms.targets + start)))
+            progress.advance(bar, len(part))
+    return tracer.middle.positions[0], sorted_by_receiver(joined(found))

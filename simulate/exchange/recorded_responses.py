@@ -1,0 +1,193 @@
+"""A dataset folder from the files of a recording: positions and element responses in NumPy, MATLAB, HDF5 or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.spatial.transform import Rotation
+
+from scenes.files.errors import InputError, ParameterError
+from scenes.files.output_folder import new_folder
+from scenes.scene.antennas import Gateway
+from scenes.scene.description import SPEED_OF_LIGHT
+from scenes.scene.frequency import read_bandwidth, read_frequency
+from simulate.dataset.bearings import FARTHER, POINTS
+from simulate.dataset.dataset_kinds import Phases
+from simulate.exchange.array_files import Arrays, read_arrays
+from simulate.exchange.given_responses import fill_dataset, own_responses
+from simulate.exchange.named_arrays import recognise
+from simulate.exchange.position_doubts import position_doubts
+from simulate.exchange.reading_options import Recording
+from simulate.positions.positions import check_points
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.band import Band
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
+from simulate.spectra.spectrum import evenly
+
+
+def record(
+    files: Sequence[Path],
+    output: Path,
+    gateway: Gateway,
+    frequency: str,
+    recording: Recording = Recording(),
+) -> list[str]:
+    """Write a dataset folder from the files of a recording."""
+    hertz = read_frequency(frequency)
+    array = array_of(gateway, hertz)
+    planar = isinstance(array, PlanarArray)
+    if recording.columns_first is not None and not planar:
+        found_order = f"found {recording.columns_first} for elements in the order of their positions"
+        raise ParameterError("columns_first", f"expected a planar array, {found_order}")
+    if recording.bandwidth is not None and recording.round_trip:
+        raise ParameterError("round_trip", "expected no band beside it, found one")
+    # The root of a response is known up to its sign.
+    phases: Phases = "per-position" if recording.round_trip else recording.phases
+    with new_folder(output) as unfinished:
+        found = recognise(_together(files), recording, array.elements, hertz)
+        stated = recording.columns_first if planar else False, recording.conjugate
+        band = None
+        if recording.bandwidth is not None:
+            band = Band(read_bandwidth(recording.bandwidth), found.responses.shape[2])
+            band.frequencies(hertz)  # refuses one that is too wide
+        positions = check_points(found.positions)
+        doubts = position_doubts(positions, gateway.position, SPEED_OF_LIGHT / hertz, found.unit_stated)
+        values = own_responses(found.responses, len(positions), array.elements, band)
+        of_carrier = values if band is None else values[..., band.carrier]
+        receivers = None if found.receivers is None else check_points(found.receivers, "receivers")
+        if receivers is not None:
+            gateway = replace(gateway, position=tuple(receivers[0].tolist()))
+        # Where transmitters would be that an array at the gateway's position saw in the same directions.
+        seen = positions
+        if recording.moving != "transmitter":
+            middle = np.array(gateway.position)
+            seen = 2 * middle - positions if receivers is None else middle + positions - receivers
+        told = told_by_sight(of_carrier, seen, gateway, array, *stated)
+        values = _in_our_order(values, told, array)
+        fill_dataset(
+            *(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band),
+            moving=recording.moving,
+            receivers=receivers,
+        )
+    return [*found.said, *doubts, _of_order(told, None in stated, planar)]
+
+
+def _in_our_order(
+    values: Complex[np.ndarray, "K elements *band"], told: Told, array: Array
+) -> Complex[np.ndarray, "K elements *band"]:
+    if values.ndim == 2:
+        return told.order.read(values, array)
+    return np.stack([told.order.read(each, array) for each in np.moveaxis(values, -1, 0)], axis=-1)
+
+
+def _together(files: Sequence[Path]) -> Arrays:
+    """The arrays of all files. If two files have arrays of the same name, the names of the files are put in front."""
+    by_file = {path: read_arrays(path) for path in files}
+    names = [name for arrays in by_file.values() for name in arrays]
+    twice = {name for name in names if names.count(name) > 1}
+    together: Arrays = {}
+    for path, arrays in by_file.items():
+        together |= {f"{path.stem}/{name}" if name in twice else name: each for name, each in arrays.items()}
+    if len(together) < len(names):
+        raise InputError(f"expected files of different names, found two of {files[0].name}")
+    return together
+
+
+def _of_order(told: Told, asked: bool, planar: bool = True) -> str:
+    """A sentence on the order of the elements of a planar array and the sign of the phases.
+
+    >>> print(_of_order(Told(Order(conjugated=True), 4.2, 140.0, True), asked=True))
+    took elements as numbered along x first, and phases that rise with the distance: the strongest directions are then
+    4° from the transmitters (median), otherwise 140°
+    """
+    along, turning = "y" if told.order.columns_first else "x", "rise" if told.order.conjugated else "fall"
+    order = f"elements as numbered along {along} first" if planar else "elements in the order of their positions"
+    taken = f"took {order}, and phases that {turning} with the distance"
+    error = f"{told.error:.0f}° from the transmitters (median)"
+    if not asked:
+        return f"{taken}, as stated: the strongest directions are {error}"
+    if told.clear:
+        return f"{taken}: the strongest directions are then {error}, otherwise {told.error_otherwise:.0f}°"
+    options = "--columns-first and --conjugate" if planar else "--conjugate"
+    return (
+        f"warning: {taken}. The strongest directions do not tell whether that is right: they are {error}, and "
+        f"{told.error_otherwise:.0f}° otherwise. State {options}, True or False, as your "
+        "receiver has them"
+    )
+
+
+EXAMINED = 200
+"""Most positions whose strongest direction is looked at."""
+
+APART = 10.0
+"""Degrees by which every other reading must be farther from the transmitters."""
+
+OWN = 0.75
+"""The strongest directions must be nearer their own transmitters than those of other rows, by this factor. If they are
+not, positions and responses of different rows belong together, or none do."""
+
+
+class Order(NamedTuple):
+    """How to read responses."""
+
+    columns_first: bool = False  # elements are numbered along y first, then along x
+    conjugated: bool = False  # the phase rises with the distance
+
+    def read(self, responses: Complex[np.ndarray, "K elements"], array: Array) -> Complex[np.ndarray, "K elements"]:
+        """Responses in our order, x first, with phases that fall with the distance."""
+        if self.columns_first and isinstance(array, PlanarArray):
+            responses = responses.reshape(-1, array.columns, array.rows).swapaxes(1, 2).reshape(responses.shape)
+        return responses.conj() if self.conjugated else responses
+
+
+class Told(NamedTuple):
+    """An order, and how it is known."""
+
+    order: Order  # how to read the responses
+    error: float  # median angle between the strongest directions and the transmitters, degrees
+    error_otherwise: float  # that of the next best order
+    clear: bool  # whether the strongest directions decide
+
+
+def told_by_sight(
+    responses: Complex[np.ndarray, "K elements"],
+    positions: Float[np.ndarray, "K 3"],
+    gateway: Gateway,
+    array: Array,
+    columns_first: bool | None = None,
+    conjugated: bool | None = None,
+) -> Told:
+    """The order in which the strongest directions are nearest the transmitters."""
+    chosen = evenly(np.arange(len(positions)), EXAMINED)
+    towards = Rotation.from_quat(gateway.orientation).inv().apply(positions[chosen] - np.asarray(gateway.position))
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-9)
+    grid = AngularGrid()
+    beamformer = Beamformer(array, grid)
+    orders = [
+        Order(first, sign)
+        for first in ((False, True) if columns_first is None else (columns_first,))
+        for sign in ((False, True) if conjugated is None else (conjugated,))
+    ]
+    if array.is_line or not isinstance(array, PlanarArray):  # which have one order
+        orders = [order for order in orders if not order.columns_first] or orders
+    errors, errors_elsewhere = [], []
+    elsewhere = np.roll(towards, len(towards) // 2, axis=0)
+    for order in orders:
+        read = order.read(responses[chosen], array)
+        strongest = np.stack([grid.dominant_direction(beamformer.spectrum(each)) for each in read])
+        errors.append(float(np.median(array.angle_between(strongest, towards))))
+        errors_elsewhere.append(float(np.median(array.angle_between(strongest, elsewhere))))
+    least, *others = sorted(errors)
+    clear = least < POINTS and all(other > max(FARTHER * least, least + APART) for other in others)
+    if np.median(array.angle_between(towards, elsewhere)) > APART:  # the rows do differ in direction
+        clear = clear and least < OWN * errors_elsewhere[errors.index(least)]
+    taken = errors.index(least) if clear else 0
+    otherwise = min((error for number, error in enumerate(errors) if number != taken), default=np.inf)
+    return Told(orders[taken], errors[taken], otherwise, clear)

@@ -1,1 +1,0 @@
-"""Diffuse reflection at rough surfaces."""

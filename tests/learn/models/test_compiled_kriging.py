@@ -1,0 +1,122 @@
+"""Quick kriging gives the responses of ``KrigedField.interpolated``, which computes them in double precision here."""
+
+import copy
+
+import numba
+import numpy as np
+import pytest
+import torch
+
+from learn.models.kriging.kriged_field import DIRECTIONS, KrigedField
+from tests.plane_wave_field import BEAMFORMER, WAVELENGTH
+
+REGION = np.array([[0.0, 0, 0], [3, 2, 1]])
+
+
+def field_of(known: int, drift: float = 30.0, nugget: float = 0.01, length: float = 1.5) -> KrigedField:
+    """A field with random responses at known positions on a random walk, some of which are left out."""
+    field, generator = KrigedField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH, "responses"), np.random.default_rng(known)
+    field.places = torch.from_numpy(generator.uniform(*REGION, (known, 3))).float()
+    field.times = torch.from_numpy(np.sort(generator.permutation(3 * known)[:known])).float()
+    field.values = torch.from_numpy(generator.standard_normal((known, 32))).float()
+    shares = generator.uniform(0, 1, DIRECTIONS) ** 4
+    field.shares = torch.from_numpy(shares / shares.sum()).float()
+    field.length, field.drift, field.nugget = (torch.tensor(each) for each in (length, drift, nugget))
+    return field
+
+
+def reference(field: KrigedField, positions: torch.Tensor) -> np.ndarray:
+    with torch.inference_mode():
+        values = copy.deepcopy(field).double().interpolated(positions.double())[0]
+    return values.unflatten(-1, (-1, 2)).numpy()
+
+
+def quick(field: KrigedField, positions: torch.Tensor) -> np.ndarray:
+    with torch.inference_mode():
+        return field.responses(positions).numpy()
+
+
+def without(field: KrigedField, member: int) -> KrigedField:
+    """The field as if a known spectrum had never been measured."""
+    other, kept = copy.deepcopy(field), torch.arange(len(field.places)) != member
+    other.places, other.times, other.values = field.places[kept], field.times[kept], field.values[kept]
+    return other
+
+
+def somewhere(count: int) -> torch.Tensor:
+    return torch.from_numpy(np.random.default_rng(9).uniform(*REGION, (count, 3))).float()
+
+
+@pytest.mark.parametrize("known", [1, 2, 5, 32, 33, 200])
+@pytest.mark.parametrize("drift", [0.7, 30.0, 1e9])
+def test_responses_are_those_of_the_reference(known, drift):
+    field, positions = field_of(known, drift), somewhere(20)
+    np.testing.assert_allclose(quick(field, positions), reference(field, positions), atol=2e-6)
+    assert np.abs(quick(field, positions)).max() > 0.1
+
+
+def test_known_and_distant_positions_are_those_of_the_reference():
+    field = field_of(60, drift=1e9, nugget=1e-6)
+    beside = field.places + 0.003
+    for positions in (field.places, beside, 40 + field.places):
+        np.testing.assert_allclose(quick(field, positions), reference(field, positions), atol=1e-4)
+    np.testing.assert_allclose(quick(field, field.places).reshape(60, 32), field.values, atol=1e-3)
+
+
+def test_two_known_positions_at_one_place_are_those_of_the_reference():
+    field, positions = field_of(40, drift=20.0, nugget=1e-3), somewhere(5)
+    field.places[7] = field.places[8]
+    np.testing.assert_allclose(quick(field, positions), reference(field, positions), atol=1e-5)
+
+
+def test_outside_of_inference_mode_the_reference_is_used_and_has_a_gradient():
+    field, positions = field_of(20), somewhere(3).requires_grad_()
+    field.responses(positions).square().sum().backward()
+    assert positions.grad.abs().max() > 0
+
+
+@pytest.mark.parametrize("name", ["places", "values", "shares", "length", "drift", "nugget", "mean"])
+def test_changed_buffers_are_noticed(name):
+    field, positions = field_of(20), somewhere(3)
+    before = quick(field, positions)
+    changed = getattr(field, name)
+    if name == "shares":
+        field.shares = changed.flip(0)
+    else:
+        with torch.no_grad():
+            changed.mul_(0.5) if name != "mean" else changed.add_(1.0)
+    after = quick(field, positions)
+    assert np.abs(after - before).max() > 1e-4
+    np.testing.assert_allclose(after, reference(field, positions), atol=1e-5)
+
+
+def test_loaded_weights_are_noticed():
+    field, other, positions = field_of(20), field_of(30), somewhere(3)
+    quick(field, positions)
+    field.load_state_dict(other.state_dict())
+    np.testing.assert_array_equal(quick(field, positions), quick(other, positions))
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 50])
+def test_any_number_of_positions_on_several_threads(count, monkeypatch):
+    monkeypatch.setattr(numba, "get_num_threads", lambda: 3)
+    field, positions = field_of(40), somewhere(count)
+    one_by_one = [quick(field, position[None]) for position in positions]
+    np.testing.assert_array_equal(quick(field, positions), np.concatenate([np.empty((0, 16, 2)), *one_by_one]))
+
+
+def test_positions_that_are_not_finite_have_no_responses():
+    positions = somewhere(3)
+    positions[1, 2] = torch.nan
+    found = quick(field_of(40), positions)
+    assert np.isnan(found[1]).all() and np.isfinite(found[[0, 2]]).all()
+
+
+@pytest.mark.parametrize("known", [2, 3, 60])
+@pytest.mark.parametrize("drift", [0.7, 30.0])
+def test_what_is_left_out_tells_neither_its_value_nor_its_time(known, drift):
+    field, members = field_of(known, drift), [0, known // 2, known - 1]
+    found, variance = field.interpolated(field.places[members], torch.tensor(members))
+    alone = [without(field, each).interpolated(field.places[[each]]) for each in members]
+    torch.testing.assert_close(found, torch.cat([each[0] for each in alone]), atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(variance, torch.cat([each[1] for each in alone]), atol=1e-5, rtol=1e-4)
