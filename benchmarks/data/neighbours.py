@@ -17,9 +17,9 @@ import numpy as np
 import tyro
 
 from benchmarks.ledger.printing import print_figures
+from benchmarks.ledger.rays_against_full_wave import scene_for_rays
 from benchmarks.ledger.smallest_room import smallest_room
 from learn.data.metrics import ssim
-from learn.evaluation.engines import scene_for_rays
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD

@@ -80,11 +80,11 @@ def row(predict: Predict, grey: Predict | None, positions: Float[np.ndarray, "K 
 
 def beamforming(dataset: Any) -> Iterator[tuple[str, Predict, Predict | None]]:
     """From known responses to spectra, by a product of matrices in double precision and as predictions do it."""
-    from simulate.spectra.quick_spectra import quick_spectra
+    from simulate.spectra.compiled_beamformer import compiled_beamformer
     from simulate.spectra.spectrum import normalise
 
     responses = np.resize(dataset.responses, (BATCH, dataset.array.elements))
-    quick = quick_spectra(dataset.beamformer)
+    quick = compiled_beamformer(dataset.beamformer)
     assert quick is not None
 
     def plain(positions: Float[np.ndarray, "K 3"]) -> None:

@@ -69,7 +69,8 @@ def spectra_per_minute(
     from learn.models.model_settings import Steps
     from learn.models.quadrature import quadrature
     from learn.training.config import Config
-    from learn.training.gradient_steps import Spectra, Training, multiplying
+    from learn.training.gradient_steps import Spectra, Training
+    from learn.training.lightning_trainer import multiplying
     from learn.training.run_files import box_of, build_model
 
     torch.manual_seed(0)

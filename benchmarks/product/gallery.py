@@ -27,8 +27,6 @@ FIGURES = {
     "evaluate-locations": "run/evaluation/location_errors.png",
     "crossvalidate-map": "run/crossvalidation_map.png",
     "crossvalidate-examples": "run/crossvalidation_examples.png",
-    "engines-map": "engines/engines_map.png",
-    "engines-plane": "engines/engines_plane.png",
 }
 """Name of a picture of the documentation -> the file that a command writes."""
 
@@ -41,14 +39,13 @@ def main(
     """Run the commands, and copy their figures."""
     spectra, fresh = ("140", "6") if smallest else ("600", "150")  # from fewer, a run states no deviation
     with tempfile.TemporaryDirectory() as folder:
-        data, run, engines = (f"{folder}/{name}" for name in ("data", "run", "engines"))
+        data, run = f"{folder}/data", f"{folder}/run"
         commands = {
             "simulate": ["closet", "-o", data, "-n", spectra, "--engine", "fullwave", "--field", str(FIELD)],
             "train": [data, "-o", run, "--split", "random"],
             "evaluate": [run],
             "evaluate --locate": [run],
             "crossvalidate": [run, "--scene", "closet", "-n", fresh, "--field", data],
-            "engines": [data, "-o", engines, "-n", fresh],
         }
         if smallest:
             commands = {name: commands[name] for name in ("simulate", "train", "evaluate")}

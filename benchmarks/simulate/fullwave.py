@@ -34,9 +34,9 @@ import numpy as np
 import tyro
 
 from benchmarks.ledger.printing import print_figures
+from benchmarks.ledger.rays_against_full_wave import compare_engines
 from benchmarks.ledger.smallest_room import smallest_room
 from learn.evaluation.crossvalidate import correlation
-from learn.evaluation.engines import compare_engines
 from scenes.places.closet import closet
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset

@@ -27,8 +27,8 @@ import tyro
 from PIL import Image
 
 from benchmarks.ledger.printing import print_figures
+from benchmarks.ledger.rays_against_full_wave import EngineComparison, compare_responses, scene_for_rays
 from benchmarks.ledger.smallest_room import smallest_room
-from learn.evaluation.engines import EngineComparison, compare_responses, scene_for_rays
 from learn.reports.figures import draw_examples
 from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet

@@ -28,9 +28,9 @@ import tyro
 from jaxtyping import Float
 
 from benchmarks.ledger.printing import print_figures
+from learn.powers.fit_powers import POWER_METHODS
 from learn.powers.known_powers import KnownPowers
-from learn.powers.power_methods import POWER_METHODS
-from learn.powers.power_scores import score_powers
+from learn.powers.power_comparison import score_powers
 from learn.powers.twin_powers import FOLLOWED, TwinPowers
 from learn.twin.calibrate import calibrate_by
 from learn.twin.calibrate_powers import calibrate_powers_by, of_gateways, traced_powers

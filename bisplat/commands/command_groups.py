@@ -8,7 +8,7 @@ from importlib.metadata import version
 from bisplat.commands.comparison_commands import ablate, compare, sweep
 from bisplat.commands.coverage_command import coverage
 from bisplat.commands.dataset_commands import convert, dataset, responses, rssi
-from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
+from bisplat.commands.evaluation_commands import crossvalidate, evaluate
 from bisplat.commands.rooms_command import rooms
 from bisplat.commands.scene_command import scene
 from bisplat.commands.simulate_command import simulate
@@ -21,7 +21,7 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "First look": (demo,),
     "Datasets": (check, dataset, convert, responses, rssi, rooms),
     "Predictions": (predict, locate, plan, coverage, export),
-    "Comparisons": (crossvalidate, compare, ablate, sweep, engines),
+    "Comparisons": (crossvalidate, compare, ablate, sweep),
     "Scenes": (calibrate,),
 }
 """Every command, by the title of its group; the everyday commands come first."""

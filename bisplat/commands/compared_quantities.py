@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bisplat.commands.given_options import refuse_given
-from learn.comparison.protocol import PROTOCOL
+from learn.comparison.results_folder import PROTOCOL
 from learn.data.splits import SplitKind
 from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
@@ -55,7 +55,7 @@ class Fitted:
 
     def __call__(self, output: Path | None = None) -> ScoreTable:
         """Fit and score the methods."""
-        from learn.comparison.makers import checked_sizes
+        from learn.comparison.method_factories import checked_sizes
 
         compare: Callable[..., ScoreTable]
         of_powers: dict[str, Any] = {}
@@ -96,8 +96,8 @@ class Fitted:
             return
         from learn.band.band_methods import BAND_METHODS
         from learn.channels.channel_methods import CHANNEL_METHODS
-        from learn.comparison.makers import trained_by_steps
-        from learn.powers.power_methods import POWER_METHODS
+        from learn.comparison.method_factories import trained_by_steps
+        from learn.powers.fit_powers import POWER_METHODS
 
         known: Mapping[str, Callable[[], Any]] = POWER_METHODS if is_rssi(self.folder) else CHANNEL_METHODS
         known = BAND_METHODS if self.over_band else known
@@ -153,12 +153,12 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
     """
     fitted.refuse_idle_scene()
     fitted.refuse_idle_budget()
-    from learn.channels import channel_methods
-    from learn.powers import power_methods
+    from learn.channels.channel_methods import BASELINES as OF_CHANNELS
+    from learn.powers.fit_powers import BASELINES as OF_POWERS
     from learn.reports.method_styles import method_name
     from learn.reports.score_evaluation import write_score_evaluation
 
-    baselines = power_methods.BASELINES if is_rssi(fitted.folder) else channel_methods.BASELINES
+    baselines = OF_POWERS if is_rssi(fitted.folder) else OF_CHANNELS
     (model,) = fitted.methods
 
     among = replace(fitted, methods=tuple(dict.fromkeys([*baselines, model])))

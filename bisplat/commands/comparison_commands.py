@@ -14,7 +14,7 @@ from bisplat.commands.compared_quantities import Fitted, compare_quantity, sweep
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.rooms_command import compare_in_rooms
 from bisplat.commands.simulate_command import Output
-from learn.comparison.protocol import PROTOCOL
+from learn.comparison.results_folder import PROTOCOL
 from learn.data.splits import SplitKind
 from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
@@ -185,8 +185,8 @@ def sweep(
         sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, json)
         return
     refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
-    from learn.comparison.sweep import SWEPT
-    from learn.comparison.sweep import sweep as sweep_sizes
+    from learn.comparison.compare import SWEPT
+    from learn.comparison.compare import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
     models = models or SWEPT
@@ -220,7 +220,7 @@ def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, r
         json: print a JSON object, with the rows by their names, instead of a table.
         remark: sentence to print below the table, or on stderr beside JSON.
     """
-    from learn.comparison.doubts import average_name
+    from learn.comparison.averaged_table import average_name
     from learn.comparison.table import table_cells
 
     if json:

@@ -25,8 +25,8 @@ def coverage(
 ) -> None:
     """Map the received powers (RSSI) of every gateway at a height.
 
-    Writes arrays (coverage.npz), a GeoTIFF (coverage.tif) and figures, with 90 % intervals. Only the method twin traces
-    rays; otherwise, walls count as far as the measured powers show them.
+    Writes arrays (coverage.npz) and figures, with 90 % intervals. Only the method twin traces rays; otherwise, walls
+    count as far as the measured powers show them.
 
     Args:
         powers: folder of received powers. The method learns from all of its positions.
@@ -40,8 +40,7 @@ def coverage(
             for the walls: that of the folder, if any).
     """
     from learn.powers.coverage import coverage_map
-    from learn.powers.fit_powers import fit_powers
-    from learn.powers.power_methods import TWIN
+    from learn.powers.fit_powers import TWIN, fit_powers
     from learn.reports.coverage_report import write_coverage_files
     from learn.training.fit_progress import FitProgress
     from scenes.storage.scene_yaml import load_scene

@@ -1,4 +1,4 @@
-"""The commands that measure the accuracy of predictions and of ray tracing: evaluate, crossvalidate, engines."""
+"""The commands that measure the accuracy of predictions: evaluate, crossvalidate."""
 
 from __future__ import annotations
 
@@ -6,19 +6,16 @@ import json as json_format
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import OmitArgPrefixes, Positional, arg
+from tyro.conf import Positional, arg
 
 from bisplat.commands.compared_quantities import Fitted, evaluate_quantity
-from bisplat.commands.given_options import names_of, refuse_given
-from bisplat.commands.given_propagation import refuse_idle_propagation
+from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import EngineName
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
-from scenes.files.options import checked, unchecked
 from scenes.files.plain_text import print_table
 from simulate.dataset.dataset_kinds import is_csi, is_rssi
-from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from learn.evaluation.locations import Heard, Locations
@@ -162,52 +159,3 @@ def crossvalidate(
         print(json_format.dumps(fresh.metrics(), indent=2))
     else:
         print_table(f"against {fresh.truth_by}", {fresh.origin.model: fresh.metrics()})
-
-
-def engines(
-    scene: Positional[str],
-    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
-    positions: Annotated[int, arg(aliases=["-n"])] = 200,
-    propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
-    json: bool = False,
-    force: Force = False,
-) -> None:
-    """Tell how near rays come to full wave, in a scene or a dataset.
-
-    For a scene, the correlation to expect is printed, from the rays alone. With a dataset, the rays are compared.
-
-    Args:
-        scene: built-in name or scene YAML. Or a dataset folder made by bisplat simulate --engine fullwave.
-        output: with a dataset: folder for engines.json and the maps.
-        positions: with a dataset: largest number of positions to trace.
-        propagation: what the ray tracer follows.
-        json: print the figures as JSON.
-    """
-    from learn.evaluation.engines import compare_engines, expect_of_rays, scene_for_rays
-    from learn.evaluation.engines_plane import compare_on_plane
-    from learn.reports.engines_report import FILES, draw_plane, write_engines
-    from scenes.storage.scene_yaml import load_scene
-    from simulate.dataset.dataset_folder import read_dataset
-
-    if output is None:
-        if Path(scene).is_dir():
-            raise InputError(f"{scene}: expected -o FOLDER with a dataset, found none")
-        only = ("-n", "--positions", "--force", *names_of(Propagation))
-        refuse_given(only, f"a full-wave dataset and -o, found the scene {scene} alone")
-        expected = {name: expect_of_rays(seen) for name, seen in load_scene(scene).by_gateway().items()}
-        if json:
-            print(json_format.dumps(expected, indent=2))
-        else:
-            print_table("rays against full wave, to expect", expected)
-        return
-    dataset = Path(scene)
-    require_new(*(output / name for name in FILES), force=force)
-    mechanisms = checked(Propagation, propagation)
-    refuse_idle_propagation(mechanisms, [scene_for_rays(read_dataset(dataset))] if mechanisms.diffuse else [])
-    compared = compare_engines(dataset, mechanisms, positions)
-    write_engines(compared, output)
-    draw_plane(compare_on_plane(dataset, mechanisms), output)
-    if json:
-        print(json_format.dumps(compared.metrics(), indent=2))
-    else:
-        print_table("rays against full wave", {"rays": compared.metrics()})

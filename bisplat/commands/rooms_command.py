@@ -10,7 +10,7 @@ from tyro.conf import arg
 
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
-from learn.comparison.protocol import PROTOCOL
+from learn.comparison.results_folder import PROTOCOL
 from scenes.files.errors import printable
 from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import Outline, Setting

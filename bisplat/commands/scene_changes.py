@@ -40,8 +40,7 @@ def changed_scene(place: Scene, changes: SceneChanges) -> Scene:
     Raises:
         InputError: a change is malformed, or gives a scene that is not valid.
     """
-    from scenes.checks.material_frequency import doubts
-    from scenes.checks.validation import validate
+    from scenes.checks.validation import doubts, validate
 
     if changes == SceneChanges():
         return place

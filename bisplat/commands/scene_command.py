@@ -58,6 +58,7 @@ def scene(
     region_min: Triple | None = None,
     region_max: Triple | None = None,
     json: bool = False,
+    accuracy: bool = False,
     view: bool = False,
     port: int = 8080,
     force: Force = False,
@@ -91,18 +92,19 @@ def scene(
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
+        accuracy: also trace the scene, and say how near rays are expected to come to full wave: about a minute.
         view: edit the gateway, the transmitter region and the materials in the browser.
         port: with --view: port of the page. If it is taken, the next free port.
     """
     if view:
-        refuse_given(["--json"], "none beside --view, which prints no description")
+        refuse_given(["--json", "--accuracy"], "none beside --view, which prints no description")
         require_extra("viewer", "the viewer")
     else:
         refuse_given(["--port"], "--view beside it, found none")
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
+    from scenes.importing.imported_objects import parts_of
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
-    from scenes.importing.part_listing import parts_of
     from scenes.scene.antennas import Gateway, Transmitter
     from scenes.scene.frequency import read_frequency
     from scenes.scene.orientation import facing
@@ -122,7 +124,7 @@ def scene(
         }
         if list_parts:
             refuse_given(
-                ["--output", "-o", "--walls", "--pattern", "--array", "--view", "--force", *PLACES],
+                ["--output", "-o", "--walls", "--pattern", "--array", "--view", "--accuracy", "--force", *PLACES],
                 "none beside --list",
             )
             listing = parts_of(scene, **options)
@@ -185,6 +187,11 @@ def scene(
         draw_scene(place, drawing)
         failure = None
     _describe(place, json, None if failure else drawing)
+    if accuracy:
+        from simulate.rays.expected_correlation import expectation
+
+        for seen in place.by_gateway().values():
+            say(f"{seen.name}: {expectation(seen)}")
 
 
 def _failure_to_draw(place: Scene, drawing: Path) -> str | None:

@@ -8,14 +8,14 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from bisplat.commands.given_options import given_options, names_of, refuse_given
+from bisplat.commands.given_options import given_options, refuse_given
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
-from learn.models.model_settings import Processes, Steps
+from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL, MODELS, PRESETS, PresetName, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
-from scenes.files.options import changed, optional, unchecked
+from scenes.files.options import changed, optional
 from scenes.files.plain_text import print_table, say
 
 ModelName = Annotated[str, arg(metavar=f"{{{','.join(MODELS)},MODULE:CLASS}}")]
@@ -100,8 +100,8 @@ def train(
     scene: str | None = None,
     option: tuple[str, ...] = (),
     budget: float | None = None,
+    trainer: tuple[str, ...] = (),
     steps: OmitArgPrefixes[optional(Steps)] = optional(Steps)(),  # type: ignore[valid-type]
-    processes: OmitArgPrefixes[unchecked(Processes)] = unchecked(Processes)(),  # type: ignore[valid-type]
 ) -> None:
     """Train a model on a dataset.
 
@@ -122,8 +122,9 @@ def train(
         scene: twin only: the scene, a built-in name or a scene YAML.
         option: NAME=VALUE: options of the model that differ from its defaults, such as primitives=250.
         budget: training time, minutes, instead of a number of steps.
+        trainer: NAME=VALUE: where a training by steps runs, as arguments of Lightning's Trainer: devices=2,
+            num_nodes=2, accelerator=cpu, strategy=ddp.
         steps: training settings (default: the model's own). helmholtz, twin and mirror-images take none.
-        processes: where the training runs.
     """
     if preset is not None:
         refuse_given(["--model"], f"none beside --preset, found {preset}, which is {PRESETS[preset].model}")
@@ -149,8 +150,8 @@ def train(
             options=options,
             budget=budget,
             preset=preset,
+            trainer=dict(read_option(each, "trainer", "devices=2") for each in trainer),
             **changed(steps),
-            **vars(processes),
         )
     except ParameterError as error:  # of an option of the model, which is no option of the command
         if error.parameter not in options or given.get(error.parameter) is not None:
@@ -159,15 +160,15 @@ def train(
     print(printable(f"run: {output}"))
 
 
-def read_option(text: str) -> tuple[str, Any]:
-    """Read an option of a model. A value is a number, true or false, a list in JSON, or else a text.
+def read_option(text: str, parameter: str = "option", example: str = "primitives=250") -> tuple[str, Any]:
+    """Read an option of a model, or where it is trained. A value is a number, true or false, a list in JSON, or a text.
 
     >>> read_option("primitives=250"), read_option("encoding=waves"), read_option('bypass=["bst"]')
     (('primitives', 250), ('encoding', 'waves'), ('bypass', ['bst']))
     """
     name, equals, value = text.partition("=")
     if not (name and equals and value):
-        raise ParameterError("option", f"expected NAME=VALUE, such as primitives=250, found {shown(text)}")
+        raise ParameterError(parameter, f"expected NAME=VALUE, such as {example}, found {shown(text)}")
     try:
         return name, json_format.loads(value)
     except ValueError:
@@ -178,7 +179,7 @@ def _refuse_idle_settings(model: str, dataset: Path) -> None:
     """Refuse settings that the user gave and that this model has no use for on this dataset."""
     phases = ["--find-phases", "--no-find-phases"]
     if model_entry(model).by_steps is None:
-        refuse_given([*phases, *names_of(Processes)], f"a model trained by steps, found {model}")
+        refuse_given(phases, f"a model trained by steps, found {model}")
     if not {*phases, "--full-resolution"} & set(given_options()):
         return
     from learn.models.capabilities import HasOwnLoss, PredictsResponses

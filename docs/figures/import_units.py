@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from scenes.importing.import_unit import DOUBTED, REFUSED, unit_doubt
+from scenes.importing.import_doubts import DOUBTED, REFUSED, unit_doubt
 from scenes.importing.lengths import METRES
 
 room = np.array([[0, 0, 0], [5.0, 4.0, 3.0]])

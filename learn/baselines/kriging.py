@@ -14,14 +14,11 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.quick_spectra import quick_spectra
+from simulate.spectra.compiled_beamformer import compiled_beamformer
 from simulate.spectra.spectrum import normalise
 
-COMPONENTS = 48
-"""Number of principal components of the spectra that are interpolated."""
-
-FITTED_ON = 400
-"""Largest number of spectra to which the kernel's parameters are fitted; predictions use all spectra."""
+COMPONENTS = 48  # number of principal components of the spectra that are interpolated
+FITTED_ON = 400  # largest number of spectra to which the kernel's parameters are fitted; predictions use all spectra
 
 
 class Interpolator:
@@ -76,7 +73,7 @@ def krige_responses(
     positions: Float[np.ndarray, "n 3"], responses: Complex[np.ndarray, "n elements"], beamformer: Beamformer, seed: int
 ) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
     """Interpolate known element responses."""
-    quick = quick_spectra(beamformer)
+    quick = compiled_beamformer(beamformer)
     interpolator = Interpolator(positions, np.concatenate([responses.real, responses.imag], axis=1), seed)
 
     def predict(new_positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.models.kriging.deviation_curve import NORMAL
-from simulate.spectra.delay_spread import delay_spread
+from simulate.spectra.band import delay_spread
 
 MOST_SNR_DB = 200.0
 """Largest SNR that is stated. A prediction without any error gets it."""

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float, Int
 
-from learn.channels.channel_comparison import ChannelComparison, ChannelRow
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
 from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels, PredictedChannels
-from learn.comparison.doubts import average_name
-from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
-from learn.comparison.kept_fits import earlier_sizes, kept_fits
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.makers import check_effort, chosen
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import check_effort, chosen_methods
+from learn.comparison.results_folder import given_folder
+from learn.comparison.score_table import Measure, ScoreTable
+from learn.comparison.scored_methods import (
+    FitRow,
+    Parts,
+    asked_sizes,
+    checked_with_deviation,
+    earlier_sizes,
+    fit_results,
+    score_fits,
+)
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
@@ -26,6 +34,95 @@ from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.spectra.spectrum import evenly
+
+
+class ChannelRow(FitRow, frozen=True, kw_only=True):
+    """The entries that every kept row has."""
+
+    snr_median_db: float | None
+    snr_mean_db: float | None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ChannelComparison(ScoreTable):
+    """Rows measured by ``compare_channels``.
+
+    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
+    the best first, and a notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
+
+    A row has "label", the name of the method, "seed" of the fit, "train_size", the number of training rows asked for
+    (None: all), "known", the number of known rows, "steps" of training (None: the method has none), "seconds" for the
+    fit and the predictions, "source" of a class of your own, a hash that tells when it has to be measured again, and
+    these scores:
+
+    - "rows", the number of test rows that the scores refer to, those whose downlink is not zero;
+    - "snr_median_db", "snr_mean_db" and "snr_p10_db" (10th percentile) of the signal-to-noise ratio of the predicted
+      downlink, 10 log₁₀ ‖h‖² / ‖h − ĥ‖² for each row, dB, at most 200;
+    - "correlation_median", of ``|ĥ^H h|`` / (‖ĥ‖ ‖h‖), which a wrong level or common phase leaves as it is;
+    - "delay_spread_error_median_ns", of the absolute error of the downlink's root mean square delay spread, ns; None if
+      the folder states no bandwidth;
+    - "coverage_90", the share of the real and imaginary parts of the channels within the stated 90 % intervals; None if
+      the method states none.
+
+    They are None if no test row has a downlink.
+
+    Attributes:
+        folder: the dataset's folder.
+        split: how the test part was chosen.
+        seed: seed of the split.
+        guard: known positions nearer than this to a test position were left out, wavelengths.
+        minutes: training time of each method that is trained by steps.
+        parts: training, validation and test part; of several sizes, those of the largest.
+        rows: a dictionary for each method, seed and size, in the order in which they were measured. ``averages()`` and
+            ``table()`` average them over the seeds.
+        distances: how far the test positions are from the known ones. None: positions or frequency are not known.
+        dataset: the channels.
+        snr_db: SNR of each test row, dB, [test], of the first seed, by the name of the row in the table; NaN where the
+            downlink is zero.
+        shown: which of the test rows ``examples`` are, at most 1,000, evenly spread.
+        examples: predicted downlinks of these rows, [shown, antennas, subcarriers], of the first seed, by the name of
+            the row in the table.
+
+    Example:
+        >>> import bisplat, numpy as np
+        >>> array = bisplat.PlanarArray(1, 8)
+        >>> ramps = np.exp(-1j * np.linspace(0.1, 0.3, 20)[:, None, None] * np.arange(52)) * np.ones((8, 1))
+        >>> y = np.random.default_rng(0).uniform(1, 2, (20, 1, 1)) * ramps
+        >>> wide = bisplat.write_dataset("data/ramps", np.eye(20, 3), y, array, "2.4 GHz", bandwidth="20 MHz")
+        >>> bisplat.export_csi(wide, "ramps")
+        >>> comparison = bisplat.compare_channels("ramps", ["copy", "ramp"], split="random")
+        >>> [row["label"] for row in comparison.table()]  # the best first
+        ['ramp', 'copy']
+        >>> comparison.snr_db["copy"].shape
+        (4,)
+        >>> comparison
+        ChannelComparison('ramps': 2 methods, 16 known and 4 test rows, split random)
+    """
+
+    COLUMNS: ClassVar[Mapping[str, str]] = {
+        "snr_median_db": "median SNR (dB)",
+        "snr_mean_db": "mean SNR (dB)",
+        "snr_p10_db": "10th % (dB)",
+        "correlation_median": "median correlation",
+        "delay_spread_error_median_ns": "delay spread off (ns)",
+        "coverage_90": "in 90 % interval",
+        "steps": "steps",
+        "seconds": "seconds",
+    }
+    MEASURE: ClassVar[Measure] = Measure(
+        "snr", "snr_median_db", "snr_mean_db", False, "SNR of the predicted downlink (dB)", "share of rows"
+    )
+    RANKED_BY: ClassVar[str] = MEASURE.key
+    THINGS: ClassVar[str] = "rows"
+
+    dataset: CsiDataset = field(repr=False)
+    snr_db: Mapping[str, Float[np.ndarray, " K"]]
+    shown: Int[np.ndarray, " E"]
+    examples: Mapping[str, Complex[np.ndarray, "E A S"]]
+
+    def of_each(self) -> dict[str, Float[np.ndarray, "..."]]:
+        return dict(self.snr_db)
+
 
 MOST_KNOWN = 5000
 """With more known rows, so many of them are drawn, and the methods learn from these alone."""
@@ -108,7 +205,7 @@ def compare_channels(
     """
     check_effort(budget, seeds)
     folder = given_folder(output)
-    makers = chosen(methods, CHANNEL_METHODS)
+    factories = chosen_methods(methods, CHANNEL_METHODS)
     require_instance(CsiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
     if dataset.frequencies is None:
@@ -163,8 +260,8 @@ def compare_channels(
         "examples": Expected("channels", "c", (len(shown), *truth.shape[1:])),
     }
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
-    with kept_fits(folder, "channels", dataset.folder, settings, data, ChannelRow) as kept:
-        measure_fits(makers, CHANNEL_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
+    with fit_results(folder, "channels", dataset.folder, settings, data, ChannelRow) as kept:
+        score_fits(factories, CHANNEL_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
         of_first = {average_name(row): arrays for row, arrays in kept.arrays(expected)}
         rows = kept.rows
     return ChannelComparison(

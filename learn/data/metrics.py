@@ -14,9 +14,8 @@ from scenes.files.errors import InputError, ParameterError, require_instance
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
-from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.array import LEAST_ELEMENTS, Array, PlanarArray, too_few_elements
 from simulate.spectra.element_array import ElementArray
-from simulate.spectra.few_elements import LEAST_ELEMENTS, too_few_elements
 from simulate.spectra.spectrum import check_spectra
 
 

@@ -25,9 +25,8 @@ from simulate.dataset.dataset_frequency import named, several_frequencies
 from simulate.dataset.dataset_kinds import is_rooms, is_rssi, not_spectra
 from simulate.rssi.rssi_check import RssiCheck, check_rssi
 from simulate.spectra.array import Array, PlanarArray
-from simulate.spectra.band import Band
+from simulate.spectra.band import Band, delay_spread
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.delay_spread import delay_spread
 from simulate.spectra.element_array import uniform
 from simulate.spectra.identification import tells_little
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset import Dataset
+from simulate.spectra.array import too_few_elements
 from simulate.spectra.element_array import uniform
 from simulate.spectra.explanation import Explanation, explain
-from simulate.spectra.few_elements import too_few_elements
 from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, grey_levels
 from simulate.spectra.lags import EXAMINED
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
@@ -97,12 +97,12 @@ def _of_array(dataset: Dataset) -> list[str]:
 def _explained(found: Explanation) -> str:
     """A sentence on what explains the pictures, and on what to do."""
     array, grid = found.beamformer.array, found.beamformer.grid
-    what = {"magnitude": "magnitudes", "power": "powers", "decibels": "powers in decibels"}[found.quantity]
+    what = {"magnitude": "magnitudes", "power": "powers", "decibels": "powers in decibels"}[found.scale]
     sentence = (
         f"{what.capitalize()} of an array of {array.in_words.replace('λ', 'wavelengths')} "
         f"explain them to {found.residual:.2f}"
     )
-    if found.quantity != "magnitude" or grid.elevation_step_deg < 0:
+    if found.scale != "magnitude" or grid.elevation_step_deg < 0:
         return f"{sentence}: bisplat convert turns them into pictures of this format"
     content = json.dumps({"array": array.stated(), "grid": asdict(grid)})
     return f"{sentence}: bisplat convert states it in metadata.json, or write {content} there"

@@ -10,7 +10,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
-from learn.channels.timing import strongest_ramp, without_ramp
+from learn.channels.known_channels import strongest_ramp, without_ramp
 from learn.localisation.located_places import Place
 from learn.planning.candidates import extended_axes
 

@@ -16,7 +16,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:
-    from simulate.spectra.quick_spectra import QuickSpectra
+    from simulate.spectra.compiled_beamformer import CompiledBeamformer
 
 
 Report = Callable[[str, int, int], None]
@@ -203,7 +203,7 @@ class BeamformingLayer(nn.Module):
         quick.write(as_complex(responses), spectra)
         return torch.from_numpy(spectra)
 
-    def quick(self, numbers: Tensor) -> QuickSpectra | None:
+    def quick(self, numbers: Tensor) -> CompiledBeamformer | None:
         """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed.
 
         Args:
@@ -211,9 +211,9 @@ class BeamformingLayer(nn.Module):
         """
         if not runs_compiled(numbers):
             return None
-        from simulate.spectra.quick_spectra import quick_spectra  # compiles, which training does not need
+        from simulate.spectra.compiled_beamformer import compiled_beamformer  # compiles, which training does not need
 
-        return quick_spectra(self._beamformer)
+        return compiled_beamformer(self._beamformer)
 
     def coarse(self, responses: Float[Tensor, "B elements 2"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """The spectra at a few pixels, min–max normalised over these."""

@@ -12,14 +12,9 @@ from scenes.files.options import check_kinds
 from scenes.files.schema import LATER
 from simulate.positions.positions import MOST_POSITIONS
 
-STEPS_MOST = 10**9
-"""Largest number of steps: many weeks of the fastest model."""
-
-MINUTES_MOST = 10_000.0
-"""Largest training time: a week."""
-
-MatmulPrecision = Literal["highest", "high", "medium"]
-"""Precisions of ``torch.set_float32_matmul_precision``."""
+STEPS_MOST = 10**9  # largest number of steps: many weeks of the fastest model
+MINUTES_MOST = 10_000.0  # largest training time: a week
+MatmulPrecision = Literal["highest", "high", "medium"]  # precisions of ``torch.set_float32_matmul_precision``
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,27 +59,6 @@ class Steps:
     def coarse_steps(self) -> int:
         """Number of steps that use only a few pixels."""
         return round((1 - self.full_resolution) * self.steps)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Processes:
-    """Where a training runs.
-
-    Attributes:
-        devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines. Start the same command on each, as Lightning's launchers do.
-    """
-
-    devices: int = 1
-    nodes: int = 1
-
-    def __post_init__(self) -> None:
-        check_kinds(self)
-
-    @property
-    def count(self) -> int:
-        """Number of devices on all machines together."""
-        return self.devices * self.nodes
 
 
 OPTION_MOST = 1_000_000

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from scenes.checks.array_clearance import crosses
+from scenes.checks.occupancy import crosses
 from scenes.scene.description import Scene
 
 LEAST_GAIN = 1e-9

@@ -12,8 +12,7 @@ from scipy.special import ndtri
 
 from learn.baselines.kriging import Interpolator
 from learn.baselines.neighbours import NEIGHBOURS, nearest
-from learn.powers.known_powers import KnownPowers, PredictedPowers
-from learn.powers.path_loss import PathLoss
+from learn.powers.known_powers import KnownPowers, PathLoss, PredictedPowers
 
 NINETY = float(ndtri(0.95))
 """Half the width of the interval that holds 90 % of a normal distribution, in standard deviations."""

@@ -1,8 +1,4 @@
-"""The method helmholtz for received powers: a Gaussian process in dB about the log-distance law, with fading.
-
-The name is that of the model of spectra that also knows how fields fade; a power has no phase, so here only the
-covariance of fading is left of the wave.
-"""
+"""The method helmholtz for received powers, and universal kriging about powers that a model of the waves predicts."""
 
 from __future__ import annotations
 
@@ -12,11 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import ndtri
 
-from learn.powers.covariance_fit import JITTER, fit_covariance
-from learn.powers.known_powers import KnownPowers, PredictedPowers
-from learn.powers.path_loss import decades
+from learn.powers.known_powers import KnownPowers, PredictedPowers, decades
 from learn.powers.power_baselines import by_inverse_distance
-from learn.powers.power_covariance import FADING_DB
+from learn.powers.power_covariance import FADING_DB, JITTER, fit_covariance
 from scenes.files.plain_text import say
 
 MOST_KNOWN = 5000
@@ -141,3 +135,32 @@ def _at_most(count: int, seed: int) -> Int[np.ndarray, " n"]:
     if count <= MOST_KNOWN:
         return np.arange(count)
     return np.sort(np.random.default_rng(seed).permutation(count)[:MOST_KNOWN])
+
+
+class ExplainedPowers(PowerField):
+    """The mean power of a gateway is P = a + n D + b T, with D = −10 log₁₀ of the distance and an explained power T.
+
+    The weights a, n and b of each gateway are estimated with the remainder, so that what explains nothing gets no
+    weight, and ``helmholtz`` is left. Subclasses set ``_of_known``, T at the known positions [n, G], before ``fit``.
+    """
+
+    _of_known: Float[np.ndarray, "n G"]
+
+    def _explained(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
+        """T of each gateway, dB."""
+        raise NotImplementedError
+
+    def _trends(self, positions: Float[np.ndarray, "K 3"]) -> list[Float[np.ndarray, "K 3"]]:
+        return self._with(self._explained(positions), super()._trends(positions))
+
+    def _known_trends(self) -> list[Float[np.ndarray, "n 3"]]:
+        return self._with(self._of_known[self._chosen], super()._trends(self._positions))
+
+    def _with(
+        self, explained: Float[np.ndarray, "K G"], law: list[Float[np.ndarray, "K 2"]]
+    ) -> list[Float[np.ndarray, "K 3"]]:
+        return [np.column_stack(each) for each in zip(law, explained.T, strict=True)]
+
+    def _left(self, trends: list[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "n G"]:
+        pairs = zip(trends, self._powers.T, strict=True)
+        return self._powers - np.stack([trend @ np.linalg.lstsq(trend, power)[0] for trend, power in pairs], axis=1)

@@ -17,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from learn.powers.coverage import NO_GATEWAY, CoverageMap
-from learn.reports.geotiff import write_geotiff
 from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
 from learn.reports.provenance import Provenance
@@ -33,12 +32,11 @@ from simulate.dataset.dataset_folder import recorded_scene
 def write_coverage(
     coverage: CoverageMap, folder: Path | str, scene: Scene | None = None, *, force: bool = False
 ) -> None:
-    """Write a coverage map into a new folder: ``coverage.npz``, ``coverage.tif``, ``coverage.png`` and ``.pdf``, and
-    ``interval.png`` and ``.pdf``.
+    """Write a coverage map into a new folder: ``coverage.npz``, ``coverage.png`` and ``.pdf``, and ``interval.png`` and
+    ``.pdf``.
 
-    The GeoTIFF has float32 bands: the median of each gateway, then the lower and the upper ends of the 90 % intervals.
-    Its first row is the north, the largest y; in the arrays, row 0 is the south, the smallest y. Where the map says
-    nothing, both have NaN. Methods that state no interval have the medians alone.
+    In the arrays, row 0 is the south, the smallest y. Where the map says nothing, they have NaN. Methods that state no
+    interval have the medians alone.
 
     Args:
         coverage: the map.
@@ -81,14 +79,6 @@ def write_coverage_files(coverage: CoverageMap, folder: Path, scene: Scene | Non
         **{"known_positions": dataset.positions[coverage.fitted.known], "floor_dbm": np.array(dataset.floor_dbm)},
     }
     write_arrays(folder / "coverage.npz", stated | arrays)
-    words = {"median": "median (dBm)", "low": "5 % quantile (dBm)", "high": "95 % quantile (dBm)"}
-    write_geotiff(
-        folder / "coverage.tif",
-        np.concatenate(list(stated.values())),
-        [f"{gateway}: {words[band]}" for band in stated for gateway in dataset.gateway_names],
-        (coverage.edges[0], coverage.edges[3]),
-        coverage.step,
-    )
     draw_coverage(coverage, folder / "coverage.png", scene)
     if coverage.width is not None:
         draw_intervals(coverage, folder / "interval.png", scene)

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from matplotlib.figure import Figure
 
-from learn.channels.channel_comparison import ChannelComparison
+from learn.channels.compare_channels import ChannelComparison
 from learn.comparison.score_table import ScoreTable
 from learn.powers.power_comparison import PowerComparison
 from learn.reports.figures import MapScore, draw_error_map, ranked
@@ -25,7 +25,7 @@ from learn.reports.score_report import draw_score_distribution, draw_scores
 from learn.reports.table_files import write_scores
 from scenes.files.atomic import write_atomically
 from simulate.csi.csi_dataset import CsiDataset
-from simulate.spectra.delay_spread import delay_spread
+from simulate.spectra.band import delay_spread
 
 
 def write_score_evaluation(comparison: ScoreTable, model: str, folder: Path) -> None:

@@ -8,38 +8,20 @@ direction from one latent vector, where GRaF sums latent voxels along the ray.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 from jaxtyping import Float, Int
-from pytorch_msssim import ssim as gaussian_ssim
 from scipy.spatial.transform import Rotation
 from torch import Tensor, nn
 from torch.nn.functional import avg_pool2d, pad
 
-from learn.models.quadrature import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
-from learn.rooms.known_in_room import KnownInRoom
-from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 POOLED = 6
 """Pixels along each side of a coarse one, at which the network works. A 4 × 4 array tells directions 25° apart."""
-
-NEAREST = 16
-"""Largest number of known spectra, the nearest ones, that the network attends to."""
-
-LEAST, MOST = 5, 100
-"""Range of the number of known spectra in a training step, drawn evenly in its logarithm."""
-
-BATCH, LEARNING_RATE, WARM_UP = 6, 3e-3, 50
-"""Targets in a training step; the rate of Adam, which rises over ``WARM_UP`` steps and falls to 0 at the end."""
-
-AT_ONCE = 16
-"""Positions that are predicted at once."""
 
 
 @dataclass(frozen=True)
@@ -143,69 +125,7 @@ class _Around(nn.Conv2d):
         return super().forward(pad(pad(pictures, (1, 1, 0, 0), mode="circular"), (0, 0, 1, 1)))
 
 
-class AttentionOverNeighbours:
-    """``NeighbourAttention`` as a method of ``compare_rooms``: trained in other rooms, given a room's neighbours."""
-
-    by_steps = True
-
-    def __init__(self) -> None:
-        self.steps = 0
-        self._network = NeighbourAttention()
-
-    def learn(self, rooms: Sequence[Dataset], minutes: float, seed: int) -> None:
-        """Train in rooms."""
-        torch.manual_seed(seed)
-        generator = np.random.default_rng(seed)
-        self._network = NeighbourAttention()
-        tensors = [RoomTensors.of(dataset, np.arange(len(dataset))) for dataset in rooms]
-        optimiser = torch.optim.Adam(self._network.parameters(), LEARNING_RATE)
-        began, self.steps = time.monotonic(), 0
-        while (passed := (time.monotonic() - began) / (60 * minutes)) < 1 or not self.steps:
-            room = tensors[generator.integers(len(tensors))]
-            rate = LEARNING_RATE * min(1.0, (self.steps + 1) / WARM_UP) * max(0.0, 1 - passed)
-            optimiser.param_groups[0]["lr"] = rate
-            optimiser.zero_grad()
-            loss = self._loss(room, generator)
-            loss.backward()
-            nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
-            optimiser.step()
-            self.steps += 1
-            if self.steps % 100 == 0:
-                say(f"attention: step {self.steps}, loss {loss.item():.4f}")
-
-    def fit(self, room: KnownInRoom) -> None:
-        """Keep the known spectra of a room."""
-        self._room = room
-        self._tensors = RoomTensors.of(room.dataset, room.known)
-
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        """Predict in this room; the weights are interpolated to all pixels."""
-        spectra, room = torch.from_numpy(self._room.spectra).float(), self._tensors
-        predicted = []
-        with torch.inference_mode():
-            for targets in local_places(self._room.dataset, positions).split(AT_ONCE):
-                near = torch.cdist(targets, room.places).topk(min(NEAREST, len(spectra)), largest=False).indices
-                shares, correction = self._network(targets, room.places[near], room.pictures[near], room.directions)
-                mean = (_to_all_pixels(shares) * spectra[near]).sum(dim=1)
-                predicted.append((mean + _to_all_pixels(correction[:, None])[:, 0]).clamp(0, 1))
-        return torch.cat(predicted).numpy()
-
-    def _loss(self, room: RoomTensors, generator: np.random.Generator) -> Float[Tensor, ""]:
-        """The loss of some targets in a room, of which a random number of other spectra are known."""
-        batch = min(BATCH, len(room.places) // 2)
-        order = torch.from_numpy(generator.permutation(len(room.places)))
-        size = int(np.exp(generator.uniform(np.log(LEAST), np.log(MOST))))
-        targets, known = order[:batch], order[batch : batch + max(1, size)]
-        distance = torch.cdist(room.places[targets], room.places[known])
-        near = known[distance.topk(min(NEAREST, len(known)), largest=False).indices]
-        pictures = room.pictures[near]
-        shares, correction = self._network(room.places[targets], room.places[near], pictures, room.directions)
-        predicted, truth = (shares * pictures).sum(dim=1) + correction, room.pictures[targets]
-        alike = gaussian_ssim(predicted[None], truth[None], data_range=1.0, win_size=WINDOW, win_sigma=SIGMA)
-        return L1_WEIGHT * (predicted - truth).abs().mean() + SSIM_WEIGHT * (1 - alike)
-
-
-def _to_all_pixels(coarse: Float[Tensor, "B L H W"]) -> Float[Tensor, "B L 90 360"]:
+def to_all_pixels(coarse: Float[Tensor, "B L H W"]) -> Float[Tensor, "B L 90 360"]:
     """Linear interpolation, periodic in azimuth."""
     wrapped = pad(coarse, (1, 1, 0, 0), mode="circular")
     fine = nn.functional.interpolate(wrapped, (ROWS, COLUMNS + 2 * POOLED), mode="bilinear")

@@ -1,15 +1,41 @@
-"""The table of scores that ``compare_rooms`` returns."""
+"""The table of scores that ``compare_rooms`` returns, and the files that its rows are kept in."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
+
+from msgspec import Meta, Struct
 
 from learn.comparison.averaged_table import AveragedTable
+from learn.comparison.results_folder import ResultRow
 from learn.comparison.score_table import by_name
 from simulate.dataset.dataset_kinds import Setting
+
+
+class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The content of protocol.json: the settings that all rows have in common."""
+
+    rooms: str  # absolute path of the folder of rooms
+    setting: Setting  # what differs from room to room
+    test_rooms: Annotated[int, Meta(ge=1)]  # number of test rooms
+    test_spectra: Annotated[int, Meta(ge=1)] | None  # largest number of test spectra in a room. None: all of them.
+    seed: Annotated[int, Meta(ge=0)]  # seed of the choice of test spectra
+    minutes: Annotated[float, Meta(gt=0)]  # training time of each method that learns in other rooms
+    device: str  # name of the GPU, or number of CPU threads, on which methods are trained
+    data_sha256: str  # fingerprint of the names, positions and pictures of all rooms
+
+
+class RoomRow(ResultRow, frozen=True, kw_only=True):
+    """The entries that every row has. The others are described in ``RoomComparison``."""
+
+    train_size: Annotated[int, Meta(ge=1)]
+    spectra: Annotated[int, Meta(ge=1)]
+    ssim_mean: float
+    ssim_median: float
+    seconds: float
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Float
+import torch
+from jaxtyping import Float, Int
+from pytorch_msssim import ssim as gaussian_ssim
+from torch import Tensor, nn
 
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.models.base import SpectrumModel
 from learn.models.images.image_field import ImageField
 from learn.models.kriging.helmholtz import HelmholtzField
-from learn.rooms.known_in_room import KnownInRoom
-from learn.rooms.neighbour_attention import AttentionOverNeighbours
+from learn.models.quadrature import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
+from learn.rooms.neighbour_attention import NeighbourAttention, RoomTensors, local_places, to_all_pixels
 from learn.training.prediction import predict
 from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError
+from scenes.files.plain_text import say
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_writing import write_scene
@@ -29,6 +34,38 @@ from simulate.engines.rays_engine import Rays
 
 WRONG_BY = Tolerances(position=0.03, rotation=2.0, objects=0.03, materials=0.2)
 """Standard deviations of the errors in the description of a room that the twin gets."""
+
+
+NEAREST = 16
+"""Largest number of known spectra, the nearest ones, that the network attends to."""
+
+LEAST, MOST = 5, 100
+"""Range of the number of known spectra in a training step, drawn evenly in its logarithm."""
+
+BATCH, LEARNING_RATE, WARM_UP = 6, 3e-3, 50
+"""Targets in a training step; the rate of Adam, which rises over ``WARM_UP`` steps and falls to 0 at the end."""
+
+AT_ONCE = 16
+"""Positions that are predicted at once."""
+
+
+@dataclass(frozen=True)
+class KnownInRoom:
+    """What is known of a room: some of its spectra."""
+
+    dataset: Dataset  # the room's dataset; a method must use the known spectra alone
+    known: Int[np.ndarray, " L"]  # their indices, in the order in which they became known
+    seed: int  # seed of everything that is random in the method itself
+
+    @property
+    def positions(self) -> Float[np.ndarray, "L 3"]:
+        """Transmitter positions of the known spectra, metres, world frame."""
+        return self.dataset.positions[self.known]
+
+    @property
+    def spectra(self) -> Float[np.ndarray, "L 90 360"]:
+        """The known spectra, 0…1."""
+        return self.dataset.spectra[self.known]
 
 
 class RoomMethod(Protocol):
@@ -124,6 +161,68 @@ class TwinInRoom(_Modelled):
         model.propagation = replace(Rays.of(dataset.metadata).propagation, sionna=False, diffuse=False)
         model.fit(dataset, np.sort(room.known))
         self._model = model
+
+
+class AttentionOverNeighbours:
+    """``NeighbourAttention`` as a method of ``compare_rooms``: trained in other rooms, given a room's neighbours."""
+
+    by_steps = True
+
+    def __init__(self) -> None:
+        self.steps = 0
+        self._network = NeighbourAttention()
+
+    def learn(self, rooms: Sequence[Dataset], minutes: float, seed: int) -> None:
+        """Train in rooms."""
+        torch.manual_seed(seed)
+        generator = np.random.default_rng(seed)
+        self._network = NeighbourAttention()
+        tensors = [RoomTensors.of(dataset, np.arange(len(dataset))) for dataset in rooms]
+        optimiser = torch.optim.Adam(self._network.parameters(), LEARNING_RATE)
+        began, self.steps = time.monotonic(), 0
+        while (passed := (time.monotonic() - began) / (60 * minutes)) < 1 or not self.steps:
+            room = tensors[generator.integers(len(tensors))]
+            rate = LEARNING_RATE * min(1.0, (self.steps + 1) / WARM_UP) * max(0.0, 1 - passed)
+            optimiser.param_groups[0]["lr"] = rate
+            optimiser.zero_grad()
+            loss = self._loss(room, generator)
+            loss.backward()
+            nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
+            optimiser.step()
+            self.steps += 1
+            if self.steps % 100 == 0:
+                say(f"attention: step {self.steps}, loss {loss.item():.4f}")
+
+    def fit(self, room: KnownInRoom) -> None:
+        """Keep the known spectra of a room."""
+        self._room = room
+        self._tensors = RoomTensors.of(room.dataset, room.known)
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+        """Predict in this room; the weights are interpolated to all pixels."""
+        spectra, room = torch.from_numpy(self._room.spectra).float(), self._tensors
+        predicted = []
+        with torch.inference_mode():
+            for targets in local_places(self._room.dataset, positions).split(AT_ONCE):
+                near = torch.cdist(targets, room.places).topk(min(NEAREST, len(spectra)), largest=False).indices
+                shares, correction = self._network(targets, room.places[near], room.pictures[near], room.directions)
+                mean = (to_all_pixels(shares) * spectra[near]).sum(dim=1)
+                predicted.append((mean + to_all_pixels(correction[:, None])[:, 0]).clamp(0, 1))
+        return torch.cat(predicted).numpy()
+
+    def _loss(self, room: RoomTensors, generator: np.random.Generator) -> Float[Tensor, ""]:
+        """The loss of some targets in a room, of which a random number of other spectra are known."""
+        batch = min(BATCH, len(room.places) // 2)
+        order = torch.from_numpy(generator.permutation(len(room.places)))
+        size = int(np.exp(generator.uniform(np.log(LEAST), np.log(MOST))))
+        targets, known = order[:batch], order[batch : batch + max(1, size)]
+        distance = torch.cdist(room.places[targets], room.places[known])
+        near = known[distance.topk(min(NEAREST, len(known)), largest=False).indices]
+        pictures = room.pictures[near]
+        shares, correction = self._network(room.places[targets], room.places[near], pictures, room.directions)
+        predicted, truth = (shares * pictures).sum(dim=1) + correction, room.pictures[targets]
+        alike = gaussian_ssim(predicted[None], truth[None], data_range=1.0, win_size=WINDOW, win_sigma=SIGMA)
+        return L1_WEIGHT * (predicted - truth).abs().mean() + SSIM_WEIGHT * (1 - alike)
 
 
 def _box(room: KnownInRoom) -> Float[np.ndarray, "2 3"]:

@@ -18,7 +18,8 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss
 from learn.models.model_settings import STEPS_MOST, Steps
 from learn.models.quadrature import quadrature
-from learn.training.gradient_steps import Spectra, Training, interrupts, multiplying, quiet_trainer
+from learn.training.gradient_steps import Spectra, Training
+from learn.training.lightning_trainer import interrupts, multiplying, quiet_trainer
 from learn.training.validation_part import VALIDATED, Learned, epochs_of, learned_responses
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -99,7 +100,7 @@ def measured_speed(
         clock = _Clock()
         few = replace(by_steps, steps=MOST_TIMED, full_resolution=full_resolution)
         trainer = quiet_trainer(
-            max_epochs=1, devices=1, use_distributed_sampler=False, logger=False, limit_val_batches=0, callbacks=[clock]
+            max_epochs=1, use_distributed_sampler=False, logger=False, limit_val_batches=0, callbacks=[clock]
         )
         with interrupts(), multiplying(by_steps.matmul_precision):
             trainer.fit(Training(model, few, pixels), datamodule=spectra)
@@ -114,7 +115,7 @@ def _validation_seconds(model: SpectrumModel, by_steps: Steps, spectra: Spectra)
     """Seconds of a validation, from one of its batches, and of a checkpoint."""
     module = Training(model, by_steps, quadrature(spectra.dataset.beamformer))
     clock = _Clock()
-    trainer = quiet_trainer(devices=1, logger=False, limit_val_batches=1, callbacks=[clock])
+    trainer = quiet_trainer(logger=False, limit_val_batches=1, callbacks=[clock])
     with interrupts(), multiplying(by_steps.matmul_precision):
         trainer.validate(module, datamodule=spectra, verbose=False)
     validated = min(VALIDATED, len(spectra.parts.validation))

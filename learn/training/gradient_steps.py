@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import logging
-import signal
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +10,8 @@ import lightning as L
 import numpy as np
 import torch
 from jaxtyping import Complex, Float, Int, UInt8
-from lightning.pytorch.callbacks import Callback, Timer
+from lightning.pytorch.callbacks import Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
-from rich.progress import TextColumn
 from torch import Tensor
 from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, Sampler, SequentialSampler, Subset, TensorDataset
@@ -26,14 +21,23 @@ from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss, PredictsResponses
-from learn.models.model_settings import MatmulPrecision, Processes, Steps
+from learn.models.model_settings import Steps
 from learn.models.quadrature import Quadrature, composite_loss
-from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
+from learn.training.lightning_trainer import (
+    LAST,
+    UNREADABLE,
+    Checkpoints,
+    ProgressOnStderr,
+    WholeFiles,
+    has_checkpoint,
+    interrupts,
+    multiplying,
+    quiet_trainer,
+)
 from learn.training.run_files import write_training
 from learn.training.run_folder import save_weights
 from learn.training.validation_part import epochs_of, told, validate, validation_sample
 from scenes.files.errors import InputError, printable
-from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
 
@@ -177,79 +181,13 @@ class Spectra(L.LightningDataModule):
         return Subset(TensorDataset(positions, torch.from_numpy(self.dataset.pictures), self._responses), part.tolist())
 
 
-GRADIENT_NORM = 1.0
-"""Gradients are clipped to this norm."""
-
-
-class ProgressOnStderr(Callback):
-    """Shows steps, remaining time, loss and the last validation SSIM on stderr."""
-
-    def __init__(self, steps: int) -> None:
-        self._steps = steps
-        self._progress = progress_bar(TextColumn("{task.fields[figures]}"))
-
-    def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
-        if trainer.is_global_zero:
-            self._progress.start()
-        self._bar = self._progress.add_task("training", total=self._steps, completed=trainer.global_step, figures="")
-
-    def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
-        metrics = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}
-        text = "  ".join(f"{name} {float(value):.4f}" for name, value in metrics.items() if value is not None)
-        self._progress.update(self._bar, completed=trainer.global_step, figures=text)
-
-    def teardown(self, trainer: L.Trainer, module: L.LightningModule, stage: str) -> None:
-        self._progress.stop()
-
-
-def quiet_trainer(**settings: Any) -> L.Trainer:
-    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own."""
-    for name in ("lightning.pytorch", "lightning.fabric"):
-        logging.getLogger(name).setLevel(logging.ERROR)
-    warnings.filterwarnings("ignore", module="lightning")
-    return L.Trainer(
-        accelerator="auto",
-        num_sanity_val_steps=0,
-        gradient_clip_val=GRADIENT_NORM,
-        enable_checkpointing=False,  # Lightning's own; ours is one of the callbacks
-        enable_progress_bar=False,
-        enable_model_summary=False,
-        **settings,
-    )
-
-
-@contextmanager
-def interrupts() -> Iterator[None]:
-    """Turn the end of Lightning's loop by SIGINT or SIGTERM into KeyboardInterrupt.
-
-    Lightning raises SystemExit with various statuses, and ignores later SIGINTs.
-    """
-    on_interrupt = signal.getsignal(signal.SIGINT)
-    try:
-        yield
-    except SystemExit:
-        signal.signal(signal.SIGINT, on_interrupt)
-        raise KeyboardInterrupt from None
-
-
-@contextmanager
-def multiplying(precision: MatmulPrecision) -> Iterator[None]:
-    """Multiply matrices of single precision with this precision, and then with the one before again."""
-    before = torch.get_float32_matmul_precision()
-    torch.set_float32_matmul_precision(precision)
-    try:
-        yield
-    finally:
-        torch.set_float32_matmul_precision(before)
-
-
 def train_by_steps(
     model: SpectrumModel,
     spectra: Spectra,
     by_steps: Steps,
     pixels: Quadrature,
     folder: Path,
-    processes: Processes = Processes(),
+    trainer: Mapping[str, Any],
     seconds_before: float = 0.0,
 ) -> None:
     """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights."""
@@ -260,24 +198,21 @@ def train_by_steps(
     timer = Timer()  # its state is in the checkpoint, so it includes the time before an interruption
     # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
-    trainer = quiet_trainer(
+    loop = quiet_trainer(
         max_epochs=len(spectra.epochs),
         reload_dataloaders_every_n_epochs=1,  # each epoch has its own number of steps
-        devices=processes.devices,
-        num_nodes=processes.nodes,
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
-        # A branch that is bypassed gets no gradient; this strategy of DDP allows that.
-        strategy="auto" if processes.count == 1 else "ddp_find_unused_parameters_true",
         callbacks=[timer, ProgressOnStderr(by_steps.steps), checkpoints],
         plugins=[WholeFiles()],
         logger=[
             CSVLogger(folder, name="logs", version=attempt),
             TensorBoardLogger(folder, name="logs", version=attempt),
         ],
+        **trainer,
     )
     try:
         with interrupts(), multiplying(by_steps.matmul_precision):
-            trainer.fit(
+            loop.fit(
                 Training(model, by_steps, pixels),
                 datamodule=spectra,
                 ckpt_path=last if resumed else None,
@@ -294,7 +229,7 @@ def train_by_steps(
         if isinstance(error, OSError) and error.filename is None:  # a log on a full disk raises such an error
             error.filename = str(folder)
         raise
-    if trainer.is_global_zero:
+    if loop.is_global_zero:
         model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
         data, parts = spectra.dataset, spectra.parts
         deviation = validate(model.eval(), data, parts).deviation
@@ -302,4 +237,4 @@ def train_by_steps(
         seconds = seconds_before + timer.time_elapsed("train")
         write_training(folder, by_steps.steps, seconds, checkpoints.score, deviation, data.positions[parts.train])
         save_weights(folder, model)
-    trainer.strategy.barrier()  # the other processes wait until the weights are written
+    loop.strategy.barrier()  # the other processes wait until the weights are written

@@ -5,7 +5,7 @@ split.json           names of the training, validation and test spectra
 weights.safetensors  weights of the best checkpoint; the training is finished if this file exists
 training.json        steps, seconds, device, date, validation SSIM, how far predictions are off
 known_positions.csv  positions of the spectra that the model learned from, metres
-checkpoints/         last.ckpt and previous.ckpt, from which a training resumes (``learn.training.checkpoints``)
+checkpoints/         last.ckpt and previous.ckpt, from which a training resumes (``learn.training.lightning_trainer``)
 logs/                CSV and TensorBoard
 """
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -20,7 +20,7 @@ from learn.data.splits import split as split_of
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm, unsuited
 from learn.models.kriging.retrieved_field import not_retrieved
-from learn.models.model_settings import MINUTES_MOST, Processes, Steps
+from learn.models.model_settings import MINUTES_MOST, Steps
 from learn.models.quadrature import quadrature
 from learn.training.config import (
     Config,
@@ -65,11 +65,8 @@ from simulate.positions.positions import MOST_POSITIONS
 if TYPE_CHECKING:
     from learn.training.budget import Timed
 
-PROCESSES_LEAST, NODES_MOST = 8, 1000
-"""Largest number of processes on a machine without a GPU that has fewer cores, and largest number of machines."""
 
-
-@takes(Processes, optional(Steps))
+@takes(optional(Steps))
 def train(
     dataset: Dataset | Path | str,
     output: Path | str,
@@ -81,6 +78,7 @@ def train(
     options: Mapping[str, Any] | None = None,
     budget: float | None = None,
     preset: PresetName | None = None,
+    trainer: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Run:
     """Train a model on a dataset.
@@ -106,7 +104,9 @@ def train(
             few of them, and includes the search for responses behind pictures. None: the number of steps is set.
         preset: a published model with its number of steps: "paper" (BiSplat-WRF) or "paper-plus" (BiSplat-WRF+). It
             replaces ``model``. Settings that are given differ from it.
-        **settings: those of ``Processes`` and ``Steps``.
+        trainer: where a training by steps runs, as arguments of Lightning's ``Trainer``: "devices", "num_nodes",
+            "accelerator" and "strategy", such as ``{"devices": 2}``. The processes share the batch.
+        **settings: those of ``Steps``.
 
     Returns:
         The trained run.
@@ -130,13 +130,15 @@ def train(
     require_word(SPLITS, split=split)
     if options is not None:
         require_instance(Mapping, options=options)
+    if trainer is not None:
+        require_instance(Mapping, trainer=trainer)
     if preset is not None:
         require_word(tuple(PRESETS), preset=preset)
         if model not in (DEFAULT_MODEL, PRESETS[preset].model):
             raise ParameterError("model", f"expected none beside the preset {preset}, found {model}")
         model = PRESETS[preset].model
     entry = model_entry(model)
-    processes, given = taken(settings, Processes, optional(Steps))
+    (given,) = taken(settings, optional(Steps))
     by_steps = {name: value for name, value in changed(given).items() if value is not None}
     if by_steps.get("init") is not None:
         require_path(init=by_steps["init"])
@@ -146,7 +148,7 @@ def train(
         require_within(0, MINUTES_MOST, "minutes", budget=budget)
         if "steps" in by_steps:
             raise ParameterError("budget", f"expected none beside steps, found {by_steps['steps']} steps")
-    for name in (*by_steps, *(["budget"] if budget is not None else [])):
+    for name in (*by_steps, *(["budget"] if budget is not None else []), *(["trainer"] if trainer else [])):
         if entry.by_steps is None:
             raise ParameterError(name, f"expected a model trained by steps, found {model}")
     told = {**(options or {}), **by_steps}
@@ -171,7 +173,7 @@ def train(
     if budget is not None and begun:
         config = _with_steps_of(place, config)
     elif budget is not None or (preset is not None and not begun):
-        _check(config, processes)
+        processes = _check(config, trainer or {})
         loaded = loaded or read_dataset(folder)
         chosen, learned, minutes = _timed(budget, config, place, loaded, processes)
         config = replace(config, by_steps=chosen)
@@ -179,7 +181,7 @@ def train(
             say(in_words(preset, chosen.steps, told, minutes))
         else:
             say(f"{chosen.steps} steps fit into {budget:g} minutes")
-    train_run(config, place, processes, loaded, learned, say_split=True)
+    train_run(config, place, trainer or {}, loaded, learned, say_split=True)
     return load_run(place)
 
 
@@ -192,7 +194,7 @@ def _with_steps_of(folder: Path, config: Config) -> Config:
     return replace(config, by_steps=replace(config.by_steps, steps=steps))
 
 
-def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset, processes: Processes) -> Timed:
+def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset, processes: int) -> Timed:
     """The settings with as many steps as fit into the budget (minutes) if there is one, and the time that they take."""
     from learn.training.budget import timed  # imports Lightning, which a fit in closed form does not need
 
@@ -201,13 +203,13 @@ def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset,
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     torch.manual_seed(config.seed)
     model = untrained_model(config, dataset, parts)
-    return timed(budget, model, config.by_steps, dataset, parts, config.seed, processes.count)
+    return timed(budget, model, config.by_steps, dataset, parts, config.seed, processes)
 
 
 def train_run(
     config: Config,
     folder: Path,
-    processes: Processes = Processes(),
+    trainer: Mapping[str, Any] = MappingProxyType({}),
     dataset: Dataset | None = None,
     learned: Learned | None = None,
     say_split: bool = False,
@@ -216,7 +218,7 @@ def train_run(
 
     An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run.
     """
-    _check(config, processes)
+    _check(config, trainer)
     own: Any = (folder, "run", "config.json", config.settings(), _recorded_settings)
     require_own(*own)
     finished = (folder / "weights.safetensors").exists()
@@ -237,7 +239,7 @@ def train_run(
         if before.is_trained_on(dataset):
             require_untested(before.split(dataset).known, before.folder, dataset, parts)
     if config.by_steps is not None and not _is_first_process():  # only the first claims the folder and writes to it
-        _train(config, folder, processes, dataset, parts, learned)
+        _train(config, folder, trainer, dataset, parts, learned)
         return
     with own_folder(*own):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
@@ -253,7 +255,7 @@ def train_run(
             unfound = not_retrieved(dataset)
             if unfound is not None:
                 say(unfound)
-            _train(config, folder, processes, dataset, parts, learned)
+            _train(config, folder, trainer, dataset, parts, learned)
 
 
 def _is_first_process() -> bool:
@@ -268,7 +270,7 @@ def _recorded_settings(file: Path) -> dict[str, Any]:
 
 
 def _train(
-    config: Config, folder: Path, processes: Processes, dataset: Dataset, parts: Split, learned: Learned | None
+    config: Config, folder: Path, trainer: Mapping[str, Any], dataset: Dataset, parts: Split, learned: Learned | None
 ) -> None:
     """Train an unfinished run in a folder that holds its settings."""
     torch.manual_seed(config.seed)
@@ -283,11 +285,11 @@ def _train(
     learned = learned or learned_responses(model, dataset, parts, config.by_steps)
     spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed, learned.responses)
     pixels = quadrature(dataset.beamformer)
-    train_by_steps(model, spectra, config.by_steps, pixels, folder, processes, learned.seconds)
+    train_by_steps(model, spectra, config.by_steps, pixels, folder, trainer, learned.seconds)
 
 
-def _check(config: Config, processes: Processes) -> None:
-    """Check numbers and the model's options before any folder is made."""
+def _check(config: Config, trainer: Mapping[str, Any]) -> int:
+    """Check numbers and the model's options before any folder is made. Return the number of processes."""
     check_options(config.model, config.options)
     for name in model_entry(config.model).needs:
         if not config.options.get(name):
@@ -296,13 +298,17 @@ def _check(config: Config, processes: Processes) -> None:
     require_within(0, GUARD_MOST, "wavelengths", guard=config.guard)
     if config.train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=config.train_size)
-    require_whole(1, torch.cuda.device_count() or max(PROCESSES_LEAST, os.cpu_count() or 1), devices=processes.devices)
-    require_whole(1, NODES_MOST, nodes=processes.nodes)
-    if config.by_steps is not None and config.by_steps.batch_size % processes.count:
+    if config.by_steps is None or not trainer:
+        return 1
+    from learn.training.lightning_trainer import process_count  # imports Lightning
+
+    processes = process_count(trainer)
+    if config.by_steps.batch_size % processes:
         raise ParameterError(
             "batch_size",
-            f"expected a multiple of the number of devices, {processes.count}, found {config.by_steps.batch_size}",
+            f"expected a multiple of the number of devices, {processes}, found {config.by_steps.batch_size}",
         )
+    return processes
 
 
 def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, folder: Path) -> None:

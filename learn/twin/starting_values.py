@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from learn.twin.linearised import moved, over_band
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.checks.validation import is_valid
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import OF_POSE, Unknown, vary

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 from viser import ClientHandle, GuiImageHandle, ImageHandle
 
+from learn.powers.fit_powers import POWER_METHODS
 from learn.powers.known_powers import PredictedPowers
-from learn.powers.power_methods import POWER_METHODS
 from learn.view.coverage_layer import POWER, STRONGEST, WIDTH, Drawn, drawn
 from learn.view.power_subject import PowerSubject
 from learn.view.room_layers import add_dots, add_planned, add_room, add_transmitter, switch

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.spatial import ConvexHull
 from trimesh.intersections import slice_faces_plane
 
-from scenes.checks.depth_buffer import barycentric
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import bounding_box
 
@@ -20,6 +20,24 @@ UNDER_CEILING = 0.05
 
 WALL_REACH = 0.4
 """Distance from the outermost surface within which a wall's inner side, windows and doors are, metres."""
+
+AT_ONCE = 10_000_000
+"""Pairs of a triangle and a corner of the scene that are compared at a time. This bounds the memory."""
+
+
+def barycentric(
+    a: Float[np.ndarray, "n 2"], b: Float[np.ndarray, "n 2"], c: Float[np.ndarray, "n 2"]
+) -> tuple[Float[np.ndarray, "n 3"], Bool[np.ndarray, " n"]]:
+    """Return the barycentric coordinates of the origin in flat triangles, and whether each triangle covers it.
+
+    >>> weights, covered = barycentric(*np.array([[[-1.0, -1.0]], [[1.0, -1.0]], [[0.0, 1.0]]]))
+    >>> weights.tolist(), covered.tolist()
+    ([[0.25, 0.25, 0.5]], [True])
+    """
+    parts = np.stack([u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((b, c), (c, a), (a, b))], axis=1)
+    whole = parts.sum(axis=1, keepdims=True)
+    weights = parts / np.where(whole == 0, np.nan, whole)  # a triangle seen edge-on covers nothing
+    return weights, np.all(weights >= 0, axis=1)
 
 
 def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
@@ -138,3 +156,33 @@ def _gaps(along: Float[np.ndarray, "n 3"]) -> float:
     ends = ends[ends[:, 0].argsort()]
     gaps = ends[1:, 0] - np.maximum.accumulate(ends[:-1, 1])
     return float(gaps.clip(0).sum() / max(np.ptp(ends), 1e-30))
+
+
+def outline(scene: Scene) -> Float[np.ndarray, "points 3"]:
+    """Return the corners of the convex hull of all objects and antennas, metres, world frame."""
+    gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
+    points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
+    return points[ConvexHull(points, qhull_options="QJ").vertices]
+
+
+def in_outer_wall(
+    triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
+) -> Bool[np.ndarray, " n"]:
+    """Whether all of the scene is on one side of each triangle's plane, to within ``WALL_REACH``."""
+    _, front, back = beyond(triangles, around)
+    return np.minimum(front, back) < WALL_REACH
+
+
+def beyond(
+    triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return unit normals of triangles, and how far the scene reaches in front of and behind them, metres."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    front, back = np.zeros(len(normals)), np.zeros(len(normals))
+    step = max(1, AT_ONCE // len(around))
+    for start in range(0, len(normals), step):
+        part = slice(start, start + step)
+        heights = normals[part] @ around.T - (normals[part] * triangles[part, 0]).sum(axis=1, keepdims=True)
+        front[part], back[part] = heights.max(axis=1), -heights.min(axis=1)
+    return normals, front, back

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
-from scenes.checks.depth_buffer import DepthBuffer, depth_buffer
-from scenes.checks.enclosure import UNDER_CEILING, Plane, ceiling_height, cut, opened_ceiling, opened_walls
+from scenes.checks.enclosure import UNDER_CEILING, Plane, barycentric, ceiling_height, cut, opened_ceiling, opened_walls
 from scenes.drawing.floor_plan import REGION
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
@@ -29,6 +29,28 @@ SIDES = [
 """Two triangles of each side of the transmitter region, by the numbers of its corners."""
 SAMPLES = 400  # points along a line that are tested for visibility
 CROP = 0.5  # if the neighbourhood of the antennas is smaller than this share of the scene, only it is drawn
+
+PAIRS = 4_000_000
+"""Most pairs of a triangle and a pixel that are processed together. This limits the memory."""
+
+
+@dataclass(frozen=True)
+class DepthBuffer:
+    """The nearest triangle at each pixel."""
+
+    # left, right, bottom and top edge of the drawing, in the units of the triangles
+    extent: tuple[float, float, float, float]
+    # depth of the nearest triangle, infinite if there is none. Row 0 is at the bottom.
+    depth: Float[np.ndarray, "rows columns"]
+    nearest: Int[np.ndarray, "rows columns"]  # index of the nearest triangle, −1 if there is none
+
+    def shows(self, points: Float[np.ndarray, "n 3"], tolerance: float) -> Bool[np.ndarray, " n"]:
+        """Whether each point is visible: no triangle is in front of it."""
+        left, right, bottom, top = self.extent
+        rows, columns = self.depth.shape
+        column = ((points[:, 0] - left) / (right - left) * columns).astype(int).clip(0, columns - 1)
+        row = ((points[:, 1] - bottom) / (top - bottom) * rows).astype(int).clip(0, rows - 1)
+        return points[:, 2] <= self.depth[row, column] + tolerance
 
 
 def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
@@ -189,3 +211,46 @@ def _draw_gateway(axes: Axes3D, buffer: DepthBuffer, gateway: Gateway, length: f
     _flat_line(axes, ends[:1], marker="s", ms=6.5, color="crimson", mfc="crimson" if visible else "none", zorder=4)
     arrow = {"color": "crimson", "lw": 2, "arrowstyle": "-|>", "ls": "-" if visible else ":"}
     axes.annotate("", ends[1, :2], ends[0, :2], arrowprops=arrow, zorder=4)
+
+
+def depth_buffer(
+    triangles: Float[np.ndarray, "n 3 3"], extent: tuple[float, float, float, float], columns: int
+) -> DepthBuffer:
+    """Find the nearest triangle at each pixel.
+
+    >>> near, far = [[0, 0, 1], [2, 0, 1], [0, 2, 1]], [[0, 0, 5], [4, 0, 5], [0, 4, 5]]
+    >>> depth_buffer(np.array([far, near], dtype=float), (0, 4, 0, 4), 4).nearest[::-1]
+    array([[ 0, -1, -1, -1],
+           [ 0,  0, -1, -1],
+           [ 1,  0,  0, -1],
+           [ 1,  1,  0,  0]])
+    """
+    left, right, bottom, top = extent
+    pixel = (right - left) / columns
+    rows = max(1, round((top - bottom) / pixel))
+    depth, nearest = np.full(rows * columns, np.inf), np.full(rows * columns, -1)
+    corners = (
+        triangles[:, :, :2] - [left, bottom]
+    ) / pixel - 0.5  # in pixels, with whole numbers at the centres of pixels
+    first = np.ceil(corners.min(axis=1)).clip(0).astype(int)
+    last = np.floor(corners.max(axis=1)).clip(-1, [columns - 1, rows - 1]).astype(int)
+    wide, high = (last - first + 1).clip(0).T
+    ends = np.cumsum(wide * high)
+    start = 0
+    while start < len(triangles):
+        done = ends[start - 1] if start else 0
+        stop = max(start + 1, int(np.searchsorted(ends, done + PAIRS, side="right")))
+        which = np.repeat(np.arange(start, stop), (wide * high)[start:stop])
+        number = np.arange(len(which)) - (ends - wide * high - done)[which]
+        across, up = first[which, 0] + number % wide[which], first[which, 1] + number // wide[which]
+        a, b, c = np.moveaxis(corners[which] - np.stack([across, up], axis=1)[:, None], 1, 0)
+        weights, covered = barycentric(a, b, c)
+        which, at = which[covered], (up * columns + across)[covered]
+        z = (weights[covered] * triangles[which, :, 2]).sum(axis=1)
+        nearer = np.flatnonzero(z < depth[at])
+        nearer = nearer[
+            np.argsort(-z[nearer], kind="stable")
+        ]  # of several triangles at a pixel, the last one written remains
+        depth[at[nearer]], nearest[at[nearer]] = z[nearer], which[nearer]
+        start = stop
+    return DepthBuffer(extent, depth.reshape(rows, columns), nearest.reshape(rows, columns))

@@ -14,8 +14,7 @@ from scenes.files.errors import InputError, named
 from scenes.files.input_file import read_bytes
 from scenes.importing.formats.gltf_arrays import LARGEST_FILE
 from scenes.importing.formats.gltf_file import read_gltf
-from scenes.importing.formats.mesh_checks import require_few
-from scenes.importing.formats.mesh_part import MeshFile
+from scenes.importing.formats.mesh_part import MeshFile, require_few
 from scenes.importing.formats.obj_file import read_obj
 from scenes.importing.formats.off_file import read_off
 from scenes.importing.formats.ply_file import read_ply

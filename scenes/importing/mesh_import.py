@@ -3,57 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, get_args
 
 import numpy as np
 from jaxtyping import Float
-from trimesh import Trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.errors import InputError, named
-from scenes.importing.antenna_places import antenna_warnings
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    check_array,
+    require_instance,
+    require_path,
+    require_word,
+    shown,
+)
 from scenes.importing.drawn_walls import Walls, drawn_walls
-from scenes.importing.import_arguments import check_import, check_shift
-from scenes.importing.import_unit import unit_doubt
+from scenes.importing.formats.mesh_part import LARGEST
+from scenes.importing.import_doubts import antenna_warnings, far_from_origin, unit_doubt
 from scenes.importing.imported_file import ImportedFile, plain_name, read_file
+from scenes.importing.imported_objects import ImportReport, import_objects, size_of
 from scenes.importing.lengths import METRES
-from scenes.importing.map_coordinates import far_from_origin, rounding_warnings
-from scenes.importing.material_rules import Rule, choose_materials, require_materials, rule_warnings, stated_materials
-from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt
+from scenes.importing.material_rules import Rule
+from scenes.importing.up_axis import up_doubt
 from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.description import Scene, SceneObject
+from scenes.scene.description import Scene
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import Vector3
 
 DEFAULT_FREQUENCY = 915e6
 """Hz. Neither a mesh nor a scene XML has a frequency."""
-SLIVER = 1e-6
-"""Smallest height of a triangle, metres. A smaller one has no well-defined normal, so it cannot reflect."""
-
-
-@dataclass(frozen=True)
-class ImportReport:
-    """Summary of an import: sizes, dropped triangles, what was assumed, and warnings.
-
-    Attributes:
-        sizes: size of each object along x, y and z, metres, by name.
-        degenerate: number of triangles without area that were dropped, by name of the object. Objects without such
-            triangles are left out.
-        warnings: sentences about possible mistakes, such as a material rule that matches no object, or a unit with
-            which the scene is much larger or smaller than the space between gateway and transmitter.
-        assumed: sentences about what was assumed or taken from the file: the up axis, the unit, and materials.
-        up: the file's vertical axis, "y" or "z".
-        sheets: thickness of the slab, metres, of each object that was drawn with both faces and is now sheets, by name.
-    """
-
-    sizes: dict[str, tuple[float, float, float]]
-    degenerate: dict[str, int]
-    warnings: tuple[str, ...] = ()
-    assumed: tuple[str, ...] = ()
-    up: str = "z"
-    sheets: dict[str, float] = field(default_factory=dict)
 
 
 def import_scene(
@@ -157,58 +139,12 @@ def import_scene(
     assumed = [f"{label}: {sentence}" for sentence in (_conventions(file, unit, up, moved), *found.assumed)]
     report = replace(
         report,
-        sizes={each.name: _size(each.mesh) for each in found.scene.objects},
+        sizes={each.name: size_of(each.mesh) for each in found.scene.objects},
         warnings=(*report.warnings, *warnings),
         assumed=(*assumed, *report.assumed),
         sheets=found.sheets,
     )
     return found.scene, report
-
-
-def import_objects(
-    file: ImportedFile,
-    materials: Sequence[Rule],
-    default_material: str | None,
-    unit: str,
-    up: str,
-    frequency: float,
-    *,
-    shift: Sequence[float] | Float[np.ndarray, " 3"] = (0.0, 0.0, 0.0),
-    own_materials: Mapping[str, RadioMaterial] | None = None,
-) -> tuple[list[SceneObject], dict[str, RadioMaterial], ImportReport]:
-    """Turn the parts of a file into objects with materials, in metres, world frame."""
-    choices = choose_materials(file, materials, default_material, frequency, own_materials or {})
-    names, resolved = _named_apart(require_materials(file, choices), [choice.from_file for choice in choices])
-    to_world = np.diag([METRES[unit]] * 3 + [1.0])
-    if up == "y":
-        to_world = Y_UP_TO_Z_UP @ to_world
-    to_world[:3, 3] = shift
-    objects, degenerate = [], {}
-    for part, material in zip(file.parts, names, strict=True):
-        mesh = Trimesh(part.mesh.vertices, part.mesh.faces, process=False).apply_transform(to_world)
-        mesh.merge_vertices()  # a closed shell would be open where its corners are split by normals or textures
-        keep = mesh.nondegenerate_faces(height=SLIVER)
-        if not keep.any():
-            raise InputError(
-                f"{file.path}: {named(part.name)}: expected a triangle with an area, found none; is the unit really "
-                f"{unit}?"
-            )
-        if not keep.all():
-            degenerate[part.name] = int(np.count_nonzero(~keep))
-            mesh.update_faces(keep)
-            mesh.remove_unreferenced_vertices()
-        objects.append(SceneObject(part.name, mesh, material))
-    sizes = {each.name: _size(each.mesh) for each in objects}
-    warnings = [*file.left_out, *rule_warnings(file, materials), *rounding_warnings(file, METRES[unit])]
-    assumed = stated_materials(file, choices)
-    report = ImportReport(
-        sizes,
-        degenerate,
-        tuple(f"{file.path}: {sentence}" for sentence in warnings),
-        tuple(f"{file.path}: {sentence}" for sentence in assumed),
-        up,
-    )
-    return objects, resolved, report
 
 
 def _moved(point: Vector3, shift: Float[np.ndarray, " 3"]) -> Vector3:
@@ -219,27 +155,6 @@ def _moved(point: Vector3, shift: Float[np.ndarray, " 3"]) -> Vector3:
     return x, y, z
 
 
-def _named_apart(
-    materials: Sequence[RadioMaterial], from_file: Sequence[bool]
-) -> tuple[list[str], dict[str, RadioMaterial]]:
-    """Name materials apart. The user's keep their names; others of the file with the same names are numbered."""
-    pairs = list(zip(materials, from_file, strict=True))
-    given = {each.name: each for each, stated in pairs if not stated}
-    table = {name: given[name] for name in sorted(given)}
-    names = [_name_in(table, each) if stated else each.name for each, stated in pairs]
-    return names, table
-
-
-def _name_in(materials: dict[str, RadioMaterial], material: RadioMaterial) -> str:
-    """Add a material to ``materials`` and return its name there, numbered if another material has the same name."""
-    material = replace(material, name=plain_name(material.name))
-    name, count = material.name, 1
-    while materials.setdefault(name, numbered := replace(material, name=name)) != numbered:
-        count += 1
-        name = f"{material.name}_{count}"
-    return name
-
-
 def _conventions(file: ImportedFile, unit: str, up: str | None, shift: Float[np.ndarray, " 3"]) -> str:
     """Say with which axis, unit and shift the file was read."""
     kind = file.path.suffix[1:].upper()
@@ -248,6 +163,52 @@ def _conventions(file: ImportedFile, unit: str, up: str | None, shift: Float[np.
     return f"read with {axis} and unit {unit}{moved}"
 
 
-def _size(mesh: Trimesh) -> tuple[float, float, float]:
-    x, y, z = (float(e) for e in mesh.extents)
-    return x, y, z
+def check_import(
+    path: object,
+    materials: Any,
+    default_material: object,
+    unit: str,
+    up: str | None,
+    gateway: object,
+    transmitter: object,
+    shift: Any,
+    own_materials: object,
+    walls: str,
+) -> None:
+    """Check the arguments of ``import_scene``, apart from the frequency and the shift."""
+    require_path(path=path)
+    require_word(METRES, unit=unit)
+    require_word(get_args(Walls), walls=walls)
+    if up is not None:
+        require_word(("y", "z"), up=up)
+    if default_material is not None:
+        require_instance(str, default_material=default_material)
+    require_instance(Gateway, gateway=gateway)
+    require_instance(Transmitter, transmitter=transmitter)
+    check_shift(shift)
+    _check_rules(materials)
+    if own_materials is not None:
+        require_instance(Mapping, own_materials=own_materials)
+        for name, material in own_materials.items():  # type: ignore[attr-defined]
+            if not (isinstance(name, str) and isinstance(material, RadioMaterial)):
+                raise ParameterError(
+                    "own_materials",
+                    f"expected a RadioMaterial for each name, found {shown(material)} for {shown(name)}",
+                )
+
+
+def check_shift(shift: Any) -> Float[np.ndarray, " 3"]:
+    """Return a shift as an array."""
+    moved = check_array("shift", shift, (3,), "metres along x, y and z")
+    if np.abs(moved).max() > LARGEST:
+        raise ParameterError("shift", f"expected at most {LARGEST:g} m, found {shown(moved.tolist())}")
+    return moved
+
+
+def _check_rules(materials: Any) -> None:
+    expected = 'expected pairs of a name and a material, such as [("Wall*", "concrete")]'
+    if isinstance(materials, str) or not isinstance(materials, Sequence):
+        raise ParameterError("materials", f"{expected}, found {shown(materials)}")
+    for rule in materials:
+        if not (isinstance(rule, tuple | list) and len(rule) == 2 and all(isinstance(each, str) for each in rule)):
+            raise ParameterError("materials", f"{expected}, found {shown(rule)}")

@@ -21,7 +21,7 @@ from scenes.files.input_file import beside, parse_number
 from scenes.files.json_yaml_xml import read_xml
 from scenes.files.optional_packages import require_extra
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
-from scenes.importing.formats.mesh_checks import require_ordinary
+from scenes.importing.formats.mesh_part import require_ordinary
 from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import RadioMaterial, material_names
 from scenes.scene.shapes import box, sheet, union

@@ -11,8 +11,7 @@ import yaml
 from msgspec import UNSET, Struct, UnsetType
 from msgspec.structs import asdict
 
-from scenes.checks.material_frequency import doubts
-from scenes.checks.validation import validate
+from scenes.checks.validation import doubts, validate
 from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
 from scenes.files.input_file import beside
 from scenes.files.json_yaml_xml import read_yaml

@@ -122,10 +122,7 @@ class Engine(ABC):
     def sources(
         self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
     ) -> list[list[ResponseSource]]:
-        """What ``source`` returns for each scene of several settings, which differ in what stands still in the scene.
-
-        An engine with ``knows_frequencies`` extends this; others never get several frequencies.
-        """
+        """``source`` for each scene of several settings; only those with ``knows_frequencies`` get several scenes."""
         return [[self.source(setting, folder, machines, progress)] for setting in settings]
 
     def is_whole(self, setting: Setting, folder: Path) -> bool:

@@ -131,11 +131,7 @@ class FullWave(Engine):
     def sources(
         self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
     ) -> list[list[ResponseSource]]:
-        """The field at each frequency, as the dataset folder stores it, for a single setting.
-
-        If one is missing or damaged, it is copied from the folder ``field`` or solved anew, with the other frequencies
-        of its runs. Interrupted solver runs continue.
-        """
+        """The stored field at each frequency; if missing or damaged, it is copied from ``field`` or solved anew."""
         (setting,) = settings
         if self.field is not None:
             for scene in setting.scenes:

@@ -97,11 +97,7 @@ class Rays(Engine):
         every = [expected_correlation(tracer, *of[:2]) for tracer, of in zip(tracers, settings, strict=True)]
         worst = min((each for each in every if each is not None), key=lambda each: each.middle, default=None)
         if worst is not None and worst.middle < BELIEVED:
-            told, use = sentence(worst), "--engine fullwave"
-            if len(settings) > 1:
-                told = f"{told} for the worst of {len(settings)} transmitters"
-                use = f"{use} --moving receiver for one transmitter at a time"
-            say(f"warning: {told}; for spectra that must be right, use {use}")
+            say(f"warning: {sentence(worst, len(settings))}")
         return tracers
 
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:

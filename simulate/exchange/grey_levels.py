@@ -16,7 +16,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.identification import EXPLAINED, identify
 from simulate.spectra.lags import LagSpace
-from simulate.spectra.quantity import Quantity, decibel_residual, magnitudes
+from simulate.spectra.picture_scale import PictureScale, decibel_residual, magnitudes
 from simulate.spectra.spectrum import LARGEST_GREY
 
 
@@ -25,7 +25,7 @@ class Reading:
     """How the pictures of a folder become magnitudes."""
 
     flipped: bool  # whether they are upside down
-    quantity: Quantity  # what their grey levels stand for
+    quantity: PictureScale  # what their grey levels stand for
     decibels: float | None  # the stated range of pictures in decibels
     space: LagSpace | None  # lag functions by which the range of each picture is found if it is not stated
     # array and grid to write to metadata.json, since ``read_dataset`` would not find them itself
@@ -47,7 +47,7 @@ def reading_of(
     """How to read the pictures of a folder, by its options and by which array explains some of them."""
     pictures = np.round(LARGEST_GREY * sample).astype(np.uint8)
     explained = _explained(pictures, array, grid)
-    shown = "magnitude" if explained is None else explained.quantity
+    shown = "magnitude" if explained is None else explained.scale
     quantity = conversion.quantity or shown
     said = []
     if explained is not None and quantity != shown:

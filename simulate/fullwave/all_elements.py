@@ -41,11 +41,7 @@ def stored_field(
     ray: str | None = None,
     report: Report = lambda element, step: None,
 ) -> StoredField:
-    """The responses of all elements in the region. The same call again continues an interrupted one.
-
-    Elements and transmitter are short dipoles, whatever antennas the scene names. The field of an element does not
-    depend on which other elements are in the same run.
-    """
+    """The responses of all elements, short dipoles, in the region; the same call continues an interrupted one."""
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{WORKING}*"):  # left by a run that was killed
         shutil.rmtree(left)

@@ -76,10 +76,7 @@ def permittivity_on_grid(material: RadioMaterial, scene: Scene, cell: float) -> 
 def _tables(
     materials: list[RadioMaterial], scene: Scene, cell: float
 ) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, " m"]]:
-    """ε_r and σ of the conductor, of air, and of every material at every fraction, along and across its surface.
-
-    At the frequency of the run (``numerical_frequency``) they act as the materials do at the frequency of the scene.
-    """
+    """ε_r and σ of the conductor, of air, and of every material at every fraction, along and across its surface."""
     fraction = np.arange(1, LEVELS + 1) / LEVELS
     complex_permittivity = [np.array([1.0, 1.0], complex)]
     for material in materials:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from simulate.fullwave import OURS

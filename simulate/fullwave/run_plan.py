@@ -11,8 +11,8 @@ import numpy as np
 import trimesh
 from jaxtyping import Float, Int
 
-from scenes.checks.array_clearance import element_positions
-from scenes.checks.outer_walls import in_outer_wall, outline
+from scenes.checks.enclosure import in_outer_wall, outline
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import refractive_index
@@ -23,8 +23,7 @@ from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
-from simulate.spectra.band import Band
-from simulate.spectra.band_interpolation import enough_frequencies
+from simulate.spectra.band import Band, enough_frequencies
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Default number of cells for a wavelength in a material, and in air."""
@@ -100,11 +99,7 @@ class Plan:
 
 
 def default_cell(scene: Scene) -> float:
-    """The default cell: a seventh of the shortest wavelength in a slab, or a sixteenth of that in air if shorter.
-
-    It is rounded down to two digits. Slabs thinner than λ/28 (1.2 cm at 915 MHz) do not count, since they act as
-    equivalent sheets.
-    """
+    """The default cell: a seventh of the shortest wavelength in a slab, or a sixteenth of that in air if shorter."""
     return two_digits_down(_wavelength_to_resolve(scene, dielectric_slabs(scene)) / CELLS_PER_WAVELENGTH)
 
 

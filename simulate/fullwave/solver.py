@@ -68,10 +68,7 @@ def solve(
     earliest: int = 0,
     report: Callable[[int], None] = lambda done: None,
 ) -> list[SourceField]:
-    """Advance the fields of some sources of one frequency until each has settled.
-
-    The field of a source does not depend on the others.
-    """
+    """Advance the fields of some sources of one frequency until each has settled. They do not depend on one another."""
     frequency, time_step = sources[0].frequency, grid.time_step
     current = sources[0].current(time_step * (np.arange(steps) + 0.5))
     driven = [

@@ -14,8 +14,7 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz, write_arrays
-from simulate.spectra.band import Band
-from simulate.spectra.band_interpolation import interpolated
+from simulate.spectra.band import Band, interpolated
 
 ORDER = 5
 """Degree of the splines between lattice points. It is lower if there are too few points."""

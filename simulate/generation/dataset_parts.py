@@ -131,10 +131,7 @@ class WrittenParts:
     def _whole(
         self, start: int, recorded: Complex[np.ndarray, "K elements *band"] | None, pool: ThreadPoolExecutor
     ) -> Complex[np.ndarray, "n elements *band"] | None:
-        """The responses of a part; None if it is not finished, or if one of its files is damaged.
-
-        A finished dataset has its responses in channels.npz. An unfinished one has a file for each part.
-        """
+        """The responses of a part, from its file or channels.npz; None if it is unfinished or damaged."""
         names = self._names(start)
         if self._marker(start).exists():
             try:

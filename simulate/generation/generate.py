@@ -75,11 +75,7 @@ def continued(folder: Path, metadata: dict[str, Any]) -> Iterator[None]:
 
 
 def _difference(key: str, found: Any, wanted: Any) -> str:
-    """A setting that differs; of a group of settings, the first one that does.
-
-    >>> _difference("propagation", {"los": True, "max_depth": 2}, {"los": True, "max_depth": 3})
-    'propagation.max_depth is 2, not 3'
-    """
+    """A setting that differs; of a group of settings, the first one that does."""
     if isinstance(found, dict) and isinstance(wanted, dict) and found.keys() == wanted.keys():
         inner = next(each for each in wanted if found[each] != wanted[each])
         return _difference(f"{key}.{inner}", found[inner], wanted[inner])
@@ -180,10 +176,7 @@ def _make_parts(
     kept: dict[int, Complex[np.ndarray, "n elements *band"]],
     machines: Machines,
 ) -> None:
-    """Make and write the missing parts, and add their responses to ``kept``.
-
-    What the engine stores in the folder is made even if no part is missing.
-    """
+    """Make the missing parts, and what the engine stores in the folder, and add their responses to ``kept``."""
     engine = request.engine
     todo = [start for start in parts.starts if start not in kept]
     if not todo and not engine.keeps_source:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene
 from scenes.scene.orientation import GATEWAY_FROM_TRANSMITTER
@@ -23,23 +23,12 @@ from simulate.spectra.band import Band
 
 
 def element_offsets(gateway: Gateway, wavelength: float) -> np.ndarray:
-    """Where the elements are from the middle of the array, metres, axes of the world frame, [elements, 3].
-
-    >>> element_offsets(Gateway((1, 0, 2), (0, 0, 0, 1), rows=1, columns=2), wavelength=0.2).tolist()
-    [[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]
-    """
+    """Where the elements are from the middle of the array, metres, axes of the world frame, [elements, 3]."""
     return element_positions(replace(gateway, position=(0.0, 0.0, 0.0)), wavelength)
 
 
 def reciprocal(scene: Scene, place: Sequence[float] | None = None) -> Scene:
-    """The scene whose gateway is one antenna of the transmitter's kind, and whose transmitter is an element's antenna.
-
-    Example:
-        >>> from scenes.places.closet import closet
-        >>> other = reciprocal(closet())
-        >>> other.gateway.rows * other.gateway.columns, other.gateway.position == closet().gateway.position
-        (1, True)
-    """
+    """The scene with an antenna of the transmitter's kind as gateway, and an element's antenna as transmitter."""
     gateway, transmitter = scene.gateway, scene.transmitter
     offsets = element_offsets(gateway, scene.wavelength)
     low, high = transmitter.region[0] + offsets.min(axis=0), transmitter.region[1] + offsets.max(axis=0)

@@ -118,11 +118,7 @@ class Request:
 
     @property
     def settings(self) -> list[Setting]:
-        """Scenes, region and seed for the engine, for each antenna or array that stands still in its simulations.
-
-        If both ends move, there is one for each of ``transmitters``. The region includes that of the scene and all
-        places.
-        """
+        """Scenes, region and seed for the engine, for each antenna or array that stands still in its simulations."""
         if self.moving == "transmitter":
             stand = [self.scenes]
         elif self.moving == "receiver":

@@ -10,9 +10,8 @@ from typing import Any, TypeGuard, get_type_hints
 import numpy as np
 from jaxtyping import Float
 
-from scenes.checks.array_clearance import TOUCHING
-from scenes.checks.material_frequency import doubts
-from scenes.checks.validation import validate
+from scenes.checks.occupancy import TOUCHING
+from scenes.checks.validation import doubts, validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
@@ -29,8 +28,8 @@ from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import MOST_TRANSMITTERS, Simulation
 from simulate.parallel.machines import Machines
 from simulate.positions.placement import AT_IT, all_the_same, chosen_positions, free_places, free_positions, place
+from simulate.spectra.array import too_few_elements
 from simulate.spectra.element_array import array_of
-from simulate.spectra.few_elements import too_few_elements
 
 
 @takes(Simulation, Machines, *ENGINES.values())
@@ -226,10 +225,9 @@ def chosen_pairs(
 def _drawn(
     scene: Scene, content: Simulation, offsets: Float[np.ndarray, "elements 3"]
 ) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"], str]:
-    """Draw the array's places as those of any end that moves, and the transmitter's at random.
+    """Draw the array's places as those of any end that moves, and assign the transmitter's to them evenly, at random.
 
-    Each of the transmitter's places is assigned to as many of the array's as the others, give or take one. The order is
-    random: taken in turn, the places of a grid would meet the same transmitter in a whole column.
+    Taken in turn, the places of a grid would meet the same transmitter in a whole column.
     """
     assert content.transmitters is not None
     receivers = place(scene, content.placement, content.n, content.seed, offsets)

@@ -98,11 +98,7 @@ class Simulation(Places):
 
     @property
     def hertz(self) -> tuple[float, ...]:
-        """The frequencies, Hz, rising.
-
-        Raises:
-            ParameterError: as the class.
-        """
+        """The frequencies, Hz, rising."""
         if not isinstance(self.frequencies, Sequence) or isinstance(self.frequencies, str):
             raise ParameterError("frequencies", f"expected a list of frequencies, found {shown(self.frequencies)}")
         try:
@@ -115,9 +111,5 @@ class Simulation(Places):
 
     @property
     def band(self) -> Band | None:
-        """The subcarriers; None if only the carrier is simulated.
-
-        Raises:
-            ParameterError: as the class.
-        """
+        """The subcarriers; None if only the carrier is simulated."""
         return stated_band(self.bandwidth, self.subcarriers)

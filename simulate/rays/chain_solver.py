@@ -20,7 +20,7 @@ from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
 from simulate.rays.diffraction.search import EdgeScene, diffracted, find_diffracted_chains
-from simulate.spectra.band_interpolation import chebyshev_points
+from simulate.spectra.band import chebyshev_points
 
 
 class Found(NamedTuple):
@@ -35,10 +35,7 @@ class Found(NamedTuple):
 
 
 class ChainSolver:
-    """The chains of reflections and diffractions in a scene, and the paths that they give between antennas.
-
-    Paths name their chain by its number. Chains without diffraction come first.
-    """
+    """The chains in a scene, of reflections first and then with diffractions, and the paths that they give."""
 
     def __init__(
         self,
@@ -109,11 +106,7 @@ as a share of it. Both make the error of the interpolation negligible."""
 
 
 def solved_frequencies(frequencies: Float[np.ndarray, " subcarriers"]) -> Float[np.ndarray, " n"]:
-    """The frequencies at which paths are solved for a band: Chebyshev's points, Hz.
-
-    >>> solved_frequencies(np.linspace(905e6, 925e6, 9)).round(-5).tolist()
-    [907900000.0, 922100000.0]
-    """
+    """The frequencies at which paths are solved for a band: Chebyshev's points, Hz."""
     first, last = frequencies[0], frequencies[-1]
     share = (last - first) / ((first + last) / 2)
     return chebyshev_points(first, last, (2, 3, 5)[int(np.searchsorted(SHARES, share))])
@@ -122,10 +115,7 @@ def solved_frequencies(frequencies: Float[np.ndarray, " subcarriers"]) -> Float[
 def _between(
     few: Float[np.ndarray, " m"], frequencies: Float[np.ndarray, " subcarriers"], longest: float
 ) -> Complex[np.ndarray, "m subcarriers"]:
-    """The factors with which sums of paths at a few frequencies add up to those at the subcarriers.
-
-    They are those that fit all delays up to the longest one best.
-    """
+    """The factors by which sums of paths at few frequencies best give those at the subcarriers, at all delays."""
     delays = np.linspace(0, longest, 8 * len(few))[:, None]
     known, wanted = (np.exp(-2j * np.pi * (each - few[0]) * delays) for each in (few, frequencies))
     return np.linalg.lstsq(known, wanted, rcond=1e-10)[0]
@@ -191,10 +181,7 @@ def _phasor(turns):
 
 @compiled(parallel=True)
 def _add(bounds, targets, sources, delays, solved, weights, first, step, total):
-    """Add paths of some solved amplitudes to ``total`` [targets, sources, subcarriers].
-
-    ``bounds`` separate the paths of different targets.
-    """
+    """Add paths to ``total`` [targets, sources, subcarriers]; ``bounds`` separate the paths of different targets."""
     for block in numba.prange(len(bounds) - 1):
         for path in range(bounds[block], bounds[block + 1]):
             if solved[0][path] == 0:  # something blocks it

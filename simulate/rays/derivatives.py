@@ -59,10 +59,7 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
 def by_rotation(
     tracer: Tracer, sources: Int[np.ndarray, " paths"], by_element: Float[np.ndarray, "paths 3"]
 ) -> Float[np.ndarray, "paths 3"]:
-    """Derivatives of paths' lengths with respect to a rotation of the gateway about its position, m/rad.
-
-    The rotation is about the axes of the world frame.
-    """
+    """Derivatives of paths' lengths by a rotation of the gateway about the axes of the world frame, m/rad."""
     about = tracer.ray_scene.description.gateway.position + tracer.ray_scene.origin
     return np.cross((tracer.elements.positions - about)[sources], by_element)
 

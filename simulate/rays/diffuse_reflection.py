@@ -29,7 +29,7 @@ from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.spectra.band_interpolation import enough_frequencies, interpolated
+from simulate.spectra.band import enough_frequencies, interpolated
 
 FREQUENCIES_MORE = 10
 """Number of frequencies beyond those that the delays need. They make the error of the interpolation negligible."""
@@ -39,10 +39,7 @@ LANES = 400_000
 
 
 class Scattering:
-    """Waves that are reflected diffusely once, and otherwise go straight, also through objects.
-
-    The patches and their phases are drawn once, so the field at a target depends only on its position.
-    """
+    """Waves that are reflected diffusely once, at patches that are drawn once, and otherwise go straight."""
 
     def __init__(self, ray_scene: RayScene, seed: int):
         patches = patches_of(ray_scene, ray_scene.propagation.patches, seed)
@@ -56,10 +53,7 @@ class Scattering:
     def band_responses(
         self, sources: Antennas, targets: Antennas, frequencies: Float[np.ndarray, " subcarriers"]
     ) -> Complex[np.ndarray, "targets sources subcarriers"]:
-        """The sum of all paths from each source to each target, at each subcarrier.
-
-        The sum is computed at as many frequencies as its delays need, and is interpolated between them.
-        """
+        """The sum of all paths at each subcarrier, interpolated between as many frequencies as its delays need."""
         points = self._scene.patches.points
         longest = sum(cdist(each.positions, points).max(initial=0) for each in (sources, targets))
         at = enough_frequencies(frequencies, longest / SPEED_OF_LIGHT, FREQUENCIES_MORE)

@@ -91,28 +91,28 @@ def power_shares(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> PowerSh
 
 
 def expected_correlation(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Expected | None:
-    """The correlation with full wave to expect from a tracer in a region."""
+    """The correlation to expect in a region; None if the mechanisms are not the default ones or no power arrives."""
     used, default = tracer.ray_scene.propagation, Propagation()
     if replace(used, rays=default.rays, patches=default.patches) != default:
         return None
-    return expected_of(power_shares(tracer, tried_positions(scene, region)))
-
-
-def expected_of(shares: PowerShares) -> Expected | None:
-    """The correlation to expect of default mechanisms whose power has some shares; None if no power arrives."""
+    shares = power_shares(tracer, free_positions(scene, region, POSITIONS, np.random.default_rng(0)))
     return weights().expected(shares) if np.isfinite(shares).all() else None
 
 
-def tried_positions(scene: Scene, region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "K 3"]:
-    """The places in a region at which the paths are followed, metres, world frame."""
-    return free_positions(scene, region, POSITIONS, np.random.default_rng(0))
-
-
-def sentence(expected: Expected) -> str:
-    """What to expect, in words.
-
-    >>> sentence(Expected(0.881, 0.913, 0.942))
-    'rays and full wave are expected to correlate at 0.91 (0.88 to 0.94)'
-    """
+def sentence(expected: Expected, transmitters: int = 1) -> str:
+    """What to expect, in words, and what to do if that is too little; of several transmitters, of the worst one."""
     low, middle, high = expected
-    return f"rays and full wave are expected to correlate at {middle:.2f} ({low:.2f} to {high:.2f})"
+    told = f"rays and full wave are expected to correlate at {middle:.2f} ({low:.2f} to {high:.2f})"
+    use = "--engine fullwave"
+    if transmitters > 1:
+        told = f"{told} for the worst of {transmitters} transmitters"
+        use = f"{use} --moving receiver for one transmitter at a time"
+    return told if middle >= BELIEVED else f"{told}; for spectra that must be right, use {use}"
+
+
+def expectation(scene: Scene) -> str:
+    """What to expect of rays with the default mechanisms in a scene of one gateway, in words."""
+    from simulate.rays.tracer import Tracer
+
+    expected = expected_correlation(Tracer(scene, Propagation()), scene, scene.transmitter.region)
+    return "no power arrives by rays" if expected is None else sentence(expected)

@@ -38,10 +38,7 @@ BYTES_PER_CANDIDATE = 250
 
 
 class ShootingSolver:
-    """The paths between antennas that shooting and bouncing rays find in a scene.
-
-    Rays may find other paths for one source alone than for several together.
-    """
+    """The paths that rays find in a scene; for one source alone they may be others than for several together."""
 
     chains = 1
 
@@ -103,10 +100,7 @@ class Interactions:
 
 
 def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, most_paths: int) -> PathsBuffer:
-    """Find candidate paths to the targets by shooting and bouncing rays from the sources.
-
-    The same arguments give the same candidates.
-    """
+    """Find candidate paths to the targets by shooting and bouncing rays from the sources."""
     propagation = ray_scene.propagation
     buffer = SBDeterministicCandidateGenerator()(
         mi_scene=ray_scene.sionna.mi_scene,

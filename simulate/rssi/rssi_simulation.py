@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from scenes.checks.material_frequency import doubts
-from scenes.checks.validation import validate
+from scenes.checks.validation import doubts, validate
 from scenes.files.atomic import require_writable, temporary_folder, write_atomically
 from scenes.files.errors import named, require_instance, require_path
 from scenes.files.options import taken, takes

@@ -24,6 +24,9 @@ from scenes.scene.element_positions import MOST_ELEMENTS
 from scenes.scene.frequency import read_frequency
 from simulate.spectra.angular_grid import direction
 
+LEAST_ELEMENTS = 3
+"""With fewer elements than this, scores of spectra mean nothing."""
+
 
 @dataclass(frozen=True)
 class Array:
@@ -273,3 +276,22 @@ class PlanarArray(Array):
     def of_gateway(self) -> dict[str, Any]:
         """The arguments of ``Gateway`` that give it this array."""
         return asdict(self)
+
+
+def too_few_elements(array: Array) -> str | None:
+    """What is wrong with the spectra of an array of one or two elements. None: the array has more.
+
+    One element has the same magnitude in all directions, so that its normalised spectrum is zero everywhere. The
+    spectrum of two elements is a single cosine, which nearly every prediction resembles.
+
+    >>> from simulate.spectra.array import PlanarArray
+    >>> too_few_elements(PlanarArray(1, 1))
+    'the spectrum of a single element is the same at every position and in every direction'
+    >>> too_few_elements(PlanarArray()) is None
+    True
+    """
+    if array.elements >= LEAST_ELEMENTS:
+        return None
+    if array.elements == 1:
+        return "the spectrum of a single element is the same at every position and in every direction"
+    return "the spectra of two elements are single fringes, which all look alike"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from msgspec import Meta
 
 from scenes.files.errors import ParameterError, require_positive, require_whole
@@ -95,3 +96,64 @@ def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band 
     if subcarriers is None:
         raise ParameterError("subcarriers", "expected their number beside the bandwidth, found none")
     return Band(read_bandwidth(bandwidth), subcarriers)
+
+
+def delay_spread(responses: Complex[np.ndarray, "K elements subcarriers"], bandwidth: float) -> Float[np.ndarray, " K"]:
+    """Root mean square delay spread of each row, seconds; 0 for a row of zeros.
+
+    It is that of the power over the delays, between the places of an inverse Fourier transform of the subcarriers, all
+    elements together. It is no finer than 1 / bandwidth.
+
+    >>> two_paths = 1 + np.exp(-2j * np.pi * np.arange(16) * 4 / 16)  # the second arrives 4 / bandwidth later
+    >>> float((1e9 * delay_spread(two_paths[None, None], 16e6)).round(3)[0])
+    125.0
+    """
+    power = np.square(np.abs(np.fft.ifft(responses, axis=-1))).sum(axis=1)
+    count = power.shape[1]
+    # Delays are counted from the strongest one, since they are only known up to a multiple of the whole period.
+    steps = (np.arange(count) + count // 2) % count - count // 2
+    from_strongest = (power.argmax(axis=1)[:, None] + np.arange(count)) % count
+    around = np.take_along_axis(power, from_strongest, axis=1)
+    whole = around.sum(axis=1, keepdims=True)
+    share = around / np.where(whole > 0, whole, 1)
+    mean = share @ steps
+    return np.sqrt((share * np.square(steps - mean[:, None])).sum(axis=1)) / bandwidth
+
+
+def chebyshev_points(first: float, last: float, count: int) -> Float[np.ndarray, " count"]:
+    """The points between two frequencies from which polynomials interpolate best, rising, Hz.
+
+    >>> chebyshev_points(-1.0, 1.0, 3).round(3).tolist()
+    [-0.866, -0.0, 0.866]
+    """
+    return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+
+
+def enough_frequencies(
+    frequencies: Float[np.ndarray, " subcarriers"], delay: float, more: int
+) -> Float[np.ndarray, " n"]:
+    """The subcarriers, or fewer frequencies if these tell as much.
+
+    Responses whose delays span the time T turn at most BT times over a band of the width B.
+
+    >>> len(enough_frequencies(np.linspace(0, 20e6, 64), 100e-9, 8)), len(enough_frequencies(np.ones(4), 1.0, 8))
+    (12, 4)
+    """
+    count = math.ceil(np.pi / 2 * np.ptp(frequencies) * delay) + more
+    return chebyshev_points(frequencies[0], frequencies[-1], count) if count < len(frequencies) else frequencies
+
+
+def interpolated(
+    at: Float[np.ndarray, " n"],
+    values: Complex[np.ndarray, "*batch n"],
+    frequencies: Float[np.ndarray, " subcarriers"],
+    delay: float,
+) -> Complex[np.ndarray, "*batch subcarriers"]:
+    """Responses at the frequencies of a band, from those at a few frequencies of it."""
+    if np.array_equal(at, frequencies):
+        return values
+    from scipy.interpolate import barycentric_interpolate  # slow to import
+
+    turned = values * np.exp(2j * np.pi * delay * at)
+    weights = np.stack([barycentric_interpolate(at, each, frequencies) for each in np.eye(len(at))])
+    return turned @ weights * np.exp(-2j * np.pi * delay * frequencies)

@@ -21,7 +21,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import require_planar
 from simulate.spectra.identification import CLEARLY, EXPLAINED, can_fit, examined, rounding, with_fewest_elements
 from simulate.spectra.lags import GRIDS, SPACING_DIGITS, SPACING_STEP, SPACINGS
-from simulate.spectra.quantity import Quantity, median_residual
+from simulate.spectra.picture_scale import PictureScale, median_residual
 from simulate.spectra.spectrum import evenly
 
 SQUARES = [(side, side) for side in range(2, 9)]
@@ -29,7 +29,7 @@ LINES_ALONG_X = [(1, length) for length in range(2, 17)]
 LINES_ALONG_Y = [(length, 1) for length in range(2, 17)]
 """Rows and columns of the arrays to try. Others are found as parts of the squares."""
 
-QUANTITIES: tuple[Quantity, ...] = ("magnitude", "power", "decibels")
+SCALES: tuple[PictureScale, ...] = ("magnitude", "power", "decibels")
 
 END_TO_END = (
     AngularGrid(90.0, -1.0, 360 / 359),
@@ -48,16 +48,16 @@ COARSELY = 10.0
 FEW = 4
 """Number of spectra from which candidates are found."""
 
-Coarse = dict[Quantity, list[tuple[float, Beamformer]]]
-"""For each quantity, what the best spacing on each grid leaves, and this array and grid; the best grid first."""
+Coarse = dict[PictureScale, list[tuple[float, Beamformer]]]
+"""For each scale, what the best spacing on each grid leaves, and this array and grid; the best grid first."""
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """An array, a grid and a quantity that explain pictures."""
+    """An array, a grid and a scale that explain pictures."""
 
     beamformer: Beamformer  # the array and the grid
-    quantity: Quantity  # what the grey levels stand for
+    scale: PictureScale  # what the grey levels stand for
     residual: float  # median of the root mean square errors that it leaves, grey levels of 255
 
 
@@ -85,19 +85,19 @@ def explain(
     coarse: dict[tuple[int, int], Coarse] = {}
     sizes = []
     for family in (SQUARES, LINES_ALONG_X, LINES_ALONG_Y):
-        coarse[family[-1]] = _coarsely(few, *family[-1], grids, QUANTITIES)
+        coarse[family[-1]] = _coarsely(few, *family[-1], grids, SCALES)
         # If the largest array explains them nowhere, no smaller one of this family does, since it has its lags.
-        possible = [each for each in QUANTITIES if coarse[family[-1]][each][0][0] < COARSELY]
+        possible = [each for each in SCALES if coarse[family[-1]][each][0][0] < COARSELY]
         sizes += [(size, following, possible) for size, following in zip(family, [*family[1:], None], strict=True)]
-    for size, following, quantities in sorted(sizes, key=lambda each: math.prod(each[0])):
-        for quantity in quantities:
+    for size, following, scales in sorted(sizes, key=lambda each: math.prod(each[0])):
+        for scale in scales:
             for each in (size, following):
                 if each is not None and each not in coarse:
-                    coarse[each] = _coarsely(few, *each, grids, quantities)
-            found = _refined(spectra, coarse[size][quantity], quantity)
+                    coarse[each] = _coarsely(few, *each, grids, scales)
+            found = _refined(spectra, coarse[size][scale], scale)
             if found is None:
                 continue
-            larger = None if following is None else _refined(spectra, coarse[following][quantity], quantity)
+            larger = None if following is None else _refined(spectra, coarse[following][scale], scale)
             if larger is not None and found.residual > CLEARLY * larger.residual:
                 return larger
             return found
@@ -122,52 +122,52 @@ def _coarsely(
     rows: int,
     columns: int,
     grids: tuple[AngularGrid, ...],
-    quantities: Sequence[Quantity],
+    scales: Sequence[PictureScale],
 ) -> Coarse:
-    """The best spacing on each grid with what it leaves, for each quantity; the best grid first."""
-    left: dict[Quantity, list[tuple[float, Beamformer]]] = {quantity: [] for quantity in quantities}
+    """The best spacing on each grid with what it leaves, for each scale; the best grid first."""
+    left: dict[PictureScale, list[tuple[float, Beamformer]]] = {scale: [] for scale in scales}
     for grid in grids:
         tried = [Beamformer(PlanarArray(rows, columns, float(spacing)), grid) for spacing in SPACINGS]
-        residuals = [[median_residual(spectra, each, quantity, steps=0) for quantity in quantities] for each in tried]
-        for quantity, of_spacings in zip(quantities, zip(*residuals, strict=True), strict=True):
+        residuals = [[median_residual(spectra, each, scale, steps=0) for scale in scales] for each in tried]
+        for scale, of_spacings in zip(scales, zip(*residuals, strict=True), strict=True):
             best = int(np.argmin(of_spacings))
-            left[quantity].append((of_spacings[best], tried[best]))
-    return {quantity: sorted(fits, key=itemgetter(0)) for quantity, fits in left.items()}
+            left[scale].append((of_spacings[best], tried[best]))
+    return {scale: sorted(fits, key=itemgetter(0)) for scale, fits in left.items()}
 
 
 def _refined(
-    spectra: Float[np.ndarray, "K 90 360"], coarse: list[tuple[float, Beamformer]], quantity: Quantity
+    spectra: Float[np.ndarray, "K 90 360"], coarse: list[tuple[float, Beamformer]], scale: PictureScale
 ) -> Explanation | None:
     """The explanation with a spacing near one of the best two, without needless elements, if there is one."""
     few = evenly(spectra, FEW)
     fits = []
     for _, near in [fit for fit in coarse[:2] if fit[0] < COARSELY]:
         spacing = minimize_scalar(
-            lambda spacing, near=near: median_residual(few, _spaced(near, spacing), quantity),
+            lambda spacing, near=near: median_residual(few, _spaced(near, spacing), scale),
             bounds=(_spacing(near) - SPACING_STEP, _spacing(near) + SPACING_STEP),
             method="bounded",
             options={"xatol": 1e-4},
         ).x
         beamformer = _spaced(near, round(spacing, SPACING_DIGITS))
-        fits.append((median_residual(spectra, beamformer, quantity), beamformer))
+        fits.append((median_residual(spectra, beamformer, scale), beamformer))
     residual, beamformer = min(fits, key=itemgetter(0), default=(np.inf, Beamformer()))
     if residual >= rounding(spectra) * EXPLAINED:
         return None
-    beamformer = with_fewest_elements(spectra, beamformer, quantity)
-    return Explanation(beamformer, quantity, median_residual(spectra, beamformer, quantity))
+    beamformer = with_fewest_elements(spectra, beamformer, scale)
+    return Explanation(beamformer, scale, median_residual(spectra, beamformer, scale))
 
 
 def _of_known(
     spectra: Float[np.ndarray, "K 90 360"], array: Array, grids: tuple[AngularGrid, ...]
 ) -> Explanation | None:
-    """The first quantity for which a known array explains the spectra on one of the grids."""
+    """The first scale for which a known array explains the spectra on one of the grids."""
     if not can_fit(array):
         return None
-    for quantity in QUANTITIES:
-        fits = [(median_residual(spectra, Beamformer(array, grid), quantity), grid) for grid in grids]
+    for scale in SCALES:
+        fits = [(median_residual(spectra, Beamformer(array, grid), scale), grid) for grid in grids]
         residual, grid = min(fits, key=itemgetter(0))
         if residual < rounding(spectra) * EXPLAINED:
-            return Explanation(Beamformer(array, grid), quantity, residual)
+            return Explanation(Beamformer(array, grid), scale, residual)
     return None
 
 

@@ -14,7 +14,7 @@ from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_kind, require_planar
 from simulate.spectra.lags import EXAMINED, GRIDS, LagSpace, fit_grids, fit_lags, too_many_lags
-from simulate.spectra.quantity import Quantity, median_residual
+from simulate.spectra.picture_scale import PictureScale, median_residual
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 EXPLAINED = 0.6
@@ -155,17 +155,17 @@ def identify(
 
 
 def with_fewest_elements(
-    spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, quantity: Quantity
+    spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, scale: PictureScale
 ) -> Beamformer:
     """The part of an array with the fewest rows and columns that explains spectra as well as the whole.
 
     A 4 × 4 array explains the spectra of a 3 × 4 array with the same spacing, too.
     """
     array = require_planar(beamformer.array, "a search for smaller arrays")
-    enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, quantity))
+    enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, scale))
     shapes = [(rows, columns) for rows in range(1, array.rows + 1) for columns in range(1, array.columns + 1)]
     for rows, columns in sorted(shapes[1:-1], key=lambda shape: shape[0] * shape[1]):
         smaller = replace(beamformer, array=PlanarArray(rows, columns, array.spacing))
-        if median_residual(spectra, smaller, quantity) < enough:
+        if median_residual(spectra, smaller, scale) < enough:
             return smaller
     return beamformer

@@ -22,8 +22,7 @@ from scenes.files.errors import require_instance, require_seed
 from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import require_planar
-from simulate.spectra.phase_refinement import refined
-from simulate.spectra.spatial_frequencies import SpatialFrequencies
+from simulate.spectra.phase_refinement import SpatialFrequencies, refined
 from simulate.spectra.spectrum import LARGEST_GREY, check_stack
 
 GOOD = 0.5

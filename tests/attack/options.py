@@ -26,7 +26,6 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "scene": (f"meshes/wall.ply {PLACE}", ("meshes",)),
     "evaluate": ("nowhere", ()),
     "crossvalidate": ("nowhere --scene closet", ()),
-    "engines": ("nowhere", ()),
     "export": ("kriged", ("data", "kriged")),
     "ablate": ("nowhere", ()),
     "demo": ("--spectra 0", ()),

@@ -8,7 +8,7 @@ import trimesh
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from scenes.importing.import_unit import METRES
+from scenes.importing.lengths import METRES
 from tests.attack import shapes
 from tests.attack.shapes import Shape
 from tests.attack.victims import PLACE, Victim

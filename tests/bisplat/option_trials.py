@@ -73,12 +73,10 @@ ABLATED = "learn.comparison.ablate:ablate"
 SWEEP = "sweep others -o out --models nearest --sizes 3"
 SWEEP_POWERS = "sweep heard -o out --models mean --sizes 3"
 EVALUATE = "evaluate heard -o out --model mri"
-SWEPT = "learn.comparison.sweep:sweep"
+SWEPT = "learn.comparison.compare:sweep"
 CALIBRATED = "learn.twin.calibrate:calibrate"
 CALIBRATED_BY_POWERS = "learn.twin.calibrate_powers:calibrate_powers"
 PLANNED = "learn.planning.next_positions:plan"
-OF_EVALUATION = "bisplat.commands.evaluation_commands"
-ENGINES = "learn.evaluation.engines:compare_engines"
 NEW_FOLDER = "bisplat.commands.uses_commands:new_folder"
 NEW_IN_USES = "bisplat.commands.uses_commands:require_new"
 SERVED = "scenes.browser.served_page:serve"
@@ -104,6 +102,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("scene wall.obj", ["--list"]),
         *_trials("scene closet --view", ["--port 8081"], SERVED),
         *_trials("scene closet", ["--view"], SERVED),
+        *_trials("scene closet", ["--accuracy"], "simulate.rays.expected_correlation:expectation"),
         *_trials("scene closet --json", ["--frequency 2.4GHz", "--array 8x8", "--array elements.csv"]),
     ],
     "simulate": [
@@ -141,7 +140,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("train data -o out --model mlp", ["--budget 0.01", "--matmul-precision medium"], TRAIN),
         *_trials("train data -o out --model twin --scene closet", [("--scene lab", "--scene closet")], TRAIN),
         *_trials("train measured -o out --model mlp-responses", ["--no-find-phases"], TRAIN),
-        *_trials(f"{MLP}", ["--devices 2", "--nodes 2", "--guard 0.1"], TRAIN),
+        *_trials(f"{MLP}", ["--trainer devices=2", "--guard 0.1"], TRAIN),
     ],
     "evaluate": [
         *_trials("evaluate mlp", ["--dataset others", "--index one.txt", "--no-ceiling", "--json"]),
@@ -305,14 +304,6 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(SWEEP_POWERS, [("--sizes 4", "--sizes 3"), ("--models mri", "--models mean")], COMPARED_POWERS),
         *_trials("sweep heard -o out --models twin --sizes 3", ["--scene closet"], COMPARED_POWERS),
         *_trials("sweep links -o out --models copy --sizes 3", ["--split random", "--json"]),
-    ],
-    "engines": [
-        *_trials("engines data -o out", ["-n 2", *MECHANISMS], ENGINES),
-        *_trials("engines uneven -o out", ["--diffuse"], ENGINES),
-        *_trials("engines uneven -o out --diffuse", ["--patches 50"], ENGINES),
-        *_trials("engines data -o out -n 2 --max-depth 0", ["--json"], f"{OF_EVALUATION}:print_table"),
-        *_trials("engines rough/scene.yaml", ["--json"], f"{OF_EVALUATION}:print_table"),
-        *_trials("engines data -o out", [("-o out2", "-o out"), "--force"], f"{OF_EVALUATION}:require_new"),
     ],
     "calibrate": [
         *_trials("calibrate closet data -o out", ["-n 5", "--split random", *MECHANISMS], CALIBRATED),

@@ -40,6 +40,7 @@ REFUSED: dict[str, str] = {
     "scene wall.obj --list -o out": "-o: expected none beside --list",
     "scene wall.obj --list --walls as-drawn": "--walls: expected none beside --list",
     "scene closet --port 8080": "--port: expected --view beside it, found none",
+    "scene closet --view --accuracy": "--accuracy: expected none beside --view, which prints no description",
     "scene closet --view --json": "--json: expected none beside --view, which prints no description",
     "scene closet --view --force": "--force: expected none beside --view, which asks before it replaces a scene",
     "scene wall.obj --material a=wood --material b=wood": "--material: expected once, with all its values",
@@ -112,8 +113,7 @@ REFUSED: dict[str, str] = {
     "train data -o out --model mlp --encoding waves --option encoding=octaves": (
         "--option: expected each option once, found encoding twice"
     ),
-    "train data -o out --devices 1": f"--devices: {OF_STEPS} helmholtz",
-    "train data -o out --nodes 2": f"--nodes: {OF_STEPS} helmholtz",
+    "train data -o out --trainer devices=1": "--trainer: expected a model trained by steps, found helmholtz",
     "train data -o out --find-phases": f"--find-phases: {OF_STEPS} helmholtz",
     "train data -o out --steps 9": f"--steps: {OF_STEPS} helmholtz",
     "train data -o out --scene lab": "--scene: expected an option of the model helmholtz",
@@ -199,17 +199,12 @@ REFUSED: dict[str, str] = {
     "plan closet -o out.csv --target 1.5": "--target: expected a median SSIM from 0 to 1, found 1.5",
     "plan closet -o out.csv --target 0.999": "--target: expected a median SSIM that the curve of measured rooms has,",
     "plan closet -o out.csv --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
-    "engines data -o out --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
     "dataset --frequency 2.4GHz --array 4x4@0.5 -o out": "--files: expected at least one file, found none",
     "dataset recording.npz --frequency 2.4GHz --array 4x4 -o out": "--array: expected the spacing in wavelengths, too",
     "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out --bandwidth 1MHz --round-trip": (
         "--round-trip: expected no band beside it, found one"
     ),
     "dataset recording.npz --frequency 2.4 --array 4x4@0.5 -o out": "--frequency: expected hertz",
-    "engines closet -n 9": "-n: expected a full-wave dataset and -o, found the scene closet alone",
-    "engines closet --max-depth 2": "--max-depth: expected a full-wave dataset and -o, found the scene closet alone",
-    "engines data": "data: expected -o FOLDER with a dataset, found none",
-    "engines data -o out --patches 9": "--patches: expected --diffuse with it",
     "calibrate closet data -o out --seed 1": "--seed: expected --split random or area beside it, found files",
     "calibrate bare/scene.yaml data -o out --objects 0.03": "--objects: expected an object inside the room",
     "calibrate bare/scene.yaml data -o out --materials 0.2": "--materials: expected a material that is no conductor",

@@ -200,7 +200,6 @@ def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
         ("out.h5", ("export", "RUN", "--hdf5", "FILE")),
         ("lab.png", ("scene", "lab")),
         ("drawing.png", ("scene", "lab", "-o", "FILE")),
-        ("engines/engines_plane.pdf", ("engines", "RUN", "-o", "FOLDER")),
     ],
 )
 def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tmp_path, monkeypatch, name, arguments):
@@ -224,7 +223,6 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
         ("export", "nowhere", "--hdf5", "file/out.h5"),
         ("export", "nowhere", "--deepmimo", "file/out"),
         ("scene", "lab", "-o", "file/out.png"),
-        ("engines", "nowhere", "-o", "file/out"),
         ("locate", "nowhere", "--pictures", "nowhere", "-o", "file/out.csv"),
         ("plan", "nowhere", "-o", "file/out.csv"),
         ("calibrate", "nowhere", "nowhere", "-o", "file/out"),

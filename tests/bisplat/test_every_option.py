@@ -137,11 +137,6 @@ def place(tmp_path_factory) -> Path:
     write_scene(dataclasses.replace(scene, materials=rough), folder / "rough")
     floor = dataclasses.replace(scene.objects[0], material="metal")
     write_scene(dataclasses.replace(small_scene(), objects=(floor,)), folder / "bare")
-    shutil.copytree(folder / "data", folder / "uneven")
-    described = (folder / "uneven" / "scene" / "scene.yaml").read_text()
-    assert "scattering_coefficient: 0.0" in described
-    uneven = described.replace("scattering_coefficient: 0.0", "scattering_coefficient: 0.5")
-    (folder / "uneven" / "scene" / "scene.yaml").write_text(uneven)
     return folder
 
 

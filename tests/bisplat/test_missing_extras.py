@@ -69,10 +69,10 @@ LONGER_WORK = (
 """More of them, which take longer."""
 
 REFUSED = {
+    "scene lab -o new0.png --accuracy": RAY_TRACING,
     "simulate lab -o new1": RAY_TRACING,
     "simulate traced -o new2": RAY_TRACING,
     "crossvalidate run --scene lab": RAY_TRACING,
-    "engines field -o new3": RAY_TRACING,
     "calibrate lab data -o new4": RAY_TRACING,
     "plan lab -o new5.csv": RAY_TRACING,
     "export traced --deepmimo new6": RAY_TRACING,

@@ -15,7 +15,7 @@ COMPARE, SWEEP = "compare nowhere -o out", "sweep nowhere -o out --sizes 5"
 ABLATE, CROSSVALIDATE = "ablate nowhere -o out", "crossvalidate nowhere --scene lab"
 CALIBRATE = "calibrate closet nowhere -o out"
 PLAN = "plan nowhere -o out"
-ENGINES, CONVERT = "engines nowhere -o out", "convert nowhere -o out"
+CONVERT = "convert nowhere -o out"
 
 WHOLE = ("0", "-1", str(10**15), "9" * 4000)
 SEEDS = ("-1", str(2**32), str(2**63), "9" * 4000)
@@ -41,8 +41,6 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     (TRAIN, "--learning-rate"): (*NUMBERS, "0"),
     (TRAIN, "--weight-decay"): NUMBERS,
     (TRAIN, "--full-resolution"): (*NUMBERS, "1.01"),
-    (TRAIN, "--devices"): WHOLE,
-    (TRAIN, "--nodes"): WHOLE,
     (COMPARE, "--budget"): (*NUMBERS, "0"),
     (COMPARE, "--seeds"): WHOLE,
     (SWEEP, "--budget"): (*NUMBERS, "0"),
@@ -53,8 +51,6 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     (ABLATE, "--primitives"): WHOLE,
     (CROSSVALIDATE, "-n"): WHOLE,
     (CROSSVALIDATE, "--seed"): SEEDS,
-    (ENGINES, "-n"): WHOLE,
-    (ENGINES, "--rays"): WHOLE,
     (CALIBRATE, "--position"): NUMBERS,
     (CALIBRATE, "--rotation"): NUMBERS,
     (CALIBRATE, "--materials"): NUMBERS,

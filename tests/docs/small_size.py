@@ -34,7 +34,6 @@ def smaller(arguments: list[str]) -> list[str]:
         "rssi": {"-n": SPECTRA},
         "rooms": {"-n": 3, "--spectra": 15},
         "crossvalidate": {"-n": 6, "--positions": 6},
-        "engines": {"-n": 6, "--positions": 6},
         "plan": {"-n": 3, "--positions": 3},
         "calibrate": {"-n": 10, "--spectra": 10},
         "train": {"--steps": 2, "--budget": 0.01},
@@ -51,11 +50,7 @@ def smaller(arguments: list[str]) -> list[str]:
     folder = bool(rest) and Path(rest[0]).is_dir()  # simulate a dataset again, or plan for a run: no rays to limit
     if command == "simulate" and not folder and not {"-n", "--spectra", "--positions", "--help"} & set(rest):
         rest += ["-n", str(SPECTRA)]
-    traces = (
-        command in {"calibrate", "rssi"}
-        or (command == "engines" and folder)
-        or (command in {"simulate", "plan"} and not folder)
-    )
+    traces = command in {"calibrate", "rssi"} or (command in {"simulate", "plan"} and not folder)
     if traces and "--help" not in rest:
         rest = [each for each in rest if each != "--diffraction"]
         rest = _with(rest, "--rays", "20000") if not in_full_wave else rest

@@ -7,25 +7,45 @@ parts of several materials at random. pygltflib reads the JSON, which ``gltf_hea
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Container, Iterator
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Integer
+from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, named, shown
 from scenes.importing.formats.gltf_arrays import LARGEST_FILE, Arrays
-from scenes.importing.formats.gltf_header import FAN, STRIP, Primitive, check_sizes, node_name, pick, read_header
-from scenes.importing.formats.gltf_left_out import has_triangles, left_out
-from scenes.importing.formats.gltf_nodes import instance_places, node_places, repeat
+from scenes.importing.formats.gltf_header import (
+    COMPRESSION,
+    DEEPEST,
+    FAN,
+    IRRELEVANT,
+    OBEYED,
+    POINTS_AND_LINES,
+    STRIP,
+    Header,
+    Node,
+    Primitive,
+    check_sizes,
+    instances,
+    node_name,
+    pick,
+    read_header,
+)
 from scenes.importing.formats.gltf_pose import morphed, skinned
-from scenes.importing.formats.mesh_checks import require_corners, require_ordinary
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_corners, require_ordinary
 from scenes.importing.formats.strips import fan_triangles, strip_triangles
 from scenes.scene.description import MOST_TRIANGLES
 
 Vertices = Float[np.ndarray, "V 3"]
 Faces = Integer[np.ndarray, "F 3"]
+
+LISTED = 5
+"""Most names in a sentence."""
+
+Places = Float[np.ndarray, "n 4 4"]
 
 
 def read_gltf(data: bytes, path: Path) -> MeshFile:
@@ -93,3 +113,137 @@ def _joined(pieces: list[tuple[Vertices, Faces]]) -> Trimesh:
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in pieces)])
     faces = [faces + start for (_, faces), start in zip(pieces, starts, strict=False)]
     return Trimesh(np.concatenate([vertices for vertices, _ in pieces]), np.concatenate(faces), process=False)
+
+
+def has_triangles(part: Primitive) -> bool:
+    """Whether a primitive is not of points or lines."""
+    return part.mode not in POINTS_AND_LINES and "POSITION" in part.attributes
+
+
+def left_out(header: Header, places: Container[int]) -> Iterator[str]:
+    """Yield a sentence for each kind of thing that is not read."""
+    without, elsewhere, unknown = [], [], dict[str, str]()
+    parents = {child: index for index, node in enumerate(header.nodes) if index in places for child in node.children}
+    for index, node in enumerate(header.nodes):
+        if node.mesh is None:
+            continue
+        name = node_name(header, index)
+        if index not in places:
+            elsewhere.append(name)
+            continue
+        if not all(map(has_triangles, header.meshes[node.mesh].primitives)):
+            without.append(name)
+        above = [header.nodes[each] for each in _ancestors(parents, index)]
+        unknown |= {extension: name for each in (node, *above) for extension in _extensions(header, each)}
+    used = {node.mesh for node in header.nodes}
+    unused = [mesh.name or f"mesh_{index}" for index, mesh in enumerate(header.meshes) if index not in used]
+    if without:
+        yield f"points and lines were left out, in {_list(without)}"
+    if elsewhere:
+        yield f"nodes outside the scene that the file shows were left out: {_list(elsewhere)}"
+    if unused:
+        yield f"meshes that no node shows were left out: {_list(unused)}"
+    for extension, name in unknown.items():
+        yield f"the extension {named(extension)} is unknown and was not applied, for example to {named(name)}"
+    if header.animations:
+        yield f"animations were left out: {len(header.animations)} in the file; the pose at rest was read"
+
+
+def _ancestors(parents: dict[int, int], index: int) -> Iterator[int]:
+    """Yield the numbers of the nodes above a node."""
+    while index in parents:
+        index = parents[index]
+        yield index
+
+
+def _extensions(header: Header, node: Node) -> Iterator[str]:
+    """Yield the extensions of a node and its mesh, if it has one, that might change its triangles."""
+    places = [node.extensions]
+    if node.mesh is not None:
+        mesh = header.meshes[node.mesh]
+        places += [mesh.extensions, *(part.extensions for part in mesh.primitives)]
+    for extensions in places:
+        for name in extensions:
+            if name not in (*OBEYED, *COMPRESSION) and not name.startswith(IRRELEVANT):
+                yield name
+
+
+def _list(names: list[str]) -> str:
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return ", ".join(named(name) for name in names[:LISTED]) + more
+
+
+def node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4"]]:
+    """Return the transforms to the world of the nodes of the scene, by their numbers.
+
+    The scene is the default one, or else the first; without any, all nodes without a parent are taken.
+    """
+    if header.scenes:
+        roots = pick(header.scenes, header.scene, source, "scenes").nodes
+    else:
+        children = {child for node in header.nodes for child in node.children}
+        roots = [index for index in range(len(header.nodes)) if index not in children]
+    places: dict[int, np.ndarray] = {}
+    level = [(index, np.eye(4)) for index in roots]
+    for _ in range(DEEPEST):
+        below = []
+        for index, parent in level:
+            if index in places:
+                raise InputError(f"{source}: expected a tree of nodes, found a node that occurs twice")
+            node = pick(header.nodes, index, source, "nodes")
+            places[index] = parent @ _transform(node, f"{source}: nodes[{index}]")
+            below += [(child, places[index]) for child in node.children]
+        level = below
+        if not level:
+            return places
+    raise InputError(f"{source}: expected nodes at most {DEEPEST} levels deep, found more")
+
+
+def instance_places(node: Node, arrays: Arrays, label: str) -> Places:
+    """Return the places of a node's instances relative to the node; one place if it has none."""
+    kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
+    entries = instances(node, label)
+    found = {name: arrays.read(entries[name], kind) for name, kind in kinds.items() if name in entries}
+    counts = {len(each) for each in found.values()} or {1}
+    if len(counts) > 1:
+        raise InputError(f"{label}: expected as many translations as rotations and scales, found {sorted(counts)}")
+    at_rest = {"TRANSLATION": [0, 0, 0], "ROTATION": [0, 0, 0, 1], "SCALE": [1, 1, 1]}
+    moves, turns, scales = (found.get(name, np.tile(rest, (*counts, 1))) for name, rest in at_rest.items())
+    return _transforms(moves, turns, scales, label)
+
+
+def repeat(
+    vertices: Float[np.ndarray, "V 3"], faces: Integer[np.ndarray, "F 3"], places: Places
+) -> tuple[np.ndarray, np.ndarray]:
+    """Put triangles at several places. Mirrored ones are turned over (glTF 2.0, section 3.7.4)."""
+    moved = np.einsum("nij,vj->nvi", places[:, :3, :3], vertices) + places[:, None, :3, 3]
+    repeated = faces + len(vertices) * np.arange(len(places))[:, None, None]
+    mirrored = np.linalg.det(places[:, :3, :3]) < 0
+    repeated[mirrored] = repeated[mirrored][:, :, ::-1]
+    return moved.reshape(-1, 3), repeated.reshape(-1, 3)
+
+
+def _transforms(
+    translations: Float[np.ndarray, "n 3"],
+    rotations: Float[np.ndarray, "n 4"],
+    scales: Float[np.ndarray, "n 3"],
+    label: str,
+) -> Places:
+    """Return transforms that scale, then turn by quaternions x, y, z, w, then move."""
+    try:
+        turned = Rotation.from_quat(rotations).as_matrix()
+    except ValueError:
+        raise InputError(f"{label}: expected a rotation by quaternions of a length above 0, found others") from None
+    result = np.tile(np.eye(4), (len(translations), 1, 1))
+    result[:, :3, :3] = turned * np.asarray(scales)[:, None, :]
+    result[:, :3, 3] = translations
+    return result
+
+
+def _transform(node: Node, label: str) -> Float[np.ndarray, "4 4"]:
+    if node.matrix is None:
+        return _transforms(np.array([node.translation]), np.array([node.rotation]), np.array([node.scale]), label)[0]
+    matrix = np.reshape(node.matrix, (4, 4)).T  # columns first
+    if not np.array_equal(matrix[3], [0, 0, 0, 1]):
+        raise InputError(f"{label}: expected an affine transform as matrix, found {shown(node.matrix)}")
+    return matrix

@@ -15,8 +15,7 @@ import numpy as np
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_checks import require_few
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_few
 from scenes.importing.formats.polygons import Cut, cut_polygons
 from scenes.importing.formats.text_lines import comment_header, coordinates, text_lines, whole_numbers
 

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float, Integer
 
 from scenes.files.errors import InputError
-from scenes.importing.formats.mesh_checks import require_corners, require_few, require_ordinary
+from scenes.importing.formats.mesh_part import require_corners, require_few, require_ordinary
 
 MOST_CORNERS = 10_000
 """Most corners of one polygon. The time of ear clipping may grow with the square of their number."""

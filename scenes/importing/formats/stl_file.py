@@ -13,8 +13,7 @@ import numpy as np
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_checks import require_few, require_ordinary
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_few, require_ordinary
 from scenes.importing.formats.polygons import cut_polygons
 from scenes.importing.formats.text_lines import coordinates, text_lines
 

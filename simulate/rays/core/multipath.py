@@ -47,24 +47,17 @@ class Paths(NamedTuple):
 
 
 class Multipath(NamedTuple):
-    """Paths between elements and transmitters, with the contribution of each.
+    """Paths between elements and transmitters, with the contribution of each."""
 
-    Attributes:
-        targets: index of each path's transmitter.
-        sources: index of each path's element.
-        responses: a e^{−jkL}.
-        vertices: element, interactions, transmitter; metres, world frame. A path with fewer interactions than others
-            repeats its last vertex.
-        objects: index of the object of each interaction; ``STRAIGHT`` for a transmission, or if there is none.
-        kinds: the ``Interaction`` at each vertex between the ends, ``NONE`` after the last one. Transmissions are left
-            out, unless ``with_transmissions`` found them.
-    """
-
-    targets: Int[np.ndarray, " paths"]
-    sources: Int[np.ndarray, " paths"]
-    responses: Complex[np.ndarray, " paths"]
+    targets: Int[np.ndarray, " paths"]  # index of each path's transmitter
+    sources: Int[np.ndarray, " paths"]  # index of each path's element
+    responses: Complex[np.ndarray, " paths"]  # a e^{−jkL}
+    # element, interactions, transmitter, metres, world frame; paths with fewer interactions repeat the last vertex
     vertices: Float[np.ndarray, "paths n+2 3"]
+    # index of the object of each interaction; ``STRAIGHT`` for a transmission, or if there is none
     objects: Int[np.ndarray, "paths n"]
+    # the ``Interaction`` at each vertex between the ends, ``NONE`` after the last one. Transmissions are left out,
+    # unless ``with_transmissions`` found them.
     kinds: Int[np.ndarray, "paths n"]
 
     def lengths(self) -> Float[np.ndarray, " paths"]:
@@ -72,12 +65,7 @@ class Multipath(NamedTuple):
         return np.linalg.norm(np.diff(self.vertices, axis=1), axis=-1).sum(axis=1)
 
     def length_derivatives(self) -> tuple[Float[np.ndarray, "paths 3"], Float[np.ndarray, "paths n 3"]]:
-        """Derivatives of each path's length with respect to positions.
-
-        Returns:
-            Derivatives with respect to the position of the element, and to that of the object at each interaction. The
-            latter are zero where the wave goes straight on.
-        """
+        """Derivatives of each path's length by the place of its element, and by that of each interaction's object."""
         steps = np.diff(self.vertices, axis=1)
         size = np.linalg.norm(steps, axis=-1, keepdims=True)
         units = np.divide(steps, size, out=np.zeros_like(steps), where=size > 1e-9)
@@ -106,12 +94,8 @@ def strongest_first(batches: Iterable[Multipath]) -> list[TracedPath]:
     return sorted(found, key=lambda path: -abs(path.response))
 
 
-class Course(NamedTuple):
-    """Where paths run. The attributes are those of ``Multipath``."""
-
-    vertices: Float[np.ndarray, "paths n+2 3"]
-    objects: Int[np.ndarray, "paths n"]
-    kinds: Int[np.ndarray, "paths n"]
+Course = tuple[Float[np.ndarray, "paths n+2 3"], Int[np.ndarray, "paths n"], Int[np.ndarray, "paths n"]]
+"""Where paths run: ``vertices``, ``objects`` and ``kinds`` of ``Multipath``."""
 
 
 class Solution(NamedTuple):

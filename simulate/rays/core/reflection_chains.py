@@ -49,10 +49,7 @@ def line_of_sight(propagation: Propagation) -> Chains:
 def find_chains(
     ray_scene: RayScene, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
 ) -> Chains:
-    """Find the chains that carry power from the gateway to anywhere in a region.
-
-    The result depends only on the arguments.
-    """
+    """Find the chains that carry power from the gateway to anywhere in a region."""
     scene, propagation = ray_scene.description, ray_scene.propagation
     if not propagation.specular or not propagation.max_depth:
         return line_of_sight(propagation)
@@ -117,7 +114,7 @@ def _course(
     kinds[:, :count] = Interaction.REFLECTION
     vertices = np.concatenate([starts[:, None], *[ends[:, None]] * (depth + 1)], axis=1)
     vertices[:, 1 : count + 1] = ways.vertices.transpose(2, 0, 1)
-    return Course(vertices, objects, kinds)
+    return vertices, objects, kinds
 
 
 PASSES = 4

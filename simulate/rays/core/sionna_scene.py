@@ -61,17 +61,11 @@ def sionna_names(scene: Scene) -> list[str]:
 
 @dataclass(frozen=True)
 class Antennas:
-    """One end of the paths: antennas of one pattern and orientation at given positions.
+    """One end of the paths: antennas of one pattern and orientation at given positions."""
 
-    Attributes:
-        positions: positions of the antennas, metres, world frame.
-        angles: Sionna's orientation angles (α, β, γ), radians.
-        pattern: Sionna's antenna pattern, of a single polarisation.
-    """
-
-    positions: Float[np.ndarray, "n 3"]
-    angles: Float[np.ndarray, 3]
-    pattern: Callable
+    positions: Float[np.ndarray, "n 3"]  # metres, world frame
+    angles: Float[np.ndarray, 3]  # Sionna's orientation angles (α, β, γ), radians
+    pattern: Callable  # Sionna's antenna pattern, of a single polarisation
 
     def __len__(self) -> int:
         return len(self.positions)

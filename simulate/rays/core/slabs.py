@@ -19,8 +19,8 @@ from jaxtyping import Bool, Float
 from scipy.spatial import cKDTree
 from trimesh import Trimesh
 
+from scenes.checks.enclosure import beyond, in_outer_wall, outline
 from scenes.checks.occupancy import holds_antennas
-from scenes.checks.outer_walls import beyond, in_outer_wall, outline
 from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial

@@ -116,10 +116,7 @@ NO_LINKS = Links(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
 
 
 def links_between(edges: Edges, ray_scene: RayScene) -> Links:
-    """The links along which some point of a conductor's edge sees some point of another conductor's edge.
-
-    Waves diffracted at dielectric sheets are so weak that a second diffraction does not matter.
-    """
+    """The links between conductors' edges that see each other at some point; those of sheets are too weak to matter."""
     found = [NO_LINKS]
     conductors = np.nonzero(~edges.sheets)[0]
     block = max(1, PAIRS_AT_ONCE // max(1, len(conductors)))

@@ -17,7 +17,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Bool, Float, Int
 
-from scenes.checks.outer_walls import outline
+from scenes.checks.enclosure import outline
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
 from scenes.scene.shapes import union
@@ -47,27 +47,17 @@ MOST = 300
 
 @dataclass(frozen=True)
 class Edges:
-    """Straight edges, each with the open space around it from one face (0) to the other (n).
+    """Straight edges, each with the open space around it from one face (0) to the other (n)."""
 
-    Attributes:
-        starts: one end of each edge, metres, world frame.
-        directions: unit vectors from there along the edge.
-        lengths: lengths of the edges, metres.
-        exterior: angle of the open space, radians: 2π at the edge of a sheet, 3π/2 at the edge of a box.
-        normals: unit normals of face 0, towards the open space.
-        tangents: unit vectors from the edge along face 0, perpendicular to the edge.
-        faces: number of a triangle of face 0, counted through the scene's objects.
-        sheets: whether the edge belongs to a dielectric sheet.
-    """
-
-    starts: Float[np.ndarray, "edges 3"]
-    directions: Float[np.ndarray, "edges 3"]
-    lengths: Float[np.ndarray, " edges"]
+    starts: Float[np.ndarray, "edges 3"]  # one end of each edge, metres, world frame
+    directions: Float[np.ndarray, "edges 3"]  # unit vectors from there along the edge
+    lengths: Float[np.ndarray, " edges"]  # metres
+    # angle of the open space, radians: 2π at the edge of a sheet, 3π/2 at the edge of a box
     exterior: Float[np.ndarray, " edges"]
-    normals: Float[np.ndarray, "edges 3"]
-    tangents: Float[np.ndarray, "edges 3"]
-    faces: Int[np.ndarray, " edges"]
-    sheets: Bool[np.ndarray, " edges"]
+    normals: Float[np.ndarray, "edges 3"]  # unit normals of face 0, towards the open space
+    tangents: Float[np.ndarray, "edges 3"]  # unit vectors from the edge along face 0, perpendicular to the edge
+    faces: Int[np.ndarray, " edges"]  # number of a triangle of face 0, counted through the scene's objects
+    sheets: Bool[np.ndarray, " edges"]  # whether the edge belongs to a dielectric sheet
 
     def __len__(self) -> int:
         return len(self.lengths)
@@ -87,16 +77,7 @@ class Edges:
 
 
 def diffracting_edges(ray_scene: RayScene) -> Edges:
-    """The edges of the scene's conductors, then those of its dielectric sheets.
-
-    Example:
-        >>> from scenes.places.closet import closet
-        >>> from simulate.rays.core.propagation import Propagation
-        >>> edges = diffracting_edges(RayScene.of(closet(), Propagation()))
-        >>> metal = edges.subset(~edges.sheets)
-        >>> len(metal), np.unique(np.degrees(metal.exterior).round()).tolist()  # all but the four on the floor
-        (12, [270.0, 360.0])
-    """
+    """The edges of the scene's conductors, then those of its dielectric sheets."""
     scene = ray_scene.description
     conducts, around = conducting_objects(scene), outline(scene)
     chosen = conducts[ray_scene.object_of_face]
@@ -136,10 +117,7 @@ def _together(*pieces: Edges) -> Edges:
 
 
 def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets: bool) -> Edges:
-    """Every edge that belongs to one triangle, or to two triangles that meet at an angle.
-
-    Edges of three or more triangles are left out. Where one sheet stands on another, no open angle exceeds 180°.
-    """
+    """Every edge of one triangle, or of two at an angle. If one sheet stands on another, no angle exceeds 180°."""
     corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(index.ravel(), kind="stable")
     first = np.cumsum(count) - count

@@ -128,11 +128,7 @@ def diffracted(
     targets: Antennas,
     surfaces: Sequence[Surfaces],
 ) -> Iterator[Solution]:
-    """Solve every chain between every source and target.
-
-    The paths are ordered by the shapes of their chains (numbers of reflections, diffractions, reflections), then by
-    target, chain and source.
-    """
+    """Solve every chain between every source and target, in the order of shapes, then target, chain and source."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength
     shapes = chains.shapes
@@ -174,4 +170,4 @@ def _course(
     kinds = np.full(objects.shape, int(Interaction.REFLECTION))
     kinds[:, at_edges] = Interaction.DIFFRACTION
     vertices = np.concatenate([starts[:, None], geometry.vertices.transpose(2, 0, 1), ends[:, None]], axis=1)
-    return Course(vertices, objects, kinds)
+    return vertices, objects, kinds

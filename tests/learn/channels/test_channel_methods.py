@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from learn.channels.channel_baselines import Copy, Nearest, Ramp
+from learn.channels.channel_methods import Copy, Nearest, Ramp
 from learn.channels.channel_scores import snr_db
-from learn.channels.delay_profile import Delays, fit_profile, regression
-from learn.channels.joint_channels import JointChannels
-from learn.channels.known_channels import KnownChannels
-from learn.channels.timing import strongest_ramp, without_ramp
+from learn.channels.known_channels import KnownChannels, strongest_ramp, without_ramp
+from learn.channels.linear_channels import Delays, JointChannels, fit_profile, regression
 from tests.csi_folders import paths
 
 S = 26
@@ -137,7 +135,7 @@ def test_a_row_s_level_and_phase_change_its_prediction_alone(method):
 def test_rows_of_too_many_numbers_are_predicted_antenna_by_antenna(monkeypatch, capsys):
     channels = rooms(20)
     known = KnownChannels(channels[:15, :, :S], channels[:15, :, S:])
-    monkeypatch.setattr("learn.channels.joint_channels.MOST_NUMBERS", channels.shape[1] * S - 1)
+    monkeypatch.setattr("learn.channels.linear_channels.MOST_NUMBERS", channels.shape[1] * S - 1)
     joint, alone = JointChannels(), Delays()
     for method in (joint, alone):
         method.fit(known)

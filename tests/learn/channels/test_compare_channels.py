@@ -8,7 +8,7 @@ import pytest
 
 import bisplat
 from learn.channels.channel_scores import correlation, score_channels, snr_db
-from simulate.spectra.delay_spread import delay_spread
+from simulate.spectra.band import delay_spread
 from tests.csi_folders import write_links
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from learn.channels.channel_scores import coverage, snr_db
-from learn.channels.joint_channels import JointChannels
 from learn.channels.known_channels import KnownChannels
-from learn.channels.placed_channels import PlacedChannels
+from learn.channels.linear_channels import JointChannels, PlacedChannels
 
 WAVELENGTH, KNOWN, S = 0.3, 80, 6
 

@@ -8,7 +8,7 @@ import pytest
 
 import bisplat
 from learn.powers.known_powers import PredictedPowers
-from learn.powers.power_scores import of_gateway, score_powers
+from learn.powers.power_comparison import of_gateway, score_powers
 
 
 def test_scores_by_hand():

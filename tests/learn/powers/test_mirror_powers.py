@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 
 from learn.powers import mirror_powers
-from learn.powers.known_powers import KnownPowers
-from learn.powers.mirror_powers import LEAST_KNOWN, MirrorPowers
-from learn.powers.path_loss import decades
+from learn.powers.known_powers import KnownPowers, decades
+from learn.powers.mirror_powers import LEAST_KNOWN, MirrorPowers, PowerImages, images_in_one_plane, images_in_two_planes
 from learn.powers.power_field import PowerField
-from learn.powers.power_images import PowerImages
-from learn.powers.shared_images import images_in_one_plane, images_in_two_planes
 
 WAVELENGTH = 0.33
 GATEWAYS = np.array([[-2.0, 0.3, 2.1], [3.0, 2.5, 2.2], [0.4, -1.7, 1.9]])

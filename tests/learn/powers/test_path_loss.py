@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.powers.known_powers import KnownPowers
-from learn.powers.path_loss import PathLoss, decades
+from learn.powers.known_powers import KnownPowers, PathLoss, decades
 from learn.powers.power_baselines import LogDistance, Mri
 
 GATEWAYS = np.array([[0.0, 0, 2], [9.0, 0, 2]])

@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from learn.powers.covariance_fit import fit_covariance, negative_log_likelihood
-from learn.powers.power_covariance import FADING_DB, PowerCovariance, fading_covariance, squared_separations
+from learn.powers.power_covariance import (
+    FADING_DB,
+    PowerCovariance,
+    fading_covariance,
+    fit_covariance,
+    negative_log_likelihood,
+    squared_separations,
+)
 
 
 @pytest.mark.parametrize("kappa", [0.3, 0.7, 0.95])

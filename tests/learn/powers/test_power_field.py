@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.powers.known_powers import KnownPowers
-from learn.powers.path_loss import decades
+from learn.powers.known_powers import KnownPowers, decades
 from learn.powers.power_baselines import InverseDistance, Kriging, Mean, by_inverse_distance
 from learn.powers.power_covariance import PowerCovariance, squared_separations
 from learn.powers.power_field import PowerField, _Gateway

@@ -7,8 +7,8 @@ import pytest
 
 import bisplat
 from learn.powers.known_powers import KnownPowers
+from learn.powers.power_comparison import score_powers
 from learn.powers.power_field import LEAST_ERRORS, PowerField
-from learn.powers.power_scores import score_powers
 from learn.powers.twin_powers import TwinPowers
 from scenes.files import optional_packages as extras
 from scenes.files.errors import InputError, ParameterError

@@ -1,19 +1,15 @@
-"""What ``bisplat coverage`` writes: arrays, a GeoTIFF that lies the right way up, and figures."""
+"""What ``bisplat coverage`` writes: arrays and figures."""
 
 import json
 import shutil
 
 import numpy as np
 import pytest
-import tifffile
 from PIL import Image
 
 import bisplat
 from learn.reports import coverage_report
-from learn.reports.geotiff import GDAL_METADATA, GDAL_NODATA, KEYS, PIXEL_SCALE, TIE_POINT, write_geotiff
 from scenes.files.errors import InputError
-
-TAGS = (PIXEL_SCALE, TIE_POINT, KEYS, GDAL_METADATA, GDAL_NODATA)
 
 
 @pytest.fixture(scope="module")
@@ -44,35 +40,11 @@ def test_arrays_are_those_of_the_map(coverage, undrawn, tmp_path):
         assert stored["height"] == coverage.height and stored["floor_dbm"] == -57
 
 
-def test_geotiff_has_the_north_at_the_top_and_names_its_bands(coverage, undrawn, tmp_path):
-    bisplat.write_coverage(coverage, tmp_path / "map")
-    with tifffile.TiffFile(tmp_path / "map" / "coverage.tif") as file:
-        bands, tags = file.asarray(), {code: file.pages[0].tags[code].value for code in TAGS}
-    assert bands.dtype == np.float32
-    whole = np.concatenate([coverage.median, coverage.low, coverage.high])
-    np.testing.assert_array_equal(bands, whole[:, ::-1].astype(np.float32))
-    left, _, _, top = coverage.edges
-    step = coverage.step
-    assert tags[PIXEL_SCALE] == (step, step, 0) and tags[TIE_POINT] == (0, 0, 0, left, top, 0)
-    assert tags[KEYS][3] == 4 and len(tags[KEYS]) == 20
-    text = tags[GDAL_METADATA]
-    assert 'sample="0" role="description">Küche &amp;amp; &amp;lt;hall&amp;gt;: median (dBm)<' in text
-    assert 'sample="5" role="description">$roof_1$: 95 % quantile (dBm)<' in text
-    assert tags[GDAL_NODATA] == "nan"
-
-
-def test_single_band_is_a_plain_picture(tmp_path):
-    values = np.arange(6.0).reshape(1, 2, 3)
-    write_geotiff(tmp_path / "map.tif", values, ["median"], (1.0, 2.0), 0.5)
-    np.testing.assert_array_equal(tifffile.imread(tmp_path / "map.tif"), values[0, ::-1])
-
-
 def test_figures_are_there_with_a_scene_and_without_intervals(coverage, tmp_path):
     bisplat.write_coverage(coverage, tmp_path / "map", bisplat.load_scene("lab"))
     files = {path.name for path in (tmp_path / "map").iterdir()}
     assert files == {
         "coverage.npz",
-        "coverage.tif",
         *(f"{a}.{b}" for a in ("coverage", "interval") for b in ("png", "pdf")),
     }
     pixels = np.asarray(Image.open(tmp_path / "map" / "coverage.png").convert("RGB")).reshape(-1, 3)
@@ -85,8 +57,9 @@ def test_method_without_intervals_has_medians_alone(coverage, tmp_path, monkeypa
     monkeypatch.setattr(coverage_report, "draw_coverage", lambda *arguments: None)
     plain = bisplat.coverage_map(coverage.dataset, step=0.5, method="mean")
     bisplat.write_coverage(plain, tmp_path / "map")
-    assert {path.name for path in (tmp_path / "map").iterdir()} == {"coverage.npz", "coverage.tif"}
-    assert tifffile.imread(tmp_path / "map" / "coverage.tif").shape == plain.median.shape
+    assert {path.name for path in (tmp_path / "map").iterdir()} == {"coverage.npz"}
+    with np.load(tmp_path / "map" / "coverage.npz") as stored:
+        assert stored["median"].shape == plain.median.shape and "low" not in stored
 
 
 def test_scene_of_the_folder_is_drawn_or_said_to_be_unreadable(coverage, tmp_path, monkeypatch, capsys):

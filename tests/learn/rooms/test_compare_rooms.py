@@ -18,15 +18,8 @@ import bisplat
 import learn.rooms.compare_rooms as compare_module
 from bisplat.__main__ import main
 from learn.reports.score_report import write_room_comparison
-from learn.rooms.known_in_room import KnownInRoom
-from learn.rooms.neighbour_attention import (
-    AttentionOverNeighbours,
-    NeighbourAttention,
-    RoomTensors,
-    _to_all_pixels,
-    local_places,
-)
-from learn.rooms.room_methods import TwinInRoom
+from learn.rooms.neighbour_attention import NeighbourAttention, RoomTensors, local_places, to_all_pixels
+from learn.rooms.room_methods import AttentionOverNeighbours, KnownInRoom, TwinInRoom
 from learn.twin.twin_model import Twin
 from scenes.storage.scene_yaml import load_scene
 
@@ -161,7 +154,7 @@ def test_coarse_pixels_are_interpolated_where_they_look():
     azimuth, elevation = np.radians(np.arange(360)), np.radians(np.arange(90))
     coarse_azimuth, coarse_elevation = np.radians(np.arange(60) * 6 + 2.5), np.radians(np.arange(15) * 6 + 2.5)
     coarse = torch.from_numpy(np.cos(coarse_azimuth - 0.3) * np.sin(coarse_elevation)[:, None])[None, None]
-    fine = _to_all_pixels(coarse)[0, 0].numpy()
+    fine = to_all_pixels(coarse)[0, 0].numpy()
     expected = np.cos(azimuth - 0.3) * np.sin(elevation)[:, None]
     np.testing.assert_allclose(fine[3:-3], expected[3:-3], atol=0.004)
 
@@ -203,7 +196,7 @@ def test_attention_learns(rooms, monkeypatch):
 
     before, ticks = loss(), itertools.count(0, 0.1)
     clock = SimpleNamespace(monotonic=lambda: next(ticks))  # a step takes a tenth of a second
-    monkeypatch.setattr("learn.rooms.neighbour_attention.time", clock)
+    monkeypatch.setattr("learn.rooms.room_methods.time", clock)
     method.learn(datasets[:1], 0.02, seed=0)
     assert method.steps in (11, 12) and loss() < before
 
@@ -256,7 +249,7 @@ def test_an_interrupted_comparison_goes_on_with_the_missing_rows(rooms, tmp_path
 
 def test_an_edited_class_is_measured_again(rooms, tmp_path, monkeypatch):
     hashes = iter(["first", "second"])
-    monkeypatch.setattr("learn.comparison.own_method.source_hash", lambda method: next(hashes))
+    monkeypatch.setattr("learn.comparison.method_factories.source_hash", lambda method: next(hashes))
     Truth.seen = []
     for _ in range(2):
         rows = bisplat.compare_rooms(rooms, {"a": Truth}, given=[3], output=tmp_path / "kept").rows

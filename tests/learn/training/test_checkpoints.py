@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import torch
 
-from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.gradient_steps import Training
+from learn.training.lightning_trainer import LAST, PREVIOUS, read_checkpoint
 from learn.training.train import train_run
 from scenes.files import atomic
 from scenes.files.errors import InputError

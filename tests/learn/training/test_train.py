@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -21,7 +22,7 @@ import bisplat
 from learn.data.metrics import ssim
 from learn.evaluation.evaluate import evaluate
 from learn.models.capabilities import WEAK
-from learn.models.model_settings import Processes, Steps
+from learn.models.model_settings import Steps
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.mlp import ResponseMLP
 from learn.models.quadrature import L1_WEIGHT, SSIM_WEIGHT, composite_loss, quadrature
@@ -29,9 +30,9 @@ from learn.reports.evaluation_report import write_evaluation
 from learn.reports.provenance import Provenance
 from learn.training import gradient_steps as by_steps
 from learn.training import validation_part as epochs
-from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
 from learn.training.gradient_steps import Batches, Training
+from learn.training.lightning_trainer import LAST, PREVIOUS, read_checkpoint
 from learn.training.registry import model_class
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
@@ -519,13 +520,13 @@ from pathlib import Path
 import torch
 from torch.utils.data.distributed import DistributedSampler
 import learn.training.validation_part
-from learn.models.model_settings import Processes, Steps
+from learn.models.model_settings import Steps
 from learn.training.config import Config
 from learn.training.train import train_run
 
 learn.training.validation_part.STEPS_PER_VALIDATION = 6
 torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
-train_run({config!r}, Path(sys.argv[1]), Processes(devices=2))
+train_run({config!r}, Path(sys.argv[1]), {{"devices": 2}})
 """
 
 
@@ -548,11 +549,19 @@ def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, t
     assert one[-1][1] < 0.98 * one[0][1]
 
 
-def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path, monkeypatch):
-    monkeypatch.setattr(torch.cuda, "device_count", lambda: 4)
-    expected = f"batch_size: expected a multiple of the number of devices, 3, found {tiny_config.by_steps.batch_size}"
-    with pytest.raises(InputError, match=expected):
-        train_run(tiny_config, tmp_path / "run", Processes(devices=3))
+@pytest.mark.parametrize(
+    ("trainer", "expected"),
+    [
+        ({"devices": 3}, "batch_size: expected a multiple of the number of devices, 3, found 2"),
+        ({"num_nodes": 3}, "batch_size: expected a multiple of the number of devices, 3, found 2"),
+        ({"devices": 0}, "trainer: expected arguments of Lightning's Trainer"),
+        ({"max_epochs": 2}, "trainer: expected some of accelerator, devices, num_nodes, strategy, found 'max_epochs'"),
+    ],
+)
+def test_place_of_a_training_that_is_impossible_is_refused(tiny_config, changed, tmp_path, trainer, expected):
+    config = changed(tiny_config, batch_size=2)
+    with pytest.raises(InputError, match=re.escape(expected)):
+        train_run(config, tmp_path / "run", {"accelerator": "cpu", **trainer})
     assert not (tmp_path / "run").exists()
 
 

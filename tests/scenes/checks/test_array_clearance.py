@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scenes.checks.array_clearance import element_positions, obstruction
+from scenes.checks.occupancy import element_positions, obstruction
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter

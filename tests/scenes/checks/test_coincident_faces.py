@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from trimesh import Trimesh
 
-from scenes.checks.coincident_faces import drawn_twice
+from scenes.importing.drawn_walls import drawn_twice
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box, sheet
 from tests.small_scene import small_scene

@@ -12,7 +12,6 @@ from matplotlib.image import imread
 from matplotlib.patches import Rectangle
 from trimesh import Trimesh
 
-from scenes.checks import depth_buffer
 from scenes.checks.enclosure import ceiling_height
 from scenes.drawing import perspective, scene_drawing
 from scenes.drawing.doors import closed_leaves
@@ -30,7 +29,7 @@ from scenes.storage.scene_yaml import load_scene
 @pytest.fixture(autouse=True)
 def little_memory(monkeypatch):
     """Fewer pairs of triangles and pixels at once, which changes no picture."""
-    monkeypatch.setattr(depth_buffer, "PAIRS", 400_000)
+    monkeypatch.setattr(perspective, "PAIRS", 400_000)
 
 
 def colored(image, color):

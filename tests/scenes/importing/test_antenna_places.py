@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from scenes.importing.antenna_places import antenna_warnings
+from scenes.importing.import_doubts import antenna_warnings
 from scenes.places.closet import closet
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject

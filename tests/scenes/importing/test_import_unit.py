@@ -9,8 +9,9 @@ import trimesh
 from bisplat.__main__ import main
 from scenes.drawing import scene_drawing
 from scenes.files.errors import InputError
-from scenes.importing import import_unit
-from scenes.importing.import_unit import METRES, unit_doubt
+from scenes.importing import import_doubts as import_unit
+from scenes.importing.import_doubts import unit_doubt
+from scenes.importing.lengths import METRES
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing

@@ -7,7 +7,8 @@ from trimesh import Trimesh
 
 from scenes.files.errors import InputError
 from scenes.importing.imported_file import read_file
-from scenes.importing.mesh_import import import_objects, import_scene
+from scenes.importing.imported_objects import import_objects
+from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.closed_parts import closed_parts
 from scenes.scene.shapes import box

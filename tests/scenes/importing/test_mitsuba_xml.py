@@ -13,7 +13,8 @@ from scenes.files.errors import InputError
 from scenes.importing import mitsuba_xml
 from scenes.importing.formats.mesh_part import MeshFile, MeshPart
 from scenes.importing.imported_file import read_file
-from scenes.importing.mesh_import import import_objects, import_scene
+from scenes.importing.imported_objects import import_objects
+from scenes.importing.mesh_import import import_scene
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.materials import p2040_material

@@ -7,8 +7,7 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-from scenes.importing.plates import plates
-from scenes.importing.thick_walls import walls_as_sheets
+from scenes.importing.thick_walls import mid_surfaces, walls_as_sheets
 from scenes.places.office import office
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
@@ -74,10 +73,10 @@ def test_openings_stay_open():
 def test_boxes_without_ends_and_mitred_walls_are_plates():
     wall = box((3, 0.5, 0), (3.2, 3.5, Z))
     open_ends = Trimesh(wall.vertices, wall.faces[np.abs(wall.face_normals[:, 2]) < 0.5], process=False)
-    assert [plate.thickness for plate in plates(open_ends, 0.4)] == pytest.approx([0.2])
+    assert [plate.thickness for plate in mid_surfaces(open_ends, 0.4)] == pytest.approx([0.2])
     mitred = wall.copy()
     mitred.vertices[(wall.vertices[:, 0] > 3.1) & (wall.vertices[:, 1] > 2)] += [0, 0.2, 0]
-    (plate,) = plates(mitred, 0.4)
+    (plate,) = mid_surfaces(mitred, 0.4)
     assert plate.thickness == 0.2
     assert Trimesh(plate.sheet.reshape(-1, 3), np.arange(6).reshape(2, 3)).area == pytest.approx(3.2 * Z)  # no gap
 

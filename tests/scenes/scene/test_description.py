@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from trimesh import Trimesh
 
-from scenes.checks.material_frequency import doubts
-from scenes.checks.validation import validate
+from scenes.checks.validation import doubts, validate
 from scenes.drawing.scene_drawing import describe_scene, draw_scene
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene import description

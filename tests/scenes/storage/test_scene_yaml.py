@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.files.output_folder import locked

@@ -11,14 +11,11 @@ import pytest
 
 import bisplat
 from scenes.files.errors import InputError, ParameterError
-from scenes.scene.same_array import with_same_array
 from simulate.dataset.metadata import read_metadata_file
 from simulate.engines.engine_table import ENGINES
-from simulate.fullwave.dipole import free_space_response
-from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import simulate
 from tests.folders import contents
-from tests.simulate.engines.free_space import UP, FreeSpace, FreeSpaceField
+from tests.simulate.engines.free_space import FreeSpace, FreeSpaceField
 
 ROOT = Path(__file__).parents[3]
 
@@ -106,18 +103,6 @@ def test_options_that_do_not_fit_are_refused(known, tmp_path, options, sentence)
     with pytest.raises(ParameterError, match=sentence):
         simulate("closet", tmp_path / "data", n=4, **options)
     assert not list(tmp_path.iterdir())
-
-
-def test_it_takes_another_frequency_and_an_array_that_moves(known, tmp_path):
-    """One frequency at a time; with several, or with a band, it is refused above."""
-    scene = bisplat.load_scene("closet")
-    made = simulate(scene, tmp_path / "a", n=4, engine=FreeSpace(), frequencies=("2.4 GHz",), moving="receiver")
-    assert made.frequency.hertz == 2.4e9
-    there = with_same_array(scene, 2.4e9)
-    elements = made.positions[:, None] + element_offsets(there.gateway, there.wavelength)
-    sender = np.array(scene.gateway.position)
-    expected = [free_space_response(sender, UP, each, UP, 2.4e9) for each in elements]
-    np.testing.assert_allclose(made.responses, expected, rtol=1e-4)
 
 
 def test_an_option_stands_in_signature_and_docstring():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from simulate.exchange.csi_export import export_csi
 from simulate.generation.simulation import simulate

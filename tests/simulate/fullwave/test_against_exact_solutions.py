@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import quad_vec
 from scipy.special import j0
 
-from benchmarks.ledger.half_plane import half_plane_response
-from scenes.checks.array_clearance import element_positions
+from benchmarks.ledger.exact_fields import free_space_response, half_plane_response
+from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
@@ -17,7 +17,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.permittivity import relative_permittivity
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency

@@ -3,29 +3,11 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from scenes.places.closet import closet
-from simulate.dataset.dataset import Dataset
-from simulate.fullwave import run_cost
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.generation.simulation import simulate
 
 CLOSET = Path(__file__).parents[2] / "data" / "closet"
-
-
-@pytest.fixture(scope="module")
-def dataset(tmp_path_factory) -> Dataset:
-    folder = tmp_path_factory.mktemp("full-wave") / "closet"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_cost, "stored_field", lambda *_: pytest.fail("no run is needed"))
-        return simulate("closet", folder, n=40, engine="fullwave", field=CLOSET)
-
-
-def test_spectra_are_those_of_the_field(dataset):
-    assert dataset.metadata["engine"] == "fullwave" and dataset.metadata["fullwave"]["cell"] == 0.02
-    stored = read_stored_field(CLOSET / "field.npz").responses(dataset.positions)
-    np.testing.assert_allclose(dataset.responses, stored, rtol=1e-6)
 
 
 def test_field_is_small_and_settled_and_says_its_error():

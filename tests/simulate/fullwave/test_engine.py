@@ -11,67 +11,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenes.checks.array_clearance import element_positions
+from benchmarks.ledger.exact_fields import free_space_response
+from scenes.checks.occupancy import element_positions
 from scenes.files import optional_packages
 from scenes.files.errors import InputError, ParameterError
-from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
-from scenes.scene.materials import p2040_materials
-from scenes.scene.orientation import facing
-from scenes.scene.permittivity import VACUUM_PERMEABILITY
-from scenes.scene.shapes import sheet
-from scenes.storage.scene_writing import write_scene
+from scenes.scene.description import Scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave import all_elements, element_fields, gprmax
-from simulate.fullwave.dipole import GAIN, free_space_response
-from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
+from tests.simulate.fullwave.free_space_solver import FreeSpaceSolver, floor_and_two_elements, replace_solver
 
 
 @pytest.fixture
 def scene() -> Scene:
-    """A floor, an array of two elements and a small region."""
-    floor = SceneObject("floor", sheet((0, 0, 0), (1.2, 0, 0), (0, 1.0, 0)), "concrete")
-    gateway = Gateway((1.0, 0.5, 0.5), facing((-1, 0, 0)), rows=2, columns=1, pattern="dipole")
-    region = Transmitter((0.35, 0.3, 0.3), (0.6, 0.7, 0.6), pattern="dipole")
-    return Scene("small", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
-
-
-class Solver:
-    """In place of the solver, the field in free space."""
-
-    def __init__(self) -> None:
-        self.sources: list[np.ndarray] = []
-        self.interrupted_at: int | None = None
-
-    def solve(self, cells, grid, sources, box, steps, earliest, report):
-        if len(self.sources) == self.interrupted_at:
-            raise KeyboardInterrupt
-        self.sources += [source.position for source in sources]
-        report(steps)
-        index = np.stack(np.meshgrid(*(np.arange(*span) for span in box.T), indexing="ij"), axis=-1)
-        points = np.asarray(grid.origin) + grid.cell * (index.reshape(-1, 3) + 0.5)
-        found = []
-        for source in sources:
-            # The engine multiplies by this factor; the frequency is that of the grid.
-            factor = GAIN * SPEED_OF_LIGHT / 915e6 / (-2j * np.pi * source.frequency * VACUUM_PERMEABILITY)
-            fields = [
-                free_space_response(source.position, source.direction, points, axis, 915e6) / factor
-                for axis in np.eye(3)
-            ]
-            found.append(SourceField(np.stack(fields).reshape(3, *index.shape[:3]), 1e-4, steps))
-        return found
+    return floor_and_two_elements()
 
 
 @pytest.fixture
-def solver(monkeypatch) -> Solver:
-    """Takes the solver's place."""
-    instead = Solver()
-    monkeypatch.setattr(element_fields, "solve", instead.solve)
-    monkeypatch.setattr(element_fields, "MOST_AT_ONCE", 1)
-    return instead
+def solver(monkeypatch) -> FreeSpaceSolver:
+    return replace_solver(monkeypatch)
 
 
 def test_dataset_has_the_responses_of_the_field(scene, solver, tmp_path):
@@ -103,15 +63,6 @@ def test_elements_at_given_places_are_run_at_these_places(scene, solver, tmp_pat
     other = replace(given, gateway=replace(given.gateway, elements=places[:2]))
     with pytest.raises(InputError, match=r"whose array is \{'positions_m'.* instead of"):
         simulate(other, tmp_path / "other", n=20, engine="fullwave", field=tmp_path / "small")
-
-
-def test_more_positions_come_from_the_stored_field(scene, solver, tmp_path):
-    first = simulate(scene, tmp_path / "few", n=12, engine="fullwave", cell=0.03)
-    more = simulate(scene, tmp_path / "more", n=40, engine="fullwave", field=tmp_path / "few")
-    assert len(solver.sources) == 2
-    field = read_stored_field(tmp_path / "few" / "field.npz")
-    assert np.array_equal(more.responses, field.responses(more.positions))
-    assert np.array_equal(first.responses, field.responses(first.positions))
 
 
 def test_interrupted_runs_are_continued(scene, solver, tmp_path):
@@ -160,17 +111,6 @@ def test_settings_that_do_not_fit_are_refused_before_anything_is_written(scene, 
     assert not (tmp_path / "a").exists()
 
 
-def test_element_near_a_conductor_needs_small_cells(scene, solver, tmp_path):
-    fin = SceneObject("fin", sheet((0.98, 0.3, 0.3), (0, 0.4, 0), (0, 0, 0.4)), "metal")
-    materials = p2040_materials(["concrete", "metal"], 915e6)
-    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.01 m, since element 1 is 0\.02 m from a cond"):
-        simulate(
-            replace(scene, objects=(*scene.objects, fin), materials=materials), tmp_path / "a", n=4, engine="fullwave",
-            cell=0.03,
-        )  # fmt: skip
-    assert not (tmp_path / "a").exists()
-
-
 def test_gpu_is_asked_of_the_solver(scene, monkeypatch, tmp_path):
     commands = []
 
@@ -185,15 +125,6 @@ def test_gpu_is_asked_of_the_solver(scene, monkeypatch, tmp_path):
     assert commands and all(command[-1] == "-gpu" for command in commands)
     with pytest.raises(ParameterError, match="gpu: expected none, or the engine fullwave"):
         simulate(scene, tmp_path / "rays", n=4, gpu=True)
-
-
-def test_field_of_another_scene_is_refused(scene, solver, tmp_path):
-    simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
-    write_scene(scene, tmp_path / "scene")
-    text = (tmp_path / "scene" / "scene.yaml").read_text().replace("915", "920")
-    (tmp_path / "scene" / "scene.yaml").write_text(text)
-    with pytest.raises(InputError, match=r"that of 'small', whose frequency is 9\.15e\+08 Hz instead of 9\.2e\+08 Hz"):
-        simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "small")
 
 
 def test_what_differs_in_the_scene_of_a_field_is_named(scene, solver, tmp_path):
@@ -240,18 +171,6 @@ def test_field_that_does_not_fit_is_refused_and_not_copied(scene, solver, tmp_pa
     assert len(simulate(scene, tmp_path / "more", **again).names) == 5
 
 
-def test_stored_field_of_other_elements_in_the_dataset_is_made_again(scene, solver, tmp_path, capsys):
-    """Version 0.2.0 left such a copy behind."""
-    settings = {"n": 4, "engine": "fullwave", "cell": 0.03}
-    folder = simulate(scene, tmp_path / "small", **settings).folder
-    field = read_stored_field(folder / FIELD)
-    whole = change_field(folder, values=field.values[:1], unsettled=field.unsettled[:1])
-    simulate(scene, folder, **settings)
-    assert read_stored_field(folder / FIELD).values.shape == field.values.shape
-    assert "found that of 1 elements; it is made again" in capsys.readouterr().err
-    assert len(whole) == (folder / FIELD).stat().st_size
-
-
 def test_damaged_field_of_a_finished_dataset_is_solved_again(scene, solver, tmp_path, capsys):
     folder = simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03).folder
     field, runs = (folder / FIELD).read_bytes(), len(solver.sources)
@@ -277,13 +196,6 @@ def test_damaged_file_of_an_element_is_solved_again(scene, solver, tmp_path, mon
     assert (simulate(scene, tmp_path / "small", **settings).pictures == whole.pictures).all()
     assert len(solver.sources) == 2 * runs + 1
     assert f"bisplat: {element}: expected the stored field" in capsys.readouterr().err
-
-
-def test_dataset_is_made_once_more_by_its_own_settings(scene, solver, tmp_path):
-    first = simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
-    again = simulate(tmp_path / "small", tmp_path / "again")
-    assert len(solver.sources) == 4
-    assert np.array_equal(first.pictures, again.pictures)
 
 
 def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(scene, solver, monkeypatch, tmp_path):

@@ -2,7 +2,6 @@
 
 import re
 
-import numpy as np
 import pytest
 
 from scenes.files.errors import InputError, ParameterError
@@ -10,7 +9,6 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.fullwave import run_cost
 from simulate.fullwave.run_cost import machine_memory, memory_of_runs, require_memory, runs_at_once
 from simulate.fullwave.run_plan import plan
-from simulate.generation.simulation import simulate
 
 CLOSET = load_scene("closet")
 REGION = CLOSET.transmitter.region
@@ -56,17 +54,3 @@ def test_scene_for_which_no_cells_fit(machine):
         InputError, match=r"closet: expected a smaller scene, or a Ray cluster .*0\.001 GB, and the waves need"
     ):
         require_memory(CLOSET, REGION, COARSE)
-
-
-def test_nothing_is_written_by_a_simulation_that_does_not_fit(machine, tmp_path):
-    machine(10**6)
-    with pytest.raises(InputError, match="closet: expected a smaller scene"):
-        simulate(CLOSET, tmp_path / "data", n=2, engine="fullwave")
-    assert not list(tmp_path.iterdir())
-
-
-def test_memory_grows_with_cells_and_runs():
-    assert memory_of_runs(FINE, ELEMENTS, 1) > 4 * memory_of_runs(COARSE, ELEMENTS, 1)
-    one, four, all_of_them = (memory_of_runs(COARSE, ELEMENTS, number) for number in (1, 4, 100))
-    assert one < four < all_of_them == memory_of_runs(COARSE, ELEMENTS, ELEMENTS)
-    assert np.isfinite(all_of_them)

@@ -1,30 +1,28 @@
 """Several frequencies in full wave: which of them one run solves, and the datasets that are made of their fields."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from scenes.checks.array_clearance import element_positions
-from scenes.files.errors import InputError, ParameterError
+from benchmarks.ledger.exact_fields import free_space_response
+from scenes.checks.occupancy import element_positions
+from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial, p2040_materials
 from scenes.scene.orientation import facing
-from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.fullwave import element_fields
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.dipole import GAIN, element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.fullwave.frequency_groups import LARGEST_DIFFERENCE, LEAST_LEVEL, frequency_groups
 from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.run_plan import BandPlan, Plan
-from simulate.fullwave.solver import BandField, SourceField
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.generation.simulation import simulate
+from tests.simulate.fullwave.free_space_solver import FreeSpaceSolver, floor_and_two_elements, replace_solver
 
 NEAR, FAR = (905e6, 915e6, 925e6), 1.8e9
 SETTINGS = {"n": 6, "engine": "fullwave", "cell": 0.018, "workers": 1, "frequencies": (*NEAR, FAR)}
@@ -33,54 +31,13 @@ SETTINGS = {"n": 6, "engine": "fullwave", "cell": 0.018, "workers": 1, "frequenc
 
 @pytest.fixture
 def scene() -> Scene:
-    """A floor, an array of two elements and a small region."""
-    floor = SceneObject("floor", sheet((0, 0, 0), (1.2, 0, 0), (0, 1.0, 0)), "concrete")
-    gateway = Gateway((1.0, 0.5, 0.5), facing((-1, 0, 0)), rows=2, columns=1, pattern="dipole")
     region = Transmitter((0.35, 0.4, 0.4), (0.5, 0.6, 0.5), pattern="dipole")
-    return Scene("small", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
-
-
-class Solver:
-    """In place of the solver, the field in free space."""
-
-    def __init__(self) -> None:
-        self.runs: list[list[int]] = []
-        self.interrupted_at: int | None = None
-
-    def solve(self, cells, grid, sources, box, steps, earliest, report):
-        field = self.solve_band(
-            cells, grid, sources, np.array([sources[0].frequency]), None, box, steps, earliest, 1, report
-        )
-        return [SourceField(each.phasors[0], each.unsettled, each.steps) for each in field]
-
-    def solve_band(self, cells, grid, sources, frequencies, axes, box, steps, earliest, watched, report):
-        if len(self.runs) == self.interrupted_at:
-            raise KeyboardInterrupt
-        assert watched == len(frequencies)
-        self.runs.append(sorted((frequencies / 1e6).round(-1).astype(int).tolist()))
-        index = np.stack(np.meshgrid(*(np.arange(*span) for span in box.T), indexing="ij"), axis=-1)
-        points = np.asarray(grid.origin) + grid.cell * (index.reshape(-1, 3) + 0.5)
-        (source,) = sources
-        found = []
-        on_grid = {numerical_frequency(SPEED_OF_LIGHT / each, grid.cell): each for each in (*NEAR, FAR)}
-        for driven in frequencies:
-            frequency = on_grid[driven]
-            factor = GAIN * SPEED_OF_LIGHT / frequency / (-2j * np.pi * driven * VACUUM_PERMEABILITY)
-            along = [
-                free_space_response(source.position, source.direction, points, axis, frequency) for axis in np.eye(3)
-            ]
-            found.append(np.stack(along).reshape(3, *index.shape[:3]) / factor)
-        return [BandField(np.stack(found), 1e-4, steps)]
+    return replace(floor_and_two_elements(), transmitter=region)
 
 
 @pytest.fixture
-def solver(monkeypatch) -> Solver:
-    """Takes the solver's place."""
-    instead = Solver()
-    monkeypatch.setattr(element_fields, "solve", instead.solve)
-    monkeypatch.setattr(element_fields, "solve_band", instead.solve_band)
-    monkeypatch.setattr(element_fields, "MOST_AT_ONCE", 1)
-    return instead
+def solver(monkeypatch) -> FreeSpaceSolver:
+    return replace_solver(monkeypatch)
 
 
 TOGETHER, ALONE = [900, 910, 920], [1790]
@@ -213,26 +170,3 @@ def test_field_of_several_frequencies_serves_other_datasets(scene, solver, tmp_p
         simulate(scene, tmp_path / "other", n=9, **field, frequencies=(950e6,))
     with pytest.raises(InputError, match=r"one: expected a field at 925 MHz, found one at 915 MHz"):
         simulate(scene, tmp_path / "other", n=9, engine="fullwave", field=tmp_path / "one", frequencies=(925e6,))
-
-
-def test_array_at_given_places_and_one_that_moves(scene, solver, tmp_path):
-    places = ((0.0, 0.0, 0.0), (0.05, 0.02, 0.03), (-0.04, 0.06, -0.02))
-    given = replace(scene, gateway=replace(scene.gateway, rows=4, columns=4, elements=places))
-    settings = {**SETTINGS, "cell": 0.03, "frequencies": NEAR}
-    simulate(given, tmp_path / "given", **settings)
-    found = read_dataset(tmp_path / "given", 925e6)
-    expected = free_space(given, found.positions, 925e6)
-    assert np.linalg.norm(found.responses - expected) < 0.08 * np.linalg.norm(expected) and len(solver.runs) == 3
-    simulate(given, tmp_path / "moving", **settings, moving="receiver")
-    assert solver.runs == [TOGETHER] * 4  # of one antenna, at the gateway's place
-    moved = read_dataset(tmp_path / "moving", 905e6)
-    places = [element_positions(replace(given.gateway, position=tuple(each)), 1.0) for each in moved.positions]
-    up, fixed = np.array([0.0, 0.0, 1.0]), np.asarray(given.gateway.position)
-    expected = np.stack([free_space_response(fixed, up, each, up, 905e6) for each in places])
-    assert np.linalg.norm(moved.responses - expected) < 0.08 * np.linalg.norm(expected)
-
-
-def test_cells_must_resolve_the_highest_frequency(scene, solver, tmp_path):
-    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.0181 m, for wavelengths in these materials"):
-        simulate(scene, tmp_path / "data", **{**SETTINGS, "cell": 0.02})
-    assert not Path(tmp_path / "data").exists()

@@ -3,8 +3,6 @@
 import errno
 import os
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,7 +27,6 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.measurement import Measurement
 from simulate.spectra.spectrum import picture
 from tests.folders import contents
-from tests.killing import finish, kill_and_finish, moments
 
 COUNT = 7
 
@@ -168,16 +165,6 @@ def test_run_killed_at_any_write_ends_with_the_same_bytes(function, request_of, 
     assert number > COUNT + 5
 
 
-def test_run_killed_while_tidying_up_ends_with_the_same_bytes(request_of, tmp_path, monkeypatch, quick):
-    generate(request_of, tmp_path / "whole")
-    with monkeypatch.context() as patch:
-        killed_at(patch, shutil, "rmtree", 1)  # the first is for the temporary folder of the scene
-        with pytest.raises(KeyboardInterrupt):
-            generate(request_of, tmp_path / "killed")
-    generate(request_of, tmp_path / "killed")
-    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
-
-
 def cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-20])
 
@@ -300,26 +287,6 @@ def test_another_request_into_the_same_folder_is_refused_and_changes_nothing(wha
     assert contents(finished) == before
 
 
-def test_folder_with_other_files_is_refused(request_of, tmp_path):
-    (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(InputError, match="found other files in it"):
-        generate(request_of, tmp_path)
-    assert contents(tmp_path) == {"thesis.tex": b"years of work"}
-
-
-@pytest.mark.parametrize("text", ["{", "[]"])
-def test_folder_with_other_metadata_is_refused(text, request_of, tmp_path):
-    (tmp_path / "metadata.json").write_text(text)
-    with pytest.raises(InputError, match=r"metadata\.json: expected"):
-        generate(request_of, tmp_path)
-    assert contents(tmp_path) == {"metadata.json": text.encode()}
-
-
-def test_empty_folder_is_taken(request_of, tmp_path, quick):
-    generate(request_of, tmp_path)
-    assert inspect(tmp_path).problems == []
-
-
 def test_names_have_five_digits_or_as_many_as_needed():
     assert picture_names(2) == ["00001", "00002"]
     assert picture_names(99_999)[-1] == "99999"
@@ -371,15 +338,6 @@ def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, 
     assert contents(tmp_path / "again") == contents(finished)
 
 
-@pytest.mark.parametrize("mechanism", ["diffraction", "diffuse"])
-def test_diffraction_and_scattering_of_older_datasets_are_sionnas(mechanism):
-    older = Rays.of({"propagation": {"max_depth": 3, mechanism: True, "rays": 20_000, "seed": 1}}).propagation
-    assert older.sionna and getattr(older, mechanism)
-    assert not Rays.of({"propagation": {"max_depth": 3, "rays": 20_000, "seed": 1}}).propagation.sionna
-    request = Propagation(max_depth=3, **{mechanism: True})
-    assert Rays.of({"propagation": vars(request)}).propagation == request
-
-
 def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_path):
     changed = shutil.copytree(finished, tmp_path / "changed")
     lines = (changed / "tx_pos.csv").read_text().splitlines()
@@ -396,11 +354,6 @@ def test_folder_whose_metadata_contradict_its_scene_is_not_made_again(finished, 
         read_request(changed)
 
 
-def test_folder_of_somebody_else_is_not_made_again(tmp_path):
-    with pytest.raises(InputError, match=r"metadata.json: expected the metadata of a simulated dataset"):
-        read_request(tmp_path)
-
-
 def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, quick):
     measured = replace(request_of, measurement=Measurement(snr_db=20.0), power=True)
     generate(measured, tmp_path / "measured")
@@ -412,46 +365,3 @@ def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, 
     power = np.asarray(Image.open(tmp_path / "measured" / "power_db" / "00003.tif"))
     np.testing.assert_allclose(power, Beamformer().power_db(found.responses[2]), atol=1e-3)
     assert not (tmp_path / "ideal" / "power_db").exists()
-
-
-SLOW_RUN = """
-import sys, time
-from pathlib import Path
-import numpy as np
-import simulate.rays.expected_correlation
-import simulate.rays.tracer
-from simulate.engines.rays_engine import Rays
-from simulate.generation import generate as module
-from simulate.generation.request import read_request
-
-class Slow:
-    def __init__(self, *arguments):
-        pass
-
-    def responses(self, positions):
-        time.sleep(0.1)
-        return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
-
-simulate.rays.tracer.Tracer, module.PART = Slow, 1
-simulate.rays.expected_correlation.expected_correlation = lambda *arguments: None
-print("ready", flush=True)
-module.generate(read_request(Path(sys.argv[1])), Path(sys.argv[2]))
-"""
-
-
-@pytest.mark.kill
-def test_killed_with_signal_9_at_random_moments_ends_with_the_same_bytes(request_of, tmp_path, quick):
-    generate(request_of, tmp_path / "whole")
-    after = moments(0, finish(SLOW_RUN, tmp_path / "whole", tmp_path / "measured"))
-    assert kill_and_finish(SLOW_RUN, tmp_path / "whole", tmp_path / "killed", after=after)
-    for name in ("measured", "killed"):
-        assert contents(tmp_path / name) == contents(tmp_path / "whole")
-
-
-def test_folder_that_cannot_be_written_is_one_sentence(tmp_path):
-    (tmp_path / "file").write_text("")
-    command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-n", "2", "--max-depth", "0"]
-    done = subprocess.run([*command, "-o", tmp_path / "file" / "d"], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"bisplat: {tmp_path}/file")
-    assert len(done.stderr.splitlines()) == 1

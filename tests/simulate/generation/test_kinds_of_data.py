@@ -10,14 +10,13 @@ from scipy.spatial.transform import Rotation
 
 import bisplat
 from learn.evaluation.check import check
-from learn.evaluation.engines import compare_engines
 from learn.view.subject import subject
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.exchange.convert import convert
-from simulate.exchange.deepmimo_export import export_deepmimo
+from simulate.exchange.reading_options import Conversion
 from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.generation.simulation import simulate
 from simulate.rays.chain_solver import Found
@@ -85,12 +84,6 @@ def test_each_kind_is_made_again_to_the_last_byte(kind, tmp_path):
     assert contents(tmp_path / "again") == contents(tmp_path / "first")
 
 
-def test_band_is_made_again_and_repaired(over_band, tmp_path):
-    again = simulate(over_band.folder, tmp_path / "again")
-    assert (tmp_path / "again/channels.npz").read_bytes() == (over_band.folder / "channels.npz").read_bytes()
-    np.testing.assert_array_equal(again.band_responses, over_band.band_responses)
-
-
 def test_noise_is_independent_at_each_subcarrier(scene, tmp_path):
     noisy = simulate(
         scene,
@@ -108,22 +101,6 @@ def test_noise_is_independent_at_each_subcarrier(scene, tmp_path):
     np.testing.assert_array_equal(noisy.band_responses[..., 4], noisy.responses)
     of_carrier = noisy.beamformer.spectrum(noisy.responses)
     np.testing.assert_allclose(noisy.spectra, normalise(of_carrier), atol=0.51 / 255)
-
-
-def test_band_whose_width_no_one_states_is_refused(over_band, tmp_path):
-    arrays = dict(np.load(over_band.folder / "channels.npz"))
-    other = simulate(over_band.folder, tmp_path / "data").folder
-    np.savez(other / "channels.npz", **{**arrays, "band": arrays["band"][..., :-1]})
-    with pytest.raises(InputError, match="expected responses of 4 positions × 6 elements × 6 subcarriers"):
-        read_dataset(other)
-
-
-def test_band_that_is_too_wide_for_its_carrier_is_refused(over_band, tmp_path):
-    folder = simulate(over_band.folder, tmp_path / "data").folder
-    metadata = json.loads((folder / "metadata.json").read_text())
-    (folder / "metadata.json").write_text(json.dumps(metadata | {"band": {"bandwidth": 5e8, "subcarriers": 6}}))
-    with pytest.raises(InputError, match=r"metadata.json: band\.bandwidth: expected at most 20% of the carrier"):
-        read_dataset(folder)
 
 
 @pytest.mark.usefixtures("quick_fits")
@@ -177,12 +154,6 @@ def test_frequency_that_a_folder_lacks_is_refused(of_three, over_band):
         read_dataset(of_three, 2.4)
 
 
-def test_folder_of_one_frequency_needs_no_choice(scene, tmp_path):
-    made = simulate(scene, tmp_path, 4, propagation=SIGHT, frequencies=("2 GHz",))
-    assert read_dataset(tmp_path).frequency.hertz == 2e9 and read_dataset(tmp_path).array == made.array
-    assert check(tmp_path).valid
-
-
 def test_check_tells_of_several_frequencies(of_three):
     found = check(of_three)
     assert found.valid and any("915 MHz, 1 GHz, 2.4 GHz" in each for each in found.warnings)
@@ -212,24 +183,6 @@ def test_one_frequency_becomes_a_dataset_of_its_own(of_three, tmp_path):
     assert said == ["kept the spectra of 2.4 GHz: 5 (freq.txt lists 915 MHz, 1 GHz, 2.4 GHz)"]
     for name in ("pictures", "responses", "positions", "train", "test"):
         np.testing.assert_array_equal(getattr(one, name), getattr(of_folder, name))
-
-
-def test_what_does_not_fit_a_simulated_folder_of_several_frequencies_is_refused(of_three, tmp_path):
-    for option, value in {"flip_elevation": True, "quantity": "power", "one_per_position": 1}.items():
-        with pytest.raises(ParameterError, match=f"{option}: expected none for a simulated folder"):
-            convert(of_three, tmp_path / "one", Conversion(frequency="2.4 GHz", **{option: value}))
-    folder = shutil.copytree(of_three, tmp_path / "pictures")
-    (folder / "channels.npz").unlink()
-    with pytest.raises(InputError, match=r"channels\.npz: expected the folder's responses, found no such file"):
-        convert(folder, tmp_path / "one", Conversion(frequency="2.4 GHz"))
-
-
-def test_interrupted_part_of_several_frequencies_is_finished(scene, of_three, tmp_path):
-    again = tmp_path / "again"
-    simulate(scene, again, 5, propagation=SIGHT, frequencies=("2.4 GHz", 915e6, 1e9))
-    (again / "spectrum/00012.png").unlink()
-    simulate(scene, again, 5, propagation=SIGHT, frequencies=("2.4 GHz", 915e6, 1e9))
-    assert (again / "spectrum/00012.png").read_bytes() == (of_three / "spectrum/00012.png").read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -268,12 +221,6 @@ def test_array_that_moves_over_a_band_in_closed_form(scene, tmp_path):
         np.testing.assert_allclose(made.band_responses[..., subcarrier], sight(distance, hertz), rtol=2e-3)
 
 
-def test_check_says_what_moves(moving):
-    found = check(moving.folder).description()
-    assert found["moving"] == "the receiver, with its array" and "transmitter at (m)" in found
-    assert simulate(moving.folder, moving.folder.parent / "again").moving == "receiver"
-
-
 @pytest.mark.parametrize(
     ("pattern", "received", "sent"), [("iso", "V", "V"), ("dipole", "V", "V"), ("dipole", "V", "H"), ("iso", "H", "V")]
 )
@@ -295,21 +242,8 @@ def test_moving_array_receives_what_a_fixed_one_does(scene, pattern, received, s
     assert len(stands.found.reflected) == 2 and error < 1e-5
 
 
-def test_one_frequency_of_an_array_that_moves(scene, tmp_path):
-    simulate(scene, tmp_path / "two", 4, propagation=SIGHT, moving="receiver", frequencies=(1e9, 2e9))
-    convert(tmp_path / "two", tmp_path / "one", Conversion(frequency="2 GHz"))
-    assert read_dataset(tmp_path / "one").moving == "receiver"
-
-
 def test_region_smaller_than_the_array_is_refused(scene, tmp_path):
     low = scene.transmitter.region_min
     flat = replace(scene, transmitter=replace(scene.transmitter, region_max=(*low[:2], 2.0)))
     with pytest.raises(InputError, match="expected a region with room for an array that extends over"):
         simulate(flat, tmp_path / "data", 4, moving="receiver")
-
-
-def test_what_needs_a_fixed_array_refuses_one_that_moves(moving, tmp_path):
-    with pytest.raises(InputError, match="expected a dataset whose transmitter moves, for the comparison of engines"):
-        compare_engines(moving.folder, SIGHT, 2)
-    with pytest.raises(InputError, match="expected a dataset of a moving transmitter at one frequency, found one"):
-        export_deepmimo(moving.folder, tmp_path / "scenario")

@@ -11,9 +11,8 @@ import pytest
 from learn.data.splits import split
 from learn.data.torch_dataset import TorchDataset
 from learn.evaluation.check import check
-from learn.evaluation.engines import compare_engines
 from learn.view.subject import subject
-from scenes.checks.array_clearance import element_positions
+from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.progress import progress_bar
 from scenes.scene.description import SPEED_OF_LIGHT, SceneObject
@@ -23,7 +22,7 @@ from simulate.dataset.dataset_writer import write_positions
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.convert import convert
 from simulate.exchange.csi_export import export_csi
-from simulate.exchange.deepmimo_export import export_deepmimo
+from simulate.exchange.reading_options import Conversion
 from simulate.generation.dataset_parts import part_by_worker
 from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import request_for, simulate
@@ -84,12 +83,6 @@ def test_folder_has_both_ends(pairs):
     assert TorchDataset(pairs)[2]["receiver"].tolist() == pytest.approx(pairs.receivers[2].tolist())
 
 
-def test_both_ends_of_other_datasets(scene, tmp_path):
-    moves = simulate(scene, tmp_path / "data", 3, propagation=SIGHT, moving="receiver")
-    np.testing.assert_array_equal(moves.receivers, moves.positions)
-    np.testing.assert_array_equal(moves.transmitters, np.tile(scene.gateway.position, (3, 1)))
-
-
 def test_pairs_are_made_again_and_repaired(scene, pairs, tmp_path):
     again = simulate(pairs.folder, tmp_path / "again").folder
     shutil.copytree(again, tmp_path / "damaged")
@@ -140,13 +133,8 @@ def test_given_pairs(scene, tmp_path):
 
 
 def test_pairs_over_a_band_and_at_several_frequencies(scene, tmp_path):
-    given = {
-        "propagation": SIGHT,
-        "moving": "both",
-        "positions": [[2.1, 0.1, 1.2], [2.5, -0.2, 1.5]],
-        "receivers": [[2.4, 0.0, 1.4], [2.2, 0.2, 1.3]],
-    }
-    given |= {name: np.array(given[name]) for name in ("positions", "receivers")}
+    places = {"positions": [[2.1, 0.1, 1.2], [2.5, -0.2, 1.5]], "receivers": [[2.4, 0.0, 1.4], [2.2, 0.2, 1.3]]}
+    given = {name: np.array(each) for name, each in places.items()} | {"propagation": SIGHT, "moving": "both"}
     wide = simulate(scene, tmp_path / "wide", bandwidth="20 MHz", subcarriers=6, **given)
     elements = given["receivers"][:, None] + element_offsets(scene.gateway, scene.wavelength)
     distance = np.linalg.norm(elements - given["positions"][:, None], axis=-1)
@@ -184,7 +172,6 @@ def test_check_describes_pairs(pairs):
     [
         lambda dataset: split(dataset, "random", 0),
         lambda dataset: check(dataset.folder, "random"),
-        lambda dataset: compare_engines(dataset.folder, SIGHT, 2),
         lambda dataset: subject(str(dataset.folder)),
     ],
 )
@@ -195,39 +182,22 @@ def test_what_needs_a_fixed_end_refuses_pairs(refused, pairs):
         refused(pairs)
 
 
-def test_paths_of_pairs_are_not_exported(pairs, tmp_path):
-    with pytest.raises(InputError, match="found one of which both ends move"):
-        export_deepmimo(pairs.folder, tmp_path / "scenario")
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({}, "transmitters: expected how many places the transmitter has, since both ends move, found none"),
         ({"transmitters": 1}, "transmitters: expected a whole number of at least 2, found 1"),
         ({"transmitters": 5}, "transmitters: expected a whole number of at most 4, found 5"),
-        (
-            {"transmitters": 2, "moving": "receiver"},
-            "transmitters: expected none unless both ends move, found some beside moving receiver",
-        ),
-        (
-            {"transmitters": 2, "engine": "fullwave"},
-            "moving: expected transmitter or receiver in full wave, found both",
-        ),
+        ({"transmitters": 2, "moving": "receiver"}, "transmitters: expected none unless both ends move"),
+        ({"transmitters": 2, "engine": "fullwave"}, "moving: expected transmitter or receiver in full wave"),
         ({"positions": "two"}, "receivers: expected the array's places beside the transmitters' positions,"),
         ({"positions": "two", "receivers": "two", "transmitters": 2}, "transmitters: expected none beside positions"),
         ({"receivers": "two"}, "transmitters: expected how many places the transmitter has"),
         ({"receivers": "two", "transmitters": 2}, "receivers: expected positions of the transmitter beside them"),
-        (
-            {"positions": "two", "receivers": "two", "moving": "receiver"},
-            "receivers: expected none unless both ends move, found some",
-        ),
+        ({"positions": "two", "receivers": "two", "moving": "receiver"}, "receivers: expected none unless both"),
         ({"positions": "two", "receivers": "three"}, "receivers: expected a row for each of the 2 positions, found 3"),
         ({"positions": "same", "receivers": "same"}, "positions: expected at least two different pairs, found 2 alike"),
-        (
-            {"positions": "many", "receivers": "many"},
-            "positions: expected at most 100 places of the transmitter, found",
-        ),
+        ({"positions": "many", "receivers": "many"}, "positions: expected at most 100 places of the transmitter"),
         ({"positions": "two", "receivers": "touching"}, "positions: expected transmitters apart from the array's elem"),
         ({"positions": "inside", "receivers": "two"}, 'positions: expected a free place in row 0, found one inside "b'),
         ({"positions": "two", "receivers": "inside"}, 'receivers: expected a free place in row 0, found one inside "b'),
@@ -253,18 +223,9 @@ def test_options_of_pairs_that_are_refused(scene, options, message, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            lambda folder: (folder / "rx_pos.csv").unlink(),
-            r"rx_pos\.csv: expected a CSV of positions, found no such file",
-        ),
-        (
-            lambda folder: write_positions(folder / "rx_pos.csv", np.ones((2, 3))),
-            r"rx_pos\.csv: expected 7 rows, as in tx_pos\.csv, found 2",
-        ),
-        (
-            lambda folder: (folder / "metadata.json").unlink(),
-            r'rx_pos\.csv: expected "moving": "both" in metadata\.json beside it, found "transmitter"',
-        ),
+        (lambda folder: (folder / "rx_pos.csv").unlink(), "rx_pos.csv: expected a CSV of positions"),
+        (lambda folder: write_positions(folder / "rx_pos.csv", np.ones((2, 3))), "rx_pos.csv: expected 7 rows"),
+        (lambda folder: (folder / "metadata.json").unlink(), 'rx_pos.csv: expected "moving": "both"'),
     ],
 )
 def test_folder_that_lacks_an_end_is_refused(change, message, pairs, tmp_path):

@@ -79,10 +79,3 @@ def test_a_wrong_description_is_refused(tmp_path, change, sentence):
     (tmp_path / "rooms.json").write_text(json.dumps(facts))
     with pytest.raises(bisplat.InputError, match=sentence):
         read_rooms(tmp_path)
-
-
-def test_other_commands_say_what_a_folder_of_rooms_is(tmp_path):
-    (tmp_path / "rooms.json").write_text("{}")
-    with pytest.raises(bisplat.InputError, match="found several rooms, each of which is a dataset"):
-        bisplat.read_dataset(tmp_path)
-    assert "found several rooms, each of which is a dataset" in bisplat.check(tmp_path).problems[0]

@@ -1,4 +1,4 @@
-"""Ray workers make the same bytes as one process, also when one of them dies."""
+"""On several machines the results are the same bytes as in one process, also when a worker dies."""
 
 import os
 import signal
@@ -12,8 +12,15 @@ import numpy as np
 import psutil
 import pytest
 
+from scenes.files.errors import InputError
+from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
+from scenes.scene.orientation import facing
+from scenes.scene.shapes import sheet
 from simulate.engines.rays_engine import Rays
+from simulate.fullwave.all_elements import stored_field
+from simulate.fullwave.run_plan import plan
 from simulate.generation import generate as module
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
@@ -93,3 +100,49 @@ def test_no_cluster_at_the_address_is_one_sentence(tmp_path):
         "bisplat: --ray: expected the host:port of a running Ray cluster, found '127.0.0.1:1'"
     )
     assert not (tmp_path / "d").exists()
+
+
+@pytest.fixture(scope="module")
+def address():
+    """Address of a cluster of one machine."""
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 2})
+    yield cluster.address
+    cluster.shutdown()
+
+
+@pytest.fixture
+def scene() -> Scene:
+    floor = SceneObject("floor", sheet((0, 0, 0), (0.5, 0, 0), (0, 0.4, 0)), "concrete")
+    gateway = Gateway((0.45, 0.2, 0.2), facing((-1, 0, 0)), rows=1, columns=2, pattern="dipole")
+    region = Transmitter((0.1, 0.15, 0.15), (0.2, 0.25, 0.25), pattern="dipole")
+    return Scene("small", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+
+
+@pytest.mark.parametrize("further", [(), (925e6,)])
+def test_cluster_and_threads_leave_the_same_field(scene, address, tmp_path, further):
+    others = [scene.at_frequency(each) for each in further]
+    planned = plan(scene, scene.transmitter.region, 0.03, further=others)
+    here = stored_field(scene, planned, tmp_path / "here", at_once=1)
+    beside = stored_field(scene, planned, tmp_path / "beside", at_once=2)
+    reported: list[tuple[int, int]] = []
+    there = stored_field(scene, planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
+    assert np.array_equal(here.values, there.values) and np.array_equal(here.values, beside.values)
+    assert sorted(number for number, _ in reported) == [0, 1]
+    assert (here.band is None) == (not further)
+    if here.band is not None and there.band is not None:
+        assert np.array_equal(here.band.values, there.band.values)
+
+
+def test_failure_in_the_cluster_is_one_sentence(scene, address, tmp_path):
+    planned = plan(scene, scene.transmitter.region, 0.03)
+    outside = replace(planned, box=planned.box + 1000)
+    with pytest.raises(InputError, match=r"model\.in: expected gprMax to run to its end, found that it stopped with"):
+        stored_field(scene, outside, tmp_path, solver="gprMax 4.0.1", ray=address)
+
+
+def test_machines_too_small_are_told_instead_of_waited_for(scene, address, tmp_path):
+    planned = plan(scene, scene.transmitter.region, 0.03)
+    with pytest.raises(InputError, match=r"expected a machine with a core, .* GB of memory and a GPU in the Ray"):
+        stored_field(scene, planned, tmp_path, solver="gprMax", ray=address, gpu=True)

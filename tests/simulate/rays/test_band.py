@@ -57,12 +57,6 @@ def test_band_is_one_tracer_for_each_subcarrier(scene, positions):
         assert off_db(found[..., number], other.responses(positions)) < -50
 
 
-def test_wide_band_is_solved_at_more_frequencies(scene, positions):
-    wide, tracer = Band(150e6, 7), Tracer(scene, Propagation(max_depth=1, diffraction=False, rays=20_000))
-    other = tracer.at_frequency(at(scene, wide.frequencies(CARRIER)[0]))
-    assert off_db(tracer.band_responses(positions, wide)[..., 0], other.responses(positions)) < -40
-
-
 def test_diffuse_reflection_over_a_band(positions):
     rough = RadioMaterial("rough", 5.0, 0.02, 0.1, scattering_coefficient=0.7)
     scene = small_scene(CABINET)

@@ -64,10 +64,6 @@ def near(found, expected, size) -> None:
     assert np.linalg.norm(found) > 5 * np.linalg.norm(found - expected)
 
 
-def test_responses_are_those_of_the_tracer(tracer, positions, exact):
-    np.testing.assert_allclose(exact.responses, tracer.responses(positions), rtol=1e-5)
-
-
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_position_of_the_gateway(axis, scene, exact, differences):
     def moved(step):

@@ -106,20 +106,6 @@ def test_a_small_patch_is_a_source_of_spherical_waves():
     np.testing.assert_allclose(found / found[0, 0], expected / expected[0, 0], rtol=0.03)
 
 
-@pytest.mark.slow
-def test_power_converges_with_the_number_of_patches():
-    def mean(patches: int) -> float:
-        powers = []
-        for seed in range(4):
-            tracer = Tracer(rough_scene(), replace(DIFFUSE, patches=patches), seed=seed)
-            powers.append(sum(abs(path.response) ** 2 for path in tracer.paths(POSITIONS[0])))
-        return float(np.mean(powers))
-
-    reference = mean(16_000)
-    errors = [abs(10 * np.log10(mean(patches) / reference)) for patches in (60, 4000)]
-    assert errors[1] < 0.2 and errors[1] < errors[0]
-
-
 def test_smooth_surfaces_scatter_nothing():
     propagation = Propagation(max_depth=2, diffraction=False, rays=10_000)
     plain = Tracer(rough_scene(0.0), propagation).responses(POSITIONS)

@@ -8,7 +8,6 @@ import pytest
 from scenes.scene.materials import p2040_materials
 from scenes.scene.shifted import shifted
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.derivatives import derivatives
 from simulate.rays.tracer import Tracer
 from tests.small_scene import CABINET, small_scene
 
@@ -68,14 +67,6 @@ def test_paths_are_where_the_scene_is(near, far):
         np.testing.assert_allclose(path.vertices - step, other.vertices, atol=1e-3)
 
 
-def test_derivatives_do_not_depend_on_the_place(near, far):
-    step, tracer = far
-    for found, expected in zip(
-        derivatives(tracer, POSITIONS + step, [1]), derivatives(near, POSITIONS, [1]), strict=True
-    ):
-        assert largest_difference(found, expected) < 2e-3
-
-
 def test_other_ways_to_trace():
     scene, step = small_scene(), np.array(STEPS[1])
     rough = {name: replace(each, scattering_coefficient=0.4) for name, each in scene.materials.items()}
@@ -88,8 +79,3 @@ def test_other_ways_to_trace():
         assert largest_difference(far.responses(POSITIONS + step), near.responses(POSITIONS)) < 2e-3
         ends = [batch.vertices[:, -1] for batch in far.middle_multipath(POSITIONS[:1] + step)]
         np.testing.assert_allclose(np.concatenate(ends) - step - POSITIONS[0], 0, atol=1e-6)
-
-
-def test_a_scene_near_the_origin_stays_as_it_is(near):
-    assert not near.ray_scene.origin.any()
-    assert near.ray_scene.description == at_frequency(3.5e9)

@@ -7,14 +7,14 @@ import pytest
 from scipy.constants import c, epsilon_0
 from scipy.spatial.transform import Rotation
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import sheet
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray
 
@@ -106,15 +106,6 @@ def test_elements_at_given_places_receive_friis_law_at_these_places(make_scene, 
         distance = np.linalg.norm(sources[:, None] - (position + rotation.apply(places)), axis=-1)
         ratio = Tracer(scene, LOS_ONLY).responses(sources) / free_space(distance)
         assert np.abs(ratio.imag).max() < 2e-3 * np.abs(ratio).max() and np.abs(ratio).max() < 1.001
-
-
-def test_a_planar_array_given_in_metres_receives_the_same(make_scene, far_sheet):
-    scene = make_scene(far_sheet)
-    places = PlanarArray.of(scene.gateway).positions * scene.wavelength
-    sources = np.random.default_rng(1).uniform((-4, -1, 1), (-2, 1, 2), (5, 3))
-    expected = Tracer(scene, LOS_ONLY).responses(sources)
-    found = Tracer(scene.with_elements(places), LOS_ONLY).responses(sources)
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize("rotation", [*ORIENTATIONS[:3], *STRAIGHT_UP_AND_DOWN])
@@ -351,32 +342,14 @@ def test_the_gateway_receives_what_it_would_send(place, room, room_positions, ro
 # --- switches ----------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def over_a_floor(make_scene, floor):
-    """Function: switches -> responses over the floor."""
-
-    def trace(**switches) -> np.ndarray:
+def test_each_mechanism_can_be_left_out(make_scene, floor):
+    def over_a_floor(**switches) -> np.ndarray:
         return Tracer(make_scene(floor), replace(ONE_BOUNCE, **switches)).responses(FLOOR_POSITIONS)
 
-    return trace
-
-
-def test_without_specular_reflection_there_is_free_space_only(over_a_floor):
     r = np.linalg.norm(FLOOR_POSITIONS[:, None] - elements_looking_along_minus_x((0, 0, 1.5)), axis=2)
-    assert over_a_floor(specular=False) == pytest.approx(free_space(r), rel=1e-3)
-
-
-def test_depth_zero_is_line_of_sight(over_a_floor):
-    assert over_a_floor(max_depth=0) == pytest.approx(over_a_floor(specular=False))
-
-
-def test_without_line_of_sight_the_reflection_is_what_is_left(over_a_floor):
-    reflected = over_a_floor(los=False)
-    assert (np.abs(reflected) > 0).all()
-    assert reflected == pytest.approx(over_a_floor() - over_a_floor(specular=False), abs=1e-6)
-
-
-def test_without_any_mechanism_there_is_silence(over_a_floor):
+    sight, reflected = over_a_floor(specular=False), over_a_floor(los=False)
+    assert sight == pytest.approx(free_space(r), rel=1e-3) and sight == pytest.approx(over_a_floor(max_depth=0))
+    assert (np.abs(reflected) > 0).all() and reflected == pytest.approx(over_a_floor() - sight, abs=1e-6)
     assert (over_a_floor(los=False, specular=False) == 0).all()
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import ParameterError
-from simulate.spectra.band import Band, stated_band
-from simulate.spectra.band_interpolation import chebyshev_points, interpolated
+from simulate.spectra.band import Band, chebyshev_points, interpolated, stated_band
 
 
 @pytest.mark.parametrize("subcarriers", [5, 64])

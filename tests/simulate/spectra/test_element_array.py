@@ -76,7 +76,7 @@ def test_pictures_are_explained_by_their_array_alone():
     assert identify(pictures, wide).beamformer.grid == grid
     other = ElementArray(np.array(wide.positions_m)[:, [1, 0, 2]], FREQUENCY)
     assert identify(pictures, other, grid).residual > 1
-    assert explain(pictures, wide, grid).quantity == "magnitude"
+    assert explain(pictures, wide, grid).scale == "magnitude"
     assert not tells_little(Beamformer(wide)) and tells_little(Beamformer(CLOUD))  # 12 elements within a wavelength
 
 

@@ -9,7 +9,7 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.explanation import explain
 from simulate.spectra.lags import LagSpace
-from simulate.spectra.quantity import decibel_residual, magnitudes, power_residual
+from simulate.spectra.picture_scale import decibel_residual, magnitudes, power_residual
 from simulate.spectra.spectrum import normalise, picture, spectrum_of
 
 
@@ -40,7 +40,7 @@ def test_array_and_quantity_are_found(shape, quantity):
     spectra = spectra_of(truth)
     drawn = {"magnitude": spectra, "power": spectra**2, "decibels": in_decibels(spectra, 40)}[quantity]
     found = explain(picture(drawn))
-    assert (found.beamformer, found.quantity) == (truth, quantity) and found.residual < 0.4
+    assert (found.beamformer, found.scale) == (truth, quantity) and found.residual < 0.4
 
 
 @pytest.mark.usefixtures("up_to_3")
@@ -52,7 +52,7 @@ def test_nothing_explains_noise_or_pictures_without_levels():
 def test_quantity_of_a_known_array():
     truth = Beamformer(PlanarArray(2, 5, 0.7), AngularGrid(89.0, -1.0))
     found = explain(picture(spectra_of(truth) ** 2), truth.array)
-    assert (found.beamformer, found.quantity) == (truth, "power")
+    assert (found.beamformer, found.scale) == (truth, "power")
     assert explain(picture(spectra_of(truth) ** 2), PlanarArray(2, 5, 0.5)) is None
 
 

@@ -4,8 +4,7 @@ import numpy as np
 
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.phase_refinement import _Linearised, refined
-from simulate.spectra.spatial_frequencies import SpatialFrequencies
+from simulate.spectra.phase_refinement import SpatialFrequencies, _Linearised, refined
 
 FREQUENCIES = SpatialFrequencies.of(Beamformer(PlanarArray(3, 4)), 6)
 SEEN = int(FREQUENCIES.seen.sum())

@@ -6,7 +6,7 @@ import pytest
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spatial_frequencies import SpatialFrequencies
+from simulate.spectra.phase_refinement import SpatialFrequencies
 
 BEAMFORMERS = [
     Beamformer(),

@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.formats import mesh_checks, polygons
+from scenes.importing.formats import mesh_part as mesh_checks
+from scenes.importing.formats import polygons
 from scenes.importing.formats.polygons import Cut, cut_polygons
 from scenes.scene.shapes import box
 

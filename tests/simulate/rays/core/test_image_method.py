@@ -56,22 +56,3 @@ def test_reflection_beyond_the_edge_is_none(mirror, y, expected):
     """From the origin to (−1, y): reflected at three fifths of y, and the sheet ends at 1 m."""
     found = possible_paths(mirror, np.array([[0]]), np.array([[0.0, 0.0, 1.0]]), np.array([[-1.0, y, 1.0]]))
     assert found.shape[1] == expected
-
-
-def test_chain_without_reflections_is_always_possible(mirror):
-    sources, targets = np.zeros((2, 3)), np.ones((3, 3))
-    images = Images(mirror, np.zeros((1, 0), np.int64), sources)
-    paths = images.possible_paths(targets)
-    assert paths.shape == (3, 6)
-    np.testing.assert_allclose(images.ways(paths, targets).travelled, np.sqrt(3))
-
-
-def test_most_of_what_is_tried_is_impossible():
-    scene = lab()
-    planes = Planes(scene, list(range(len(scene.objects))))
-    generator = np.random.default_rng(0)
-    sequences = generator.integers(len(planes.normals), size=(2000, 3))
-    region = scene.transmitter
-    targets = generator.uniform(region.region_min, region.region_max, (20, 3))
-    found = possible_paths(planes, sequences, np.array([scene.gateway.position]), targets)
-    assert 0 < found.shape[1] < 0.05 * len(sequences) * len(targets)

@@ -60,12 +60,6 @@ def test_triangles_of_a_fine_mesh_are_not_compared_in_pairs(make_scene, compared
     assert len(found.normals) == 1 and compared[0] < 10_000
 
 
-def test_houses_of_one_height_are_not_compared_in_pairs(make_scene, compared):
-    roofs = [(f"{n}", sheet((3 * (n % 50), 3 * (n // 50), 9), (2, 0, 0), (0, 2, 0)), "concrete") for n in range(500)]
-    found = Planes(make_scene(*roofs), list(range(500)))
-    assert len(found.normals) == 1 and compared[0] < 10
-
-
 def test_surfaces_are_known_from_gaps(make_scene):
     """Against all triangles one by one, at points of the plane inside and beside a sheet with a thousand gaps."""
     mesh = fine_sheet(40, kept=0.7)

@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.checks import outer_walls as module
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
@@ -109,15 +107,3 @@ def test_coefficients_on_edges_and_patches_have_the_same_phases():
     delta = turn / 0.8 * inside
     denominator = 2 * np.cos(delta) + 1j * np.sin(delta) * (inside / 0.8 + 0.8 / inside)
     np.testing.assert_allclose(down[2], 2 / denominator * np.exp(1j * turn), rtol=1e-4)
-
-
-def test_the_outline_of_a_scene_is_computed_once(monkeypatch):
-    """Not for each of its objects, of which a town has thousands; and the triangles are compared with it in parts."""
-    scene, outlines = scene_of(*OBJECTS), []
-    expected = face_slabs(scene)
-    monkeypatch.setattr(module, "ConvexHull", lambda *a, **b: outlines.append(ConvexHull(*a, **b)) or outlines[-1])
-    monkeypatch.setattr(module, "AT_ONCE", 1)
-    found = face_slabs(scene)
-    assert len(outlines) == 1
-    np.testing.assert_array_equal(found.outer, expected.outer)
-    np.testing.assert_allclose(found.fronts, expected.fronts)

@@ -125,14 +125,3 @@ def test_objects_that_move_keep_the_numbers_of_their_edges(edges_of):
     before, after = two_boxes(0.1), two_boxes(-0.1)
     np.testing.assert_array_equal(before.faces, after.faces)
     np.testing.assert_allclose(before.directions, after.directions)
-
-
-def test_edges_are_examined_part_by_part(edges_of, monkeypatch):
-    """A terrain has a hundred thousand; all at once would need gigabytes."""
-    boxes = [(f"{n}", box((n, 0, 0.3 * n), (n + 0.9, 1, 0.3 * n + 1)), "metal") for n in range(4)]
-    whole = edges_of(FLOOR, *boxes)
-    monkeypatch.setattr(edges_module, "AT_ONCE", 5)
-    parts = edges_of(FLOOR, *boxes)
-    assert len(whole) > 40
-    for name, values in vars(whole).items():
-        np.testing.assert_array_equal(getattr(parts, name), values)
