@@ -4,7 +4,7 @@ from learn.band.compare_band import compare_band as compare_band
 from learn.channels.compare_channels import compare_channels as compare_channels
 from learn.comparison.ablate import ablate as ablate
 from learn.comparison.compare import compare as compare
-from learn.comparison.sweep import sweep as sweep
+from learn.comparison.compare import sweep as sweep
 from learn.data.metrics import aoa_error as aoa_error
 from learn.data.metrics import score as score
 from learn.data.metrics import ssim as ssim

@@ -20,8 +20,8 @@ import tyro
 from rich.progress import track
 
 from benchmarks.ledger.printing import print_figures
-from learn.comparison.baseline_methods import BASELINES
-from learn.comparison.task import Task
+from learn.comparison.known_spectra import KnownSpectra
+from learn.comparison.spectrum_methods import BASELINES
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind
 from learn.models.kriging.helmholtz import HelmholtzField
@@ -70,7 +70,7 @@ PLACES = {
 
 def scores(dataset: Dataset, kind: SplitKind, size: int | None) -> dict[str, float | str]:
     """Median SSIM by method."""
-    task = Task(dataset, kind, 0, size, 0, None, None, Path())
+    task = KnownSpectra(dataset, kind, 0, size, 0, None, None, Path())
     known, test = task.parts.known, evenly(task.parts.test, MOST_TESTED)
     positions, truth = dataset.positions[test], spectrum_of(dataset.pictures[test])
 

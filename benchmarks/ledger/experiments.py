@@ -34,7 +34,7 @@ def experiment(runs: Path, name: str) -> Measured | None:
     if not ((folder / "protocol.json").is_file() and (folder / "results.jsonl").is_file()):
         return None
     from learn.baselines.array_ceiling import CEILING, shown_name
-    from learn.comparison.averages import averaged
+    from learn.comparison.averaged_table import averaged
 
     protocol = json.loads((folder / "protocol.json").read_text())
     rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]

@@ -254,9 +254,9 @@ def main(
             scene, work = load_scene(study.place), Path(temporary) / study.place
             if smallest:
                 scene = replace(scene, objects=scene.objects[:2])
-            kept_in = (work if smallest else folder) / study.place
-            kept_in.mkdir(parents=True, exist_ok=True)
-            for name, row in rows(truth_of(study, work), scene, kept_in, study):
+            results_in = (work if smallest else folder) / study.place
+            results_in.mkdir(parents=True, exist_ok=True)
+            for name, row in rows(truth_of(study, work), scene, results_in, study):
                 found[name] = {key: round(value, 4) for key, value in row.items()}
     if figure is not None and not smallest:
         draw(found, CLOSET, figure)

@@ -11,8 +11,8 @@ from jaxtyping import Complex, Float
 
 from learn.band.band_methods import PredictedBand
 from learn.channels.channel_scores import SCORES, correlation, coverage, snr_db
-from learn.comparison.kept_fits import FitRow
 from learn.comparison.score_table import Measure, ScoreTable
+from learn.comparison.scored_methods import FitRow
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.band import delay_spread
 

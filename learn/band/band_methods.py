@@ -117,8 +117,7 @@ class InverseDistance(Nearest):
     neighbours = NEIGHBOURS
 
 
-COMPONENTS = 8
-"""Largest number of principal components over the subcarriers that ``Kriging`` interpolates."""
+COMPONENTS = 8  # largest number of principal components over the subcarriers that ``Kriging`` interpolates
 
 
 class Kriging:
@@ -157,8 +156,7 @@ class HelmholtzBand:
         return PredictedBand(*self._field.at(positions))
 
 
-PREDICTED_AT_ONCE = 128
-"""Number of positions in a batch of a prediction."""
+PREDICTED_AT_ONCE = 128  # number of positions in a batch of a prediction
 
 
 class LearnedBand:

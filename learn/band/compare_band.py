@@ -12,11 +12,17 @@ import numpy as np
 from learn.band.band_comparison import BandComparison, BandRow, score_band
 from learn.band.band_methods import BAND_METHODS, BandMethod, KnownBand, PredictedBand, require_band
 from learn.channels.channel_scores import snr_db
-from learn.comparison.doubts import average_name
-from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
-from learn.comparison.kept_fits import earlier_sizes, kept_fits
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.makers import check_effort, chosen
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import check_effort, chosen_methods
+from learn.comparison.results_folder import given_folder
+from learn.comparison.scored_methods import (
+    Parts,
+    asked_sizes,
+    checked_with_deviation,
+    earlier_sizes,
+    fit_results,
+    score_fits,
+)
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
@@ -86,7 +92,7 @@ def compare_band(
     """
     check_effort(budget, seeds)
     folder = given_folder(output)
-    makers = chosen(methods, BAND_METHODS)
+    factories = chosen_methods(methods, BAND_METHODS)
     require_instance(Dataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     require_band(dataset)
@@ -122,8 +128,8 @@ def compare_band(
     ]
     expected = {"snr_db": Expected("signal-to-noise ratios", "f", (len(test),))}
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
-    with kept_fits(folder, "responses over a band", dataset.folder, settings, data, BandRow) as kept:
-        measure_fits(makers, BAND_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
+    with fit_results(folder, "responses over a band", dataset.folder, settings, data, BandRow) as kept:
+        score_fits(factories, BAND_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
         ratios = {average_name(row): arrays["snr_db"] for row, arrays in kept.arrays(expected)}
         rows = kept.rows
     return BandComparison(

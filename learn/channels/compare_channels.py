@@ -14,12 +14,19 @@ from jaxtyping import Complex, Float, Int
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
 from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels, PredictedChannels
-from learn.comparison.doubts import average_name
-from learn.comparison.fits import Parts, asked_sizes, checked_with_deviation, measure_fits
-from learn.comparison.kept_fits import FitRow, earlier_sizes, kept_fits
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.makers import check_effort, chosen
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import check_effort, chosen_methods
+from learn.comparison.results_folder import given_folder
 from learn.comparison.score_table import Measure, ScoreTable
+from learn.comparison.scored_methods import (
+    FitRow,
+    Parts,
+    asked_sizes,
+    checked_with_deviation,
+    earlier_sizes,
+    fit_results,
+    score_fits,
+)
 from learn.data.splits import Split, SplitKind
 from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
@@ -198,7 +205,7 @@ def compare_channels(
     """
     check_effort(budget, seeds)
     folder = given_folder(output)
-    makers = chosen(methods, CHANNEL_METHODS)
+    factories = chosen_methods(methods, CHANNEL_METHODS)
     require_instance(CsiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
     if dataset.frequencies is None:
@@ -253,8 +260,8 @@ def compare_channels(
         "examples": Expected("channels", "c", (len(shown), *truth.shape[1:])),
     }
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
-    with kept_fits(folder, "channels", dataset.folder, settings, data, ChannelRow) as kept:
-        measure_fits(makers, CHANNEL_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
+    with fit_results(folder, "channels", dataset.folder, settings, data, ChannelRow) as kept:
+        score_fits(factories, CHANNEL_METHODS, seeds, parts.only(sizes), known, predict, score, kept)
         of_first = {average_name(row): arrays for row, arrays in kept.arrays(expected)}
         rows = kept.rows
     return ChannelComparison(

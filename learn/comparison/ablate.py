@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from learn.comparison.compare import spectrum_makers
+from learn.comparison.compare import spectrum_factories
 from learn.comparison.experiment import begun
-from learn.comparison.makers import SEEDS_MOST
+from learn.comparison.method_factories import SEEDS_MOST
+from learn.comparison.spectrum_methods import TrainedModel
 from learn.comparison.table import Comparison
-from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
 from learn.models.model_settings import OPTION_MOST, STEPS_MOST
 from learn.training.registry import check_options
@@ -100,7 +100,7 @@ def ablate(
     for model in models:
         for _, method in variants(model, primitives):
             _check_parts(model, method)
-    methods = spectrum_makers({label: method for model in models for label, method in variants(model, primitives)})
+    methods = spectrum_factories({label: method for model in models for label, method in variants(model, primitives)})
     with begun(dataset, split, output, steps=steps, test_spectra=test_spectra, guard=guard) as experiment:
         experiment.measure(methods, seeds)
         return Comparison.of(experiment)

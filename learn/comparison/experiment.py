@@ -19,23 +19,30 @@ from jaxtyping import Float, Int
 from msgspec import Meta
 
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
-from learn.comparison.baseline_methods import KrigingResponses
-from learn.comparison.doubts import MEAN_PICTURE
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
-from learn.comparison.methods import usual_methods
-from learn.comparison.own_method import built, checked_spectra, is_own, named, source_of
-from learn.comparison.protocol import PROTOCOL, SPLIT_SEED, Settings, in_common, read_protocol
-from learn.comparison.scores_file import write_scores
-from learn.comparison.task import Method, Task
-from learn.comparison.trained_model import TrainedModel
+from learn.comparison.averaged_table import MEAN_PICTURE
+from learn.comparison.known_spectra import KnownSpectra, Method
+from learn.comparison.method_factories import built, checked_spectra, is_own, named, source_of
+from learn.comparison.results_folder import (
+    PROTOCOL,
+    SPLIT_SEED,
+    ResultRow,
+    ResultsFile,
+    Settings,
+    given_folder,
+    in_common,
+    read_protocol,
+    row_name,
+    run_folder,
+)
+from learn.comparison.spectrum_methods import KrigingResponses, TrainedModel, usual_methods
 from learn.data.metrics import Scores, scorable, score, ssim
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind, split
 from learn.training.config import require_same_spectra
 from learn.training.run_files import device_name
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError, require_whole, require_within, require_word
+from scenes.files.errors import InputError, require_whole, require_within, require_word, shown
+from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.json_yaml_xml import plain_number
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
@@ -44,8 +51,48 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
+COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
+"""Columns of the file after the first one, ``name``, which is that of the spectrum."""
 
-class Row(KeptRow, frozen=True, kw_only=True):
+LARGEST = 100 * MEGABYTE
+"""Largest size of the file, bytes: a hundred for each of a million spectra."""
+
+
+def write_scores(path: Path, names: Sequence[str], scores: Scores) -> None:
+    """Write the scores of K spectra."""
+    columns = zip(scores.ssim, scores.psnr, scores.mae, scores.aoa_error, strict=True)
+    lines = [f"{name}," + ",".join(f"{value:.6f}" for value in row) for name, row in zip(names, columns, strict=True)]
+    write_atomically(path, "\n".join([",".join(["name", *COLUMNS]), *lines, ""]).encode())
+
+
+def read_scores(path: Path) -> dict[str, Float[np.ndarray, " K"]]:
+    """Read what ``write_scores`` wrote: the scores of K spectra, by ``COLUMNS``."""
+    expected = "the scores of each test spectrum"
+    lines = read_text(path, expected, LARGEST).splitlines()
+    header = ",".join(["name", *COLUMNS])
+    if lines[:1] != [header]:
+        raise InputError(f"{path}, line 1: expected the header {header}, found {shown(''.join(lines[:1]))}")
+    values = [_numbers(line) for line in lines[1:]]
+    if None in values:
+        number = values.index(None) + 1
+        found = shown(lines[number])
+        raise InputError(f"{path}, line {number + 1}: expected a name and {len(COLUMNS)} finite numbers, found {found}")
+    if not values:
+        raise InputError(f"{path}: expected {expected}, found none")
+    return dict(zip(COLUMNS, np.array(values).T, strict=True))
+
+
+def _numbers(line: str) -> list[float] | None:
+    """The numbers of a line. None: there are more or fewer than expected, or one is not a finite number."""
+    _, *texts = line.split(",")
+    try:
+        values = [parse_number(text) for text in texts]
+    except ValueError:
+        return None
+    return values if len(values) == len(COLUMNS) and np.isfinite(values).all() else None
+
+
+class Row(ResultRow, frozen=True, kw_only=True):
     """The keys that every line of results.jsonl has. Further keys are scores and costs."""
 
     test: Annotated[int, Meta(ge=1)]
@@ -57,7 +104,7 @@ class Experiment:
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
-        self.kept = KeptRows(folder, Row)
+        self.kept = ResultsFile(folder, Row)
         self._mean_picture_ssim: dict[int | None, float] = {}  # by the number of training spectra
 
     @cached_property
@@ -111,7 +158,7 @@ class Experiment:
         say(name)
         known_as = {} if source is None else {"source": source}
         settings, folder = self.settings, self.folder / run_folder({**key, **known_as})
-        task = Task(
+        known = KnownSpectra(
             self.dataset,
             settings.split,
             settings.split_seed,
@@ -123,8 +170,8 @@ class Experiment:
             settings.guard or 0.0,
         )
         began = time.perf_counter()
-        with named(label, method, "fit to learn from the task"):
-            method.fit(task)
+        with named(label, method, "fit to learn from what is known"):
+            method.fit(known)
         seconds = getattr(method, "seconds", time.perf_counter() - began)
         test, positions = self.test, self.dataset.positions[self.test]
         began = time.perf_counter()
@@ -133,13 +180,13 @@ class Experiment:
         milliseconds = 1e3 * (time.perf_counter() - began) / len(positions)
         scores = score(np.clip(prediction, 0, 1), self._spectra(test), self.dataset.grid, self.dataset.array)
         cost = {
-            "train": len(task.parts.train),
-            "known": len(task.parts.known),
+            "train": len(known.parts.train),
+            "known": len(known.parts.known),
             "parameters": getattr(method, "parameters", None),
             "steps": getattr(method, "steps", None),
             "training_seconds": round(seconds, 1),
             "milliseconds_per_spectrum": round(milliseconds, 2),
-            MEAN_PICTURE: self._ssim_of_mean_picture(task),
+            MEAN_PICTURE: self._ssim_of_mean_picture(known),
         }
         self._keep(key, test, scores, {**cost, **known_as})
 
@@ -157,13 +204,15 @@ class Experiment:
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
         self._keep(key, test, score(bound, truth, self.dataset.grid, self.dataset.array), {})
 
-    def _ssim_of_mean_picture(self, task: Task) -> float:
-        """Median SSIM of the mean of a task's known spectra on the test spectra."""
-        if task.train_size not in self._mean_picture_ssim:
-            mean = self.dataset.pictures[task.parts.known].mean(axis=0) / LARGEST_GREY
+    def _ssim_of_mean_picture(self, known: KnownSpectra) -> float:
+        """Median SSIM of the mean of the known spectra on the test spectra."""
+        if known.train_size not in self._mean_picture_ssim:
+            mean = self.dataset.pictures[known.parts.known].mean(axis=0) / LARGEST_GREY
             truth = self._spectra(self.test)
-            self._mean_picture_ssim[task.train_size] = float(np.median(ssim(np.broadcast_to(mean, truth.shape), truth)))
-        return self._mean_picture_ssim[task.train_size]
+            self._mean_picture_ssim[known.train_size] = float(
+                np.median(ssim(np.broadcast_to(mean, truth.shape), truth))
+            )
+        return self._mean_picture_ssim[known.train_size]
 
     def _distances(self, test: Int[np.ndarray, " K"], train_size: int | None) -> SplitDistances:
         """Distances from test positions to the nearest known ones, where so many spectra are trained on."""

@@ -10,8 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from learn.comparison.averaged_table import AveragedTable
-from learn.comparison.doubts import average_name
+from learn.comparison.averaged_table import AveragedTable, average_name
 from learn.data.split_distances import SplitDistances
 from learn.data.splits import Split, SplitKind
 

@@ -12,12 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.baselines.array_ceiling import CEILING, shown_name
-from learn.comparison.averages import averaged
-from learn.comparison.doubts import average_name, doubts_of, remark_on
-from learn.comparison.experiment import Experiment
-from learn.comparison.kept_rows import row_name
-from learn.comparison.protocol import Settings
-from learn.comparison.scores_file import read_scores
+from learn.comparison.averaged_table import average_name, averaged, doubts_of, remark_on
+from learn.comparison.experiment import Experiment, read_scores
+from learn.comparison.results_folder import Settings, row_name
 from learn.data.split_distances import SplitDistances
 from simulate.spectra.array import Array
 

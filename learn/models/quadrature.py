@@ -31,8 +31,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import uniform
 from simulate.spectra.lags import lag_vectors
 
-WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9
-"""Largest errors of the mean of one plane wave."""
+WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9  # largest errors of the mean of one plane wave
 
 LEAST_WEIGHT = 0.9
 """Smallest weight of a row relative to equal weights; with less, errors in that row would hardly count."""
@@ -136,11 +135,8 @@ def interpolation(pixels: Quadrature) -> tuple[Float[np.ndarray, "90 H"], Float[
     return rows, columns
 
 
-L1_WEIGHT, SSIM_WEIGHT = 0.7, 0.3
-"""Weights of the two terms in the paper."""
-
-WINDOW, SIGMA = 5, 1.0
-"""Size and standard deviation of the SSIM's Gaussian window at a few pixels."""
+L1_WEIGHT, SSIM_WEIGHT = 0.7, 0.3  # weights of the two terms in the paper
+WINDOW, SIGMA = 5, 1.0  # size and standard deviation of the SSIM's Gaussian window at a few pixels
 
 
 def composite_loss(

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from learn.comparison.doubts import average_name
-from learn.comparison.fits import Parts, asked_sizes, checked_array, measure_fits
-from learn.comparison.kept_fits import earlier_sizes, kept_fits
-from learn.comparison.kept_folder import given_folder
-from learn.comparison.makers import check_effort, chosen
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import check_effort, chosen_methods
+from learn.comparison.results_folder import given_folder
+from learn.comparison.scored_methods import Parts, asked_sizes, checked_array, earlier_sizes, fit_results, score_fits
 from learn.data.splits import Split, SplitKind
 from learn.powers.fit_powers import with_twin
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
@@ -115,7 +114,7 @@ def compare_powers(
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     usual = with_twin(dataset, scene, methods)
-    makers = chosen(methods, usual)
+    factories = chosen_methods(methods, usual)
     if dataset.frequency is None:
         say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
     sizes = asked_sizes(train_size, "positions")
@@ -145,8 +144,8 @@ def compare_powers(
     power = Expected("powers", "f", truth.shape)
     expected = {"median": power, "low": replace(power, optional=True), "high": replace(power, optional=True)}
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}
-    with kept_fits(folder, "received powers", dataset.folder, settings, data, PowerRow) as kept:
-        measure_fits(makers, usual, seeds, parts.only(sizes), known, predict, score, kept)
+    with fit_results(folder, "received powers", dataset.folder, settings, data, PowerRow) as kept:
+        score_fits(factories, usual, seeds, parts.only(sizes), known, predict, score, kept)
         of_first = {average_name(row): PredictedPowers(**arrays) for row, arrays in kept.arrays(expected)}
         measured = kept.rows
     what = "label", "seed", "train_size", "known"

@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from learn.comparison.averages import averaged
-from learn.comparison.kept_fits import FitRow
+from learn.comparison.averaged_table import averaged
 from learn.comparison.score_table import Measure, ScoreTable, by_name
+from learn.comparison.scored_methods import FitRow
 from learn.data.split_distances import distance_bands
 from learn.powers.known_powers import PredictedPowers
 from simulate.rssi.rssi_dataset import RssiDataset

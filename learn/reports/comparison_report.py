@@ -10,8 +10,8 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from learn.comparison.doubts import average_name, footnote_of
-from learn.comparison.kept_rows import run_folder
+from learn.comparison.averaged_table import average_name, footnote_of
+from learn.comparison.results_folder import run_folder
 from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page

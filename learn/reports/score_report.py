@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from learn.comparison.doubts import average_name, doubts_of, footnote_of
+from learn.comparison.averaged_table import average_name, doubts_of, footnote_of
 from learn.comparison.score_table import ScoreTable
 from learn.reports.paper import COLUMN, at_paper_size, save
 from learn.reports.plots import plot_cdf

@@ -10,9 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from learn.baselines.array_ceiling import CEILING, shown_name
-from learn.comparison.averaged_table import AveragedTable
-from learn.comparison.averages import spread_of
-from learn.comparison.doubts import average_name, doubts_of, footnote_of
+from learn.comparison.averaged_table import AveragedTable, average_name, doubts_of, footnote_of, spread_of
 from learn.reports.method_styles import DOUBTFUL
 from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically

@@ -13,10 +13,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int
 
-from learn.comparison.kept_folder import given_folder, kept_in
-from learn.comparison.kept_rows import KeptRows, row_name
-from learn.comparison.makers import check_effort, makers
-from learn.comparison.own_method import built, checked_spectra, is_own, named, source_of
+from learn.comparison.method_factories import (
+    built,
+    check_effort,
+    checked_spectra,
+    is_own,
+    method_factories,
+    named,
+    source_of,
+)
+from learn.comparison.results_folder import ResultsFile, given_folder, results_in, row_name
 from learn.data.metrics import ssim
 from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.room_comparison import RoomComparison, RoomProtocol, RoomRow
@@ -34,7 +40,7 @@ from scenes.files.errors import (
 )
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.rooms_folder import Rooms, read_rooms
+from simulate.dataset.dataset_folder import Rooms, read_rooms
 from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import evenly
 
@@ -113,7 +119,7 @@ def compare_rooms(
     folder = given_folder(output)
     require_instance(Rooms, str, PathLike, rooms=rooms)
     rooms = rooms if isinstance(rooms, Rooms) else read_rooms(rooms)
-    chosen = makers(USUAL if methods is None else methods, _named, "methods")
+    chosen = method_factories(USUAL if methods is None else methods, _named, "methods")
     if test_rooms is None:
         test_rooms = max(1, len(rooms) // TEST_ROOMS)
     require_whole(1, len(rooms), test_rooms=test_rooms)
@@ -147,7 +153,7 @@ def compare_rooms(
     def fingerprint() -> str:
         return hashlib.sha256("".join(room.fingerprint for room in datasets.values()).encode()).hexdigest()
 
-    with kept_in(folder, "comparison in rooms", settings, fingerprint, (RoomProtocol, RoomRow)) as kept:
+    with results_in(folder, "comparison in rooms", settings, fingerprint, (RoomProtocol, RoomRow)) as kept:
         for number in range(seeds):
             for label, make in chosen.items():
                 _measure(label, make, learned_in, parts, sizes, number, budget, kept)
@@ -216,7 +222,7 @@ def _measure(
     sizes: Sequence[int],
     seed: int,
     minutes: float,
-    kept: KeptRows,
+    kept: ResultsFile,
 ) -> None:
     """Measure the missing rows of a method with one seed."""
     method = built(label, make, "methods")

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 from msgspec import Meta, Struct
 
 from learn.comparison.averaged_table import AveragedTable
-from learn.comparison.kept_rows import KeptRow
+from learn.comparison.results_folder import ResultRow
 from learn.comparison.score_table import by_name
 from simulate.dataset.dataset_kinds import Setting
 
@@ -28,7 +28,7 @@ class RoomProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     data_sha256: str  # fingerprint of the names, positions and pictures of all rooms
 
 
-class RoomRow(KeptRow, frozen=True, kw_only=True):
+class RoomRow(ResultRow, frozen=True, kw_only=True):
     """The entries that every row has. The others are described in ``RoomComparison``."""
 
     train_size: Annotated[int, Meta(ge=1)]

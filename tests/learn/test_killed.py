@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from learn.comparison.kept_rows import KeptRow, KeptRows, row_name, run_folder
+from learn.comparison.results_folder import ResultRow, ResultsFile, row_name, run_folder
 from scenes.files.output_folder import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments
@@ -57,7 +57,7 @@ def trained(folder: Path) -> Outcome:
 
 def compared(folder: Path) -> Outcome:
     """Of a comparison: its settings, the scores of every spectrum, and its runs."""
-    rows = KeptRows(folder, KeptRow).rows
+    rows = ResultsFile(folder, ResultRow).rows
     assert len(rows) == 3
     files = {"protocol.json": (folder / "protocol.json").read_bytes()}
     scores = [row["ssim_median"] for row in rows]

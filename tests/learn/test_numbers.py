@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.comparison.baseline_methods import BASELINES
-from learn.comparison.task import Task
+from learn.comparison.known_spectra import KnownSpectra
+from learn.comparison.spectrum_methods import BASELINES
 from learn.data.splits import Split
 from learn.evaluation.check import check
 from learn.models.kriging import stacking, vecchia
@@ -198,7 +198,7 @@ def test_baselines(name, odd, tmp_path):
     data = odd(usual())
     data = replace(data, train=np.append(data.train, data.train[-1] + 1)) if len(data.train) == 1 else data
     method = BASELINES[name]()
-    method.fit(Task(data, "files", 0, None, 0, None, 1, tmp_path))
+    method.fit(KnownSpectra(data, "files", 0, None, 0, None, 1, tmp_path))
     # kriging of spectra has no bounds; scores clip it
     finite(method.predict(np.concatenate([data.positions, [[1, 1, 1]]])), clipped=name == "kriging")
 

@@ -15,14 +15,12 @@ from learn.models.base import Report, SpectrumModel
 from learn.models.images.mirror_images import Images, gateway_and_first_images, image_waves, second_images, together
 from simulate.dataset.dataset import Dataset
 
-WEAKEST = 1e-6
-"""Variance, relative to the largest one, below which a wave is left out."""
+WEAKEST = 1e-6  # variance, relative to the largest one, below which a wave is left out
 
 LEAST_POWER = 1e-9
 """Mean power of a wave, relative to the data's, below which it is left out, even if it is the strongest."""
 
-LEAST_NOISE = 1e-6
-"""Smallest variance of the noise, relative to the data's."""
+LEAST_NOISE = 1e-6  # smallest variance of the noise, relative to the data's
 
 
 class Strengths(NamedTuple):
@@ -113,8 +111,7 @@ ITERATIONS, ROUGH = 30, 4
 OF_REST, NUGGET = 2.0, 0.05
 """Length over which the rest is alike, wavelengths, and its nugget, as long as they are not fitted."""
 
-IMAGES, REST = 0.7, 0.3
-"""Shares of the power that the images and the rest have at the start of the search."""
+IMAGES, REST = 0.7, 0.3  # shares of the power that the images and the rest have at the start of the search
 
 WEAK, PERPENDICULAR, PARALLEL = 1e-3, 3e-3, 3e-4
 """Variances relative to the largest one: below which an image in one plane is left out before those in two are added,

@@ -16,8 +16,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
-KEPT = 2000
-"""Largest number of known spectra that are kept once they are computed, 260 MB."""
+KEPT = 2000  # largest number of known spectra that are kept once they are computed, 260 MB
 
 
 class KnownSpectra(SpectrumModel):

@@ -28,21 +28,15 @@ from scipy.spatial import cKDTree
 Covariance = Callable[[Int[np.ndarray, " a"], Int[np.ndarray, " b"]], Complex[np.ndarray, "a b"]]
 """Function from the indices of known positions to the covariance κ between them, without noise."""
 
-NEIGHBOURS = 48
-"""Number of nearest other positions from which each position is predicted."""
-
-FIRST_NEIGHBOURS = 24
-"""The same while the first factors are found."""
+NEIGHBOURS = 48  # number of nearest other positions from which each position is predicted
+FIRST_NEIGHBOURS = 24  # the same while the first factors are found
 
 FEW, STARTS = 4, 4
 """Number of neighbours that decide which position is next, and number of positions from which the first factors are
 found. The most likely result is kept."""
 
-SWEEPS = 40
-"""Largest number of passes over all positions."""
-
-LEAST_CHANGE = 1e-3
-"""A pass is the last one if it changes the field by less than this, relative to its norm."""
+SWEEPS = 40  # largest number of passes over all positions
+LEAST_CHANGE = 1e-3  # a pass is the last one if it changes the field by less than this, relative to its norm
 
 
 def synchronised(

@@ -38,7 +38,6 @@ class RetrievedOnce:
         self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
 
     def of(self, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> Complex[np.ndarray, "n elements"]:
-        """As ``retrieved_responses``."""
         if self._found is None or self._found[0] is not dataset:
             self._found = dataset, np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
         found = self._found[1]
@@ -50,7 +49,7 @@ class RetrievedOnce:
 
 
 def with_contrast(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
-    """The indices of the pictures with several grey levels. One of a single level contains nothing about the field."""
+    """The pictures with several grey levels; one of a single level contains nothing about the field."""
     return known[np.ptp(dataset.pictures[known], axis=(1, 2)) > 0]
 
 
@@ -81,9 +80,7 @@ def fit_to_pictures(
     """Fit a field of responses to known pictures.
 
     The covariance of pictures, ``|κ|²``, shows from which directions waves come. With this κ, factors and flips are
-    found that make the retrieved responses one field. Then κ is fitted to these responses, and both steps are repeated.
-    The result is the field of the true responses up to a common factor and a flip of all, which no picture can
-    determine and on which its spectra do not depend.
+    found that make the retrieved responses one field. Then κ is fitted to these, and both steps are repeated.
     """
     law, flips = of_spectra, uniform(dataset.array) is not None
     all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)

@@ -22,23 +22,15 @@ from learn.models.splatting.splat import Splats, splat
 from scenes.files.errors import ParameterError, shown
 from simulate.spectra.beamformer import Beamformer
 
-COARSE_FRACTION = 0.3
-"""Fraction of the primitives that are coarse, the first ones; the others are fine."""
-
-COARSE_DEPTHS, FINE_DEPTHS = (20.0, 50.0), (1.0, 20.0)
-"""Ranges of the initial depths, without unit."""
-
-NEAR, FAR = 0.1, 100.0
-"""Depths at which z_norm is 0 and 1: z_norm = (d − 0.1) / (100 − 0.1) in the paper."""
-
-SCALE_MIN, SCALE_MAX = 2.0, 10.0
-"""s_min and s_max, degrees; the paper gives no values."""
+COARSE_FRACTION = 0.3  # fraction of the primitives that are coarse, the first ones; the others are fine
+COARSE_DEPTHS, FINE_DEPTHS = (20.0, 50.0), (1.0, 20.0)  # ranges of the initial depths, without unit
+NEAR, FAR = 0.1, 100.0  # depths at which z_norm is 0 and 1: z_norm = (d − 0.1) / (100 − 0.1) in the paper
+SCALE_MIN, SCALE_MAX = 2.0, 10.0  # s_min and s_max, degrees; the paper gives no values
 
 SCALE_LEAST, SCALE_MOST = 0.5, 60.0
 """Bounds of a primitive's standard deviation, degrees: half a pixel, and a sixth of a turn."""
 
-INITIAL_OPACITY = 0.3
-"""Initial opacity of every primitive."""
+INITIAL_OPACITY = 0.3  # initial opacity of every primitive
 
 
 class Primitives(nn.Module):

@@ -15,14 +15,9 @@ from learn.models.networks.response_network import PathDelays, ResponseNetwork
 from learn.models.quadrature import Quadrature, interpolation, picture_pixels
 from simulate.spectra.beamformer import Beamformer
 
-WIDTH, LAYERS = 256, 4
-"""Width and number of residual layers of both networks."""
-
-PATHS = 8
-"""Number of delays over a band."""
-
-SAMPLES = 512
-"""Largest number of samples of one field that a training step takes, if it has not more places than that."""
+WIDTH, LAYERS = 256, 4  # width and number of residual layers of both networks
+PATHS = 8  # number of delays over a band
+SAMPLES = 512  # largest number of samples of one field that a training step takes, if it has not more places than that
 
 
 class SpectrumMLP(SpectrumModel):

@@ -14,8 +14,7 @@ from torch import Tensor, nn
 from learn.models.capabilities import PredictsResponses, relative_error
 from simulate.spectra.beamformer import Beamformer
 
-HELD = 0.9
-"""Share of the known power within the delays that a training begins with."""
+HELD = 0.9  # share of the known power within the delays that a training begins with
 
 
 class PathDelays(nn.Module):

@@ -18,27 +18,20 @@ from learn.models.quadrature import composite_loss
 from learn.models.splatting.splat import Conic, directions, neighbour_distance, rotation_matrix, splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
-PUBLISHED = 3000
-"""Number of Gaussians."""
+PUBLISHED = 3000  # number of Gaussians
 
 EXTENT, LEAST_HALF = 2.72, 1.0
 """Gaussians start in a box so many times as large as that of the training positions, half of which counts as at least a
 metre along each axis."""
 
-DEGREE = 9
-"""Degree of the expansion of a Gaussian's signal over directions: 100 complex numbers."""
+DEGREE = 9  # degree of the expansion of a Gaussian's signal over directions: 100 complex numbers
 
 FIRST_SIGNAL, FIRST_ATTENUATION = 0.0928, 0.1
 """Standard deviation of the first coefficients, and attenuation of all Gaussians at the start."""
 
-RADIUS = 0.307
-"""Radius of the sphere around the transmitter, metres."""
-
-NEAREST = 1.5 * RADIUS
-"""Gaussians nearer to the transmitter are not seen, metres."""
-
-LEAST_COSINE = 0.02
-"""Least cosine of an elevation in the width of a Gaussian along azimuth."""
+RADIUS = 0.307  # radius of the sphere around the transmitter, metres
+NEAREST = 1.5 * RADIUS  # Gaussians nearer to the transmitter are not seen, metres
+LEAST_COSINE = 0.02  # least cosine of an elevation in the width of a Gaussian along azimuth
 
 PLACE_PACE, MEAN_PACE, REST_PACE, ATTENUATION_PACE, SCALE_PACE, ROTATION_PACE = 0.8, 1.0, 0.193, 4.2, 0.5, 0.39
 """Learning rates relative to that of the coefficient of degree 0, 2.7e-3. The optimiser has one rate. A parameter that
@@ -47,8 +40,7 @@ is used times its pace moves as if it had its own."""
 SSIM_WEIGHT, FOURIER_WEIGHT = 0.366, 0.1915
 """Weights of 1 − SSIM and of the squared difference of Fourier transforms in the loss; L1 has the rest."""
 
-LEAST_POWER = 1e-8
-"""Added to |F|² before the root, whose derivative is infinite at 0."""
+LEAST_POWER = 1e-8  # added to |F|² before the root, whose derivative is infinite at 0
 
 
 class GSRF(SplatModel):

@@ -23,17 +23,10 @@ from scenes.files.errors import require_whole
 from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.beamformer import Beamformer
 
-ORDER = 10
-"""Number of octaves of all three encodings."""
-
-FAR = 5.0
-"""Distance from the gateway to a ray's last voxel, metres."""
-
-PATH_LOSS = 0.025
-"""λ / 4π at 915 MHz, metres."""
-
-RAYS_AT_ONCE = 2048
-"""Number of rays that a prediction marches at a time."""
+ORDER = 10  # number of octaves of all three encodings
+FAR = 5.0  # distance from the gateway to a ray's last voxel, metres
+PATH_LOSS = 0.025  # λ / 4π at 915 MHz, metres
+RAYS_AT_ONCE = 2048  # number of rays that a prediction marches at a time
 
 
 class NeRF2(SpectrumModel):

@@ -49,8 +49,7 @@ class RadianceField(nn.Module):
         return self.signal(self.radiance(feature, *others))
 
 
-ORDER = 10
-"""Number of octaves of the encodings of voxels and directions."""
+ORDER = 10  # number of octaves of the encodings of voxels and directions
 
 
 @dataclass(frozen=True)
@@ -66,12 +65,10 @@ class RaySize:
 
 PUBLISHED = RaySize()
 
-REDUCED = RaySize(azimuths=12, elevations=3, samples=8, width=64)
-"""Without a GPU."""
+REDUCED = RaySize(azimuths=12, elevations=3, samples=8, width=64)  # without a GPU
 
 
-REDUCED_BATCH = 32
-"""Pairs of a transmitter and a receiver in a step, at the reduced size."""
+REDUCED_BATCH = 32  # pairs of a transmitter and a receiver in a step, at the reduced size
 
 
 def size_here() -> RaySize:

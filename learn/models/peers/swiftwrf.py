@@ -20,11 +20,8 @@ from learn.models.quadrature import Quadrature
 from learn.models.splatting.splat import splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
-PUBLISHED = 10_000
-"""Number of Gaussians of the authors' runs."""
-
-WIDTH, LAYERS = 156, 8
-"""Width and number of layers of the deformation network."""
+PUBLISHED = 10_000  # number of Gaussians of the authors' runs
+WIDTH, LAYERS = 156, 8  # width and number of layers of the deformation network
 
 PLACE_OCTAVES, POSITION_OCTAVES = 10, 6
 """Octaves of the encodings of a Gaussian's place and of the transmitter's position."""
@@ -32,14 +29,12 @@ PLACE_OCTAVES, POSITION_OCTAVES = 10, 6
 SMALLEST_SCALE = 0.5
 """Added to the diagonal of a Gaussian's Cholesky factor, degrees, with the published number of Gaussians."""
 
-NARROWEST = 0.05
-"""Least diagonal of a Cholesky factor, degrees; no pixel sees a narrower Gaussian."""
+NARROWEST = 0.05  # least diagonal of a Cholesky factor, degrees; no pixel sees a narrower Gaussian
 
 FAINT = 1e-9
 """Opacity of every Gaussian in the renderer, so small that Π (1 − FAINT) is 1 and alpha blending becomes addition."""
 
-LEAST_POWER = 1e-12
-"""Keeps the derivative of |F| finite where F is zero."""
+LEAST_POWER = 1e-12  # keeps the derivative of |F| finite where F is zero
 
 
 class SwiftWRF(SplatModel):
@@ -88,13 +83,7 @@ class SwiftWRF(SplatModel):
         elevation = 45 * (place[..., 1] + 1)
         weight = (self.opacity + fade[..., 0])[..., None] * (self.coefficient + change)
         field = splat_by_conic(
-            azimuth,
-            elevation,
-            (a, b, c),
-            torch.full_like(azimuth, FAINT),
-            weight / FAINT,
-            azimuths,
-            elevations,
+            azimuth, elevation, (a, b, c), torch.full_like(azimuth, FAINT), weight / FAINT, azimuths, elevations
         )
         return clipped_magnitude(field)
 

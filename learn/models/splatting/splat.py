@@ -20,11 +20,8 @@ from torch import Tensor, nn
 
 from learn.models.splatting.splat_cpu import splat_cpu
 
-WHOLE = 1e-3
-"""A number of columns this near a whole one is whole: a grid's azimuths are in single precision."""
-
-MOST_TURN = 4
-"""Largest ratio of the columns of one turn, which the fast renderers compute, to those of the grid."""
+WHOLE = 1e-3  # A number of columns this near a whole one is whole: a grid's azimuths are in single precision
+MOST_TURN = 4  # largest ratio of the columns of one turn, which the fast renderers compute, to those of the grid
 
 Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]]
 """The entries a, b, c of the inverse covariances Σ⁻¹ = [[a, b], [b, c]] of primitives, per square degree."""
@@ -129,10 +126,7 @@ def splat_reference(
 
 
 def gaussian(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    conic: Conic,
-    pixels: Float[Tensor, "P 2"],
+    azimuth: Float[Tensor, "*#B N_p"], elevation: Float[Tensor, "*#B N_p"], conic: Conic, pixels: Float[Tensor, "P 2"]
 ) -> Float[Tensor, "B N_p P"]:
     """G_i(p) = exp(−½ (p − μ_i)ᵀ Σ_i⁻¹ (p − μ_i)) on the (φ, θ) plane.
 
@@ -161,11 +155,8 @@ def pixel_grid(azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -
     return torch.stack([grid_azimuth.flatten(), grid_elevation.flatten()], dim=-1)
 
 
-NEIGHBOURS = 3
-"""A Gaussian starts as large as its nearest neighbours are far, so that fewer ones fill the same space."""
-
-LEAST_ACROSS = 1e-3
-"""Least distance from the vertical axis for J, metres; azimuth has no derivative on the axis."""
+NEIGHBOURS = 3  # A Gaussian starts as large as its nearest neighbours are far, so that fewer ones fill the same space
+LEAST_ACROSS = 1e-3  # least distance from the vertical axis for J, metres; azimuth has no derivative on the axis
 
 
 def neighbour_distance(place: Float[np.ndarray, "N_p 3"]) -> Float[np.ndarray, " N_p"]:

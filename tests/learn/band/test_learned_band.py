@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from learn.band.band_methods import BAND_METHODS, ApertureBand, KnownBand, ResponseMLPBand
-from learn.comparison.makers import chosen
+from learn.comparison.method_factories import chosen_methods
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 
@@ -66,4 +66,4 @@ def test_training_fits_the_known_responses(known, moving, learned, moves):
 
 
 def test_they_are_compared_only_if_they_are_named():
-    assert {"mlp-responses", "bisplat-aperture"} <= set(BAND_METHODS) - set(chosen(None, BAND_METHODS))
+    assert {"mlp-responses", "bisplat-aperture"} <= set(BAND_METHODS) - set(chosen_methods(None, BAND_METHODS))

@@ -21,17 +21,15 @@ from bisplat.__main__ import main
 from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
-from learn.comparison import experiment, trained_model
+from learn.comparison import experiment
+from learn.comparison import spectrum_methods as trained_model
 from learn.comparison.ablate import ablate, variants
-from learn.comparison.averages import averaged
-from learn.comparison.compare import compare, spectrum_makers
-from learn.comparison.doubts import FEW_STEPS
+from learn.comparison.averaged_table import FEW_STEPS, averaged
+from learn.comparison.compare import SWEPT, compare, spectrum_factories, sweep
 from learn.comparison.experiment import CEILING
-from learn.comparison.methods import method_named, method_names
-from learn.comparison.sweep import SWEPT, sweep
+from learn.comparison.known_spectra import KnownSpectra
+from learn.comparison.spectrum_methods import TrainedModel, method_named, method_names
 from learn.comparison.table import table_cells
-from learn.comparison.task import Task
-from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import score
 from learn.data.splits import split
 from learn.reports.comparison_report import validation_curve, write_ablation, write_comparison, write_sweep
@@ -474,7 +472,10 @@ def test_class_without_source_is_kept_and_that_is_said(tiny, tmp_path, capsys):
             "models: expected a method with fit and predict for mine, found Copy",
         ),
         (KNN.replace("def predict", "def ask"), "models: expected .* for mine, found Copy without predict"),
-        (KNN.replace("self.folder =", "1 / 0 #"), "mine: expected fit to learn from the task, found ZeroDivisionError"),
+        (
+            KNN.replace("self.folder =", "1 / 0 #"),
+            "mine: expected fit to learn from what is known, found ZeroDivisionError",
+        ),
         (KNN.replace("import numpy", "import nump"), "mine: expected predict to return spectra, found ModuleNotFound"),
         (
             KNN.replace("90, 360", "360, 90"),
@@ -508,7 +509,7 @@ def test_sweep_has_the_default_model_by_default():
 
 
 def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
-    task = Task(read_dataset(tiny), "files", 0, None, 1, INSTANT, None, tmp_path / "run")
+    task = KnownSpectra(read_dataset(tiny), "files", 0, None, 1, INSTANT, None, tmp_path / "run")
     positions = task.dataset.positions[:3]
     first = TrainedModel("bisplat-aperture")
     first.fit(task)
@@ -526,7 +527,7 @@ def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(trained_model, "train_run", lambda config, folder, **_: seen.append(config))
     monkeypatch.setattr(trained_model, "load_run", lambda folder: None)
-    TrainedModel("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
+    TrainedModel("mlp").fit(KnownSpectra(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
     assert seen[0].by_steps.steps == 360 and seen[0].seed == 7
 
 
@@ -554,7 +555,9 @@ def test_finding_phases_is_part_of_the_budget(tiny, tmp_path, monkeypatch):
     where = "learn.training.budget."
     monkeypatch.setattr(f"{where}learned_responses", lambda *_: Learned(None, seconds=60.0))
     monkeypatch.setattr(f"{where}measured_speed", lambda *_: Speed(step=60.0, validation=0.0))
-    TrainedModel("mlp-responses").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
+    TrainedModel("mlp-responses").fit(
+        KnownSpectra(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run")
+    )
     assert read_config(tmp_path / "run").config.by_steps.steps == 2
     assert read_training(tmp_path / "run").seconds >= 60
 
@@ -565,7 +568,7 @@ NEED_RESPONSES = {"mirror-images", "kriging-responses"}
 @pytest.mark.parametrize("name", sorted(set(method_names()) - {"bisplat-plus", "nerf2"} - NEED_RESPONSES))
 def test_every_method_fits_and_predicts(tiny, tmp_path, name):
     dataset = read_dataset(tiny)  # without responses
-    task = Task(dataset, "files", 0, None, 0, INSTANT, None, tmp_path / "run")
+    task = KnownSpectra(dataset, "files", 0, None, 0, INSTANT, None, tmp_path / "run")
     method = method_named(name)()
     method.fit(task)
     pictures = method.predict(dataset.positions[task.parts.test])
@@ -734,7 +737,7 @@ def test_another_method_with_the_same_label_is_measured_again(tiny, tmp_path, ro
 
 def test_a_reduced_model_says_so_whatever_its_label(tiny, tmp_path):
     reduced = ["nerf2 (reduced)", "ours (reduced)"]
-    assert list(spectrum_makers({"nerf2": "nerf2", "ours": "swiftwrf", "far": "nearest"})) == [*reduced, "far"]
+    assert list(spectrum_factories({"nerf2": "nerf2", "ours": "swiftwrf", "far": "nearest"})) == [*reduced, "far"]
 
 
 def test_a_size_that_is_too_large_is_refused_before_anything_is_measured(tiny, tmp_path):

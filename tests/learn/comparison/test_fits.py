@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.comparison.fits import Parts
-from learn.comparison.makers import chosen
+from learn.comparison.method_factories import chosen_methods
+from learn.comparison.scored_methods import Parts
 from learn.reports.score_report import write_score_sweep
 
 
@@ -161,7 +161,7 @@ def test_methods_that_are_trained_by_steps_are_only_compared_if_named():
         by_steps = True
 
     known = {"quick": Own, "learned": Learned}
-    assert list(chosen(None, known)) == ["quick"] and list(chosen(["learned"], known)) == ["learned"]
+    assert list(chosen_methods(None, known)) == ["quick"] and list(chosen_methods(["learned"], known)) == ["learned"]
 
 
 def test_the_command_prints_the_best_first_and_writes_nothing(kind, bisplat_command, tmp_path):
@@ -277,7 +277,7 @@ def test_another_method_with_the_same_label_is_fitted_again(kind, tmp_path, caps
 def test_a_class_that_was_edited_is_fitted_again(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(Stops, "fits", 9)
     hashes = iter(["first", "second"])
-    monkeypatch.setattr("learn.comparison.own_method.source_hash", lambda method: next(hashes))
+    monkeypatch.setattr("learn.comparison.method_factories.source_hash", lambda method: next(hashes))
     for _ in range(2):
         comparison = kind.compare(kind.dataset, {"mine": Stops}, output=tmp_path / "kept")
     assert Stops.fits == 11 and [row["source"] for row in comparison] == ["second"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.comparison.scores_file import read_scores, write_scores
+from learn.comparison.experiment import read_scores, write_scores
 from learn.data.metrics import Scores
 from scenes.files.errors import InputError
 from tests import corpus

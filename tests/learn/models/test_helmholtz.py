@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from learn.baselines.neighbours import inverse_distance
-from learn.comparison.task import Task
-from learn.comparison.trained_model import TrainedModel
+from learn.comparison.known_spectra import KnownSpectra
+from learn.comparison.spectrum_methods import TrainedModel
 from learn.data.metrics import ssim
 from learn.models.kriging import vecchia
 from learn.models.kriging.helmholtz import HelmholtzField
@@ -228,7 +228,7 @@ def test_open_share_is_the_mean_squared_error():
 def test_trains_predicts_and_loads_again(tiny, tmp_path):
     dataset = read_dataset(tiny)
     method = TrainedModel("helmholtz")
-    method.fit(Task(dataset, "files", 0, None, 0, 0.01, None, tmp_path / "run"))
+    method.fit(KnownSpectra(dataset, "files", 0, None, 0, 0.01, None, tmp_path / "run"))
     assert method.predict(dataset.positions[:3]).shape == (3, 90, 360)
     run = load_run(tmp_path / "run")
     prediction = run.predict(dataset.positions[:3])

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 import bisplat
-from learn.comparison.makers import chosen
+from learn.comparison.method_factories import chosen_methods
 from learn.models.peers.ray_signals import RaySize
 from learn.powers.fit_powers import POWER_METHODS
 from learn.powers.known_powers import KnownPowers
@@ -57,7 +57,7 @@ def test_it_is_compared_only_if_it_is_named_and_says_that_it_is_reduced(tmp_path
     monkeypatch.setattr("learn.powers.nerf_powers.MOST_STEPS", 1)
     powers = -50 - PLACES[:, :2]
     hall = bisplat.write_rssi(tmp_path / "hall", PLACES, powers, {"a": GATEWAYS[0], "b": GATEWAYS[1]}, "2.4 GHz")
-    assert "nerf2" not in chosen(None, POWER_METHODS)
+    assert "nerf2" not in chosen_methods(None, POWER_METHODS)
     comparison = bisplat.compare_powers(hall, ["nerf2", "nearest"], split="random")
     assert [row["label"] for row in comparison] == ["nerf2 (reduced)", "nearest"]
     assert set(comparison.errors) == {"nerf2 (reduced)", "nearest"}

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from learn.baselines.array_ceiling import CEILING
-from learn.comparison.kept_rows import row_name
-from learn.comparison.protocol import Settings
+from learn.comparison.results_folder import Settings, row_name
 from learn.reports.comparison_report import write_ablation
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, Picture, write_page

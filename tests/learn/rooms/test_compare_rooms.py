@@ -249,7 +249,7 @@ def test_an_interrupted_comparison_goes_on_with_the_missing_rows(rooms, tmp_path
 
 def test_an_edited_class_is_measured_again(rooms, tmp_path, monkeypatch):
     hashes = iter(["first", "second"])
-    monkeypatch.setattr("learn.comparison.own_method.source_hash", lambda method: next(hashes))
+    monkeypatch.setattr("learn.comparison.method_factories.source_hash", lambda method: next(hashes))
     Truth.seen = []
     for _ in range(2):
         rows = bisplat.compare_rooms(rooms, {"a": Truth}, given=[3], output=tmp_path / "kept").rows

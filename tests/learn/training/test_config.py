@@ -5,7 +5,7 @@ import json
 import pytest
 
 from learn.comparison.experiment import Experiment, begun
-from learn.comparison.protocol import Settings
+from learn.comparison.results_folder import Settings
 from learn.training.config import Config, read_config
 from scenes.files.errors import InputError, ParameterError
 from tests import hostile_files as hostile

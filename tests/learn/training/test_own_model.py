@@ -14,7 +14,7 @@ import pytest
 import torch
 
 import bisplat
-from learn.comparison.methods import method_named
+from learn.comparison.spectrum_methods import method_named
 from learn.training.gradient_steps import Training
 from learn.view.subject import subject
 from scenes.files.errors import InputError, ParameterError

@@ -164,7 +164,7 @@ def test_a_scene_is_needed_and_has_the_frequency(data, wrong, true, tmp_path):
 
 
 def test_it_is_no_model_of_comparisons_without_a_scene():
-    from learn.comparison.methods import method_names
+    from learn.comparison.spectrum_methods import method_names
 
     assert MODELS["twin"].needs == ("scene",) and "twin" not in method_names()
 

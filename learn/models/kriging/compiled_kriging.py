@@ -16,15 +16,27 @@ import numpy as np
 from jaxtyping import Complex, Float
 from torch import Tensor
 
-from learn.models.kriging.quick_nearest import keep_smallest
 from learn.models.kriging.wave_covariance import LEGS, leg_shapes
 from simulate.parallel.compiled import SUMS, compiled, in_threads
 
-TASK = 8
-"""Number of positions that a thread takes at a time."""
+TASK = 8  # number of positions that a thread takes at a time
 
 RARE = 1e-10
 """Probability, relative to that of the most probable leg, below which a leg does not change single precision."""
+
+
+@compiled(inline="always")
+def keep_smallest(cost, index, costs, indices, kept):
+    """Insert a cost into the ascending ``costs`` [most], of which ``kept`` are in use. Return how many then are."""
+    most = len(costs)
+    if kept == most and not cost < costs[most - 1]:
+        return kept
+    place = min(kept, most - 1)
+    while place > 0 and cost < costs[place - 1]:
+        costs[place], indices[place] = costs[place - 1], indices[place - 1]
+        place -= 1
+    costs[place], indices[place] = cost, index
+    return min(kept + 1, most)
 
 
 @compiled(nogil=True, fastmath=SUMS, error_model="numpy")
@@ -123,7 +135,7 @@ def _krige(positions, places, times, cosines, sines, legs, values, wavenumbers, 
             responses[k, m] = complex(real, imaginary)
 
 
-class QuickKriging:
+class CompiledKriging:
     """Interpolates responses between known ones."""
 
     def __init__(

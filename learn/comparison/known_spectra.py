@@ -1,4 +1,4 @@
-"""The interface of a compared method: it has ``fit``, which takes a ``Task``, and ``predict``."""
+"""The interface of a compared method: it has ``fit``, which takes a ``KnownSpectra``, and ``predict``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from simulate.spectra.spectrum import spectrum_of
 
 
 @dataclass(frozen=True)
-class Task:
+class KnownSpectra:
     """The spectra from which a method learns, and how long it may train.
 
     Attributes:
@@ -75,8 +75,8 @@ class Method(Protocol):
     and ``steps`` (number of training steps). The rows of a comparison then state them.
     """
 
-    def fit(self, task: Task) -> None:
-        """Learn from the known spectra of a task."""
+    def fit(self, known: KnownSpectra) -> None:
+        """Learn from known spectra."""
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         """Predict spectra, 0…1, at transmitter positions in metres, world frame."""

@@ -1,23 +1,30 @@
-"""Fits of methods that predict powers, channels or responses over a band, with several seeds and training parts."""
+"""Fit and score methods for powers, channels or responses over a band, with several seeds and training parts."""
 
 from __future__ import annotations
 
+import hashlib
+import io
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from jaxtyping import Complex, Float
+from msgspec import Meta, Struct
 
-from learn.comparison.doubts import average_name
-from learn.comparison.kept_fits import KeptFits
-from learn.comparison.makers import checked_sizes, trained_by_steps
-from learn.comparison.own_method import built, is_own, named, source_of
+from learn.comparison.averaged_table import average_name
+from learn.comparison.method_factories import built, checked_sizes, is_own, named, source_of, trained_by_steps
+from learn.comparison.results_folder import ResultRow, ResultsFile, results_in, row_name
 from learn.data.split_distances import SplitDistances, say_distances
-from learn.data.splits import Split, SplitKind
+from learn.data.splits import GUARD_MOST, Split, SplitKind
 from learn.data.splits import split as split_dataset
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_whole
+from scenes.files.input_file import MEGABYTE
+from scenes.files.npz_file import Expected, read_npz
 from scenes.files.plain_text import say
 from simulate.positions.positions import MOST_POSITIONS
 
@@ -25,6 +32,81 @@ if TYPE_CHECKING:
     from simulate.csi.csi_dataset import CsiDataset
     from simulate.dataset.dataset import Dataset
     from simulate.rssi.rssi_dataset import RssiDataset
+
+
+LARGEST_ARRAYS = 4000 * MEGABYTE
+"""Largest size of the arrays of a fit, bytes."""
+
+
+class FitsProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The content of protocol.json: the settings that all rows have in common."""
+
+    dataset: str  # absolute path of the dataset's folder
+    predicted: str  # what the methods predict
+    split: SplitKind  # how the test part is chosen
+    seed: Annotated[int, Meta(ge=0)]  # seed of the split
+    # known positions nearer than this to a test position are left out, wavelengths
+    guard: Annotated[float, Meta(ge=0, le=GUARD_MOST)]
+    minutes: Annotated[float, Meta(gt=0)]  # training time of each method that is trained by steps
+    data_sha256: str  # fingerprint of the dataset
+
+
+class FitRow(ResultRow, frozen=True, kw_only=True):
+    """The entries that every row has. The others are the scores."""
+
+    known: Annotated[int, Meta(ge=1)]
+    seconds: float
+
+
+class FitResults(ResultsFile):
+    """The rows in results.jsonl, and the arrays of those of the first seed in per_sample/."""
+
+    def add_fit(self, key: dict[str, Any], row: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        """Write a fit to the files, in place of an old one with this key."""
+        if key["seed"] == 0:
+            archive = io.BytesIO()
+            np.savez(archive, **arrays)  # type: ignore[arg-type]
+            write_atomically(self._path(key), archive.getvalue())
+        self.keep(key, row)
+
+    def arrays(self, expected: Mapping[str, Expected]) -> Iterator[tuple[dict[str, Any], dict[str, np.ndarray]]]:
+        """The rows of the first seed, each with its arrays."""
+        for row in self.rows:
+            if row["seed"] == 0:
+                yield row, read_npz(self._path(row), "arrays of a comparison", expected, LARGEST_ARRAYS)
+
+    def _path(self, key: Mapping[str, Any]) -> Path:
+        return self.path.parent / "per_sample" / f"{row_name(key)}.npz"
+
+
+@contextmanager
+def fit_results(
+    output: Path | None,
+    predicted: str,
+    dataset: Path,
+    settings: dict[str, Any],
+    data: Iterable[np.ndarray | None],
+    schema: type[FitRow],
+) -> Iterator[FitResults]:
+    """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it."""
+
+    def fingerprint() -> str:
+        digest = hashlib.sha256()
+        for each in data:
+            array = np.asarray("nothing" if each is None else each)
+            digest.update(f"{array.dtype} {array.shape}".encode())
+            digest.update(np.ascontiguousarray(array).data)
+        return digest.hexdigest()
+
+    given = {"dataset": str(dataset.resolve()), "predicted": predicted, **settings}
+    with results_in(output, f"comparison of {predicted}", given, fingerprint, (FitsProtocol, schema)) as kept:
+        yield FitResults(kept.path.parent, schema)
+
+
+def earlier_sizes(output: Path | None) -> set[int | None]:
+    """The numbers of training positions of the rows that a folder has from earlier calls."""
+    rows = [] if output is None else ResultsFile(output, FitRow).rows
+    return {row["train_size"] for row in rows}
 
 
 @dataclass(frozen=True)
@@ -75,7 +157,7 @@ def asked_sizes(train_size: Any, things: str) -> list[int | None]:
     return [train_size]
 
 
-def measure_fits(
+def score_fits(
     methods: Mapping[str, Callable[[], Any]],
     usual: Mapping[str, Callable[[], Any]],
     seeds: int,
@@ -83,7 +165,7 @@ def measure_fits(
     known: Callable[[Split, int], Any],
     predict: Callable[[str, Any], Any],
     score: Callable[[Any], tuple[dict[str, Any], dict[str, np.ndarray]]],
-    kept: KeptFits,
+    kept: FitResults,
 ) -> None:
     """Fit and score methods where the row is missing: all with the first seed, then all with the next one.
 
@@ -111,7 +193,7 @@ def measure_fits(
                 cost = {"steps": getattr(method, "steps", None), "seconds": round(time.perf_counter() - began, 3)}
                 scores, arrays = score(predicted)
                 row = {"known": len(split.known), **scores, **cost}
-                kept.keep_fit(key, row if source is None else {**row, "source": source}, arrays)
+                kept.add_fit(key, row if source is None else {**row, "source": source}, arrays)
 
 
 def checked_array(label: str, what: str, given: Any, shape: tuple[int, ...], kind: str) -> Float[np.ndarray, "..."]:
