@@ -80,10 +80,9 @@ def read_training(folder: Path) -> TrainingFile:
     return found
 
 
-def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"] | None:
-    """Positions of the spectra that the model of a run learned from, metres. None: an older version trained the run."""
-    path = folder / KNOWN
-    return read_points(path) if path.exists() else None
+def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"]:
+    """Positions of the spectra that the model of a run learned from, metres."""
+    return read_points(folder / KNOWN)
 
 
 def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumModel:

@@ -18,7 +18,7 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset import Dataset
-from simulate.fullwave import run_cost, run_plan
+from simulate.fullwave import all_elements, run_plan
 from simulate.fullwave.stored_field import StoredField
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
@@ -43,7 +43,7 @@ def in_free_space():
         return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_cost, "stored_field", field)
+        patch.setattr(all_elements, "stored_field", field)
         yield
 
 

@@ -66,13 +66,6 @@ def test_materials_and_the_pulse_limit_what_one_run_solves(scene):
     assert LEAST_LEVEL <= min(levels) < 0.2
 
 
-def test_other_conductors_need_another_run(scene):
-    """A loss of a thousand is that of a conductor; it falls with the frequency."""
-    salty = RadioMaterial("concrete", 5.0, 1000 * 2 * np.pi * 915.5e6 * 8.854e-12, 0.1)
-    scenes = [replace(scene, frequency=each, materials={"concrete": salty}) for each in (914e6, 915e6, 916e6)]
-    assert [each.frequencies for each in frequency_groups(scenes, 0.01)] == [[916e6], [914e6, 915e6]]
-
-
 def test_pulse_serves_frequencies_where_its_spectrum_is_weak(tmp_path):
     """The field of a dipole in free space, near the largest and the least frequency of a run."""
     carrier, cell = 915e6, 0.025
