@@ -105,7 +105,7 @@ def _bands(array: Array) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n
 
 
 def picture_pixels(beamformer: Beamformer) -> Quadrature:
-    """Pixels from which a spectrum is interpolated: at least those of a 4 × 4 array, for the magnitude's sharp valleys."""
+    """Pixels from which a spectrum is interpolated: at least those of a 4 × 4 array, for sharp valleys."""
     own, larger = quadrature(beamformer), quadrature(replace(beamformer, array=PlanarArray()))
     by_rows = max(own, larger, key=lambda pixels: len(pixels.rows))
     by_columns = max(own, larger, key=lambda pixels: len(pixels.columns))
