@@ -100,11 +100,7 @@ class Obstruction(NamedTuple):
 
 
 def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, "elements 3"]:
-    """Return the positions of a gateway's elements, metres, world frame.
-
-    >>> element_positions(Gateway((1, 0, 2), (0, 0, 0, 1), rows=1, columns=2), wavelength=0.2).tolist()
-    [[0.95, 0.0, 2.0], [1.05, 0.0, 2.0]]
-    """
+    """Return the positions of a gateway's elements, metres, world frame."""
     if gateway.elements is not None:
         turned = Rotation.from_quat(gateway.orientation).apply(np.array(gateway.elements))
         return np.asarray(gateway.position) + turned
@@ -115,13 +111,7 @@ def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, 
 
 
 def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObject]) -> Obstruction | None:
-    """Find an element on an object's surface, or behind one as seen from the gateway's position.
-
-    >>> from scenes.scene.shapes import sheet
-    >>> wall = SceneObject("wall", sheet((0, -2, 0), (0, 4, 0), (0, 0, 3)), "brick")
-    >>> obstruction(Gateway((0.1, 0, 1.5), (0, 0, 0, 1)), 0.33, [wall]).where
-    'behind'
-    """
+    """Find an element on an object's surface, or behind one as seen from the gateway's position."""
     centre = np.asarray(gateway.position)
     points = np.vstack([centre, element_positions(gateway, wavelength)])
     low, high = points.min(axis=0) - TOUCHING, points.max(axis=0) + TOUCHING

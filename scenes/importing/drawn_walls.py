@@ -126,12 +126,6 @@ def drawn_twice(scene: Scene) -> dict[tuple[str, str], int]:
     """Count the triangles that have the same corners as another one, by the names of both objects.
 
     Conductors on conductors are left out, since a wave meets only the first of them.
-
-    >>> from dataclasses import replace
-    >>> from scenes.places.closet import closet
-    >>> table = next(item for item in closet().objects if item.name == "table")
-    >>> drawn_twice(replace(closet(), objects=(*closet().objects, replace(table, name="plate"))))
-    {('table', 'plate'): 2}
     """
     triangles = np.concatenate([item.mesh.triangles for item in scene.objects])
     owner = np.repeat(np.arange(len(scene.objects)), [len(item.mesh.faces) for item in scene.objects])
@@ -159,14 +153,6 @@ def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[
 
     The objects that an import makes of one node are looked at together if they have the same radio material:
     "wall/outside" and "wall/inside". Faces of two materials are layers, each a slab of its own.
-
-    >>> from dataclasses import replace
-    >>> from scenes.places.closet import closet
-    >>> from scenes.scene.shapes import sheet, union
-    >>> skins = union(*(sheet((0, y, 0), (2, 0, 0), (0, 0, 2)) for y in (0.4, 0.5)))
-    >>> scene = replace(closet(), objects=(SceneObject("partition", skins, "brick"),))
-    >>> two_sided_walls(replace(scene, materials=closet().materials), (), 2.0)
-    {'partition': 0.1}
     """
     walls: dict[tuple[str, str], list[SceneObject]] = {}
     for item in scene.objects:

@@ -29,11 +29,7 @@ class Choice:
 
 
 def matches(pattern: str, names: Iterable[str]) -> bool:
-    """Whether a rule's left side is one of some names, literally or as a pattern with ``*``, ``?`` and ``[...]``.
-
-    >>> matches("Wall [3]", ["Wall [3]"]), matches("Wall*", ["Wall [3]"]), matches("wall*", ["Wall [3]"])
-    (True, True, False)
-    """
+    """Whether a rule's left side is one of some names, literally or as a pattern with ``*``, ``?`` and ``[...]``."""
     return any(name == pattern or fnmatchcase(name, pattern) for name in names)
 
 
@@ -151,11 +147,7 @@ def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]
 
 
 def listed(names: Iterable[str], most: int = LISTED) -> str:
-    """List the first names, without repetitions.
-
-    >>> listed("abca", 2)
-    'a, b and 1 more'
-    """
+    """List the first names, without repetitions."""
     each = list(dict.fromkeys(names))
     rest = f" and {len(each) - most} more" if len(each) > most else ""
     return ", ".join(each[:most]) + rest

@@ -170,14 +170,7 @@ class Face:
 
 
 def mid_surfaces(body: Trimesh, thickest: float) -> list[MidSurface]:
-    """Divide a body into plates. They may be turned, have openings, meet in corners, and lack parts of their rims.
-
-    >>> from scenes.scene.shapes import box
-    >>> [plate.thickness for plate in mid_surfaces(box((0, 0, 0), (4, 0.2, 3)), thickest=0.4)]
-    [0.2]
-    >>> mid_surfaces(box((0, 0, 0), (0.3, 0.3, 3)), thickest=0.4)  # a column
-    []
-    """
+    """Divide a body into plates. They may be turned, have openings, meet in corners, and lack parts of their rims."""
     faces = _faces(body)
     pairs = _pairs(faces, thickest) if 2 <= len(faces) <= MOST_FACES else {}
     groups = [

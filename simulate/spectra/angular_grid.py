@@ -125,12 +125,7 @@ class AngularGrid:
 def direction(
     azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
 ) -> Float[np.ndarray, "*shape 3"]:
-    """Unit vector of a direction of arrival, u(φ, θ) = (cos θ cos φ, cos θ sin φ, sin θ), in the gateway frame.
-
-    Example:
-        >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
-        [0.0, 1.0, 0.0]
-    """
+    """Unit vector of a direction of arrival, u(φ, θ) = (cos θ cos φ, cos θ sin φ, sin θ), in the gateway frame."""
     azimuth = check_array("azimuth", azimuth, (...,), "angles in radians")
     elevation = check_array("elevation", elevation, (...,), "angles in radians")
     try:

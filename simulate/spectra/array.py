@@ -283,12 +283,6 @@ def too_few_elements(array: Array) -> str | None:
 
     One element has the same magnitude in all directions, so that its normalised spectrum is zero everywhere. The
     spectrum of two elements is a single cosine, which nearly every prediction resembles.
-
-    >>> from simulate.spectra.array import PlanarArray
-    >>> too_few_elements(PlanarArray(1, 1))
-    'the spectrum of a single element is the same at every position and in every direction'
-    >>> too_few_elements(PlanarArray()) is None
-    True
     """
     if array.elements >= LEAST_ELEMENTS:
         return None

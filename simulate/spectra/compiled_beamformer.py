@@ -186,14 +186,5 @@ class CompiledBeamformer:
 
 @lru_cache(maxsize=4)
 def compiled_beamformer(beamformer: Beamformer) -> CompiledBeamformer | None:
-    """What computes normalised spectra of an array on a grid quickly. None: the grid's azimuths are not 1° apart.
-
-    >>> spectra = np.empty((1, 90, 360), np.uint8)
-    >>> beamformer = Beamformer()
-    >>> y = beamformer.array.manifold(np.radians(200.0), np.radians(40.0)).astype(np.complex64)
-    >>> compiled_beamformer(beamformer).write(y[None], spectra).tolist()
-    [True]
-    >>> spectra.min().item(), spectra.max().item(), spectra[0, 40, 200].item()
-    (0, 255, 255)
-    """
+    """What computes normalised spectra of an array on a grid quickly. None: the grid's azimuths are not 1° apart."""
     return CompiledBeamformer(beamformer) if abs(beamformer.grid.azimuth_step_deg) == 1 else None

@@ -63,15 +63,7 @@ def cut_polygons(
     sizes: Integer[np.ndarray, " P"],
     label: str,
 ) -> Cut:
-    """Cut polygons into triangles.
-
-    A square with a notch at corner 1, and a triangle. A fan from corner 0 would fill the notch:
-
-    >>> outline = np.array([[4, 0, 0], [2, 2, 0], [4, 4, 0], [0, 4, 0], [0, 0, 0.0]])
-    >>> cut = cut_polygons(outline, np.array([0, 1, 2, 3, 4, 0, 1, 2]), np.array([5, 3]), "a.obj")
-    >>> cut.triangles.tolist(), cut.polygons.tolist()
-    ([[4, 0, 1], [1, 2, 3], [1, 3, 4], [0, 1, 2]], [0, 0, 0, 1])
-    """
+    """Cut polygons into triangles."""
     require_few(int(np.sum(sizes - 2)), label)
     if len(sizes) and sizes.max() > MOST_CORNERS:
         raise InputError(f"{label}: expected polygons of at most {MOST_CORNERS} corners, found one of {sizes.max()}")

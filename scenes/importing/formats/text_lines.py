@@ -17,9 +17,6 @@ def text_lines(data: bytes) -> Iterator[tuple[int, str]]:
     """Yield the numbers, counted from 1, and the lines of a text, without the white space around them.
 
     A text without a byte order mark is UTF-8 or, if it is not valid UTF-8, Latin-1. Line ends are those of any system.
-
-    >>> list(text_lines(b"o wall\\r\\nv 0 0 1\\n"))
-    [(1, 'o wall'), (2, 'v 0 0 1')]
     """
     encoding = next((name for mark, name in BYTE_ORDER_MARKS.items() if data.startswith(mark)), None)
     if encoding is None:

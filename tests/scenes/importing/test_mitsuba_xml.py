@@ -178,13 +178,6 @@ def test_radio_material(write):
     assert (found.thickness, found.scattering_coefficient, found.xpd_coefficient) == (0.3, 0.5, 0)
 
 
-@pytest.mark.parametrize("prefix", ["mat-itu_", "itu_", "itu-", "mat-", ""])
-def test_ids_that_are_materials(write, prefix):
-    found = material(write(shape(bsdf("twosided", {"thickness": 0.4}, f"{prefix}medium dry ground"))))
-    ground = p2040_material("medium_dry_ground", GHZ)
-    assert (found.relative_permittivity, found.thickness) == (ground.relative_permittivity, 0.4)
-
-
 def test_references_are_shared_and_thickness_is_sionnas_by_default(write):
     ref = '<ref id="mat-itu_concrete" name="bsdf"/>'
     path = write(CONCRETE, shape(ref, name="a"), shape(ref, name="b"))
@@ -262,19 +255,6 @@ def test_refusals(write, case):
     assert all(fact in sentence for fact in ("outdoors.xml: ", *facts)) and "\n" not in sentence, sentence
 
 
-def test_other_files_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"gone.xml: expected a Mitsuba scene as XML, found no such file"):
-        read_mitsuba(tmp_path / "gone.xml")
-    (tmp_path / "page.xml").write_text("<html/>")
-    with pytest.raises(InputError, match=r"page.xml: expected a Mitsuba <scene>, found <html>"):
-        read_mitsuba(tmp_path / "page.xml")
-
-
-def test_unknown_material_of_a_rule(write):
-    with pytest.raises(InputError, match=r'outdoors.xml: unknown material "wod"; did you mean "wood"'):
-        import_mitsuba(write(shape(CONCRETE)), GHZ, [("*", "wod")])
-
-
 @pytest.mark.parametrize("name", ["outdoors.xml", "sionna:etoile"])
 def test_load_scene_says_to_import_it_first(name):
     with pytest.raises(
@@ -329,9 +309,3 @@ def test_names_of_sionna_without_the_ray_tracer(monkeypatch):
     monkeypatch.setattr(optional_packages, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"the scene sionna:etoile needs Sionna RT, which is not installed"):
         sionna_scene("sionna:etoile")
-
-
-@needs_sionna
-def test_unknown_scenes_of_sionna():
-    with pytest.raises(InputError, match=r'unknown scene "sionna:etoil" of Sionna RT; did you mean "sionna:etoile"'):
-        sionna_scene("sionna:etoil")

@@ -9,13 +9,15 @@ import trimesh
 from bisplat.__main__ import main
 from scenes.drawing import scene_drawing
 from scenes.files.errors import InputError
-from scenes.importing import import_doubts as import_unit
-from scenes.importing.import_doubts import unit_doubt
+from scenes.importing import import_doubts
+from scenes.importing.import_doubts import antenna_warnings, unit_doubt
 from scenes.importing.lengths import METRES
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.description import Scene, SceneObject
+from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
-from scenes.scene.shapes import box
+from scenes.scene.shapes import box, sheet
 from scenes.storage.scene_yaml import BUILT_IN
 
 ROOM = np.array([[0.0, 0.0, 0.0], [5.0, 4.0, 3.0]])
@@ -36,19 +38,19 @@ def test_right_unit_is_not_doubted(unit):
 @pytest.mark.parametrize(("true", "read"), [("mm", "m"), ("mm", "ft"), ("m", "mm"), ("m", "cm"), ("ft", "mm")])
 def test_wrong_unit_is_impossible_and_the_right_one_is_named(true, read):
     found = doubt(true, read)
-    assert found.impossible and f"with the unit {true} it would be 5 x 4 x 3 m (in the others: " in found.sentence
+    assert found.decisive and f"with the unit {true} it would be 5 x 4 x 3 m (in the others: " in found.sentence
 
 
 @pytest.mark.parametrize("read", ["m", "mm"])
 def test_centimetres_read_as_metres_or_millimetres_are_doubted(read):
     found = doubt("cm", read)
-    assert not found.impossible and "with the unit cm it would be 5 x 4 x 3 m" in found.sentence
+    assert not found.decisive and "with the unit cm it would be 5 x 4 x 3 m" in found.sentence
 
 
 def test_place_smaller_than_the_wavelength_is_impossible():
     close = np.array([[0.05, 0.0, 0.0], [0.01, 0.02, 0.0]])
     found = unit_doubt(ROOM / 50, close, "m", 0.33)
-    assert found.impossible and found.sentence.startswith("expected a scene larger than the wavelength, 0.33 m")
+    assert found.decisive and found.sentence.startswith("expected a scene larger than the wavelength, 0.33 m")
     assert unit_doubt(ROOM / 50, close, "m", 0.01) is None
 
 
@@ -73,14 +75,6 @@ def test_import_refuses_the_unit_before_it_looks_at_the_gateway(tmp_path):
         import_scene(tmp_path / "room.stl", [("*", "brick")], gateway=GATEWAY, transmitter=REGION)
     _, report = import_scene(tmp_path / "room.stl", [("*", "brick")], unit="mm", gateway=GATEWAY, transmitter=REGION)
     assert report.warnings == ()
-
-
-def test_antennas_beside_the_place_are_a_warning_about_the_up_axis(tmp_path):
-    box((0, 0, 0), (5, 4, 3)).export(tmp_path / "room.stl")
-    rules = [("*", "brick")]
-    _, report = import_scene(tmp_path / "room.stl", rules, up="y", gateway=GATEWAY, transmitter=REGION)
-    (warning,) = report.warnings
-    assert "x 0 to 5 m and y -3 to 0 m, found the gateway and the transmitter region outside it; is the up" in warning
 
 
 # The command
@@ -111,7 +105,7 @@ def bisplat_scene(tmp_path, monkeypatch, capsys):
 
 
 def test_command_writes_nothing_by_a_unit_that_cannot_be(bisplat_scene, monkeypatch):
-    monkeypatch.setattr(import_unit, "REFUSED", (1 / 30, 100.0))
+    monkeypatch.setattr(import_doubts, "REFUSED", (1 / 30, 100.0))
     status, err, folder = bisplat_scene("m", "--frequency", "915e6")
     assert status == 1 and err.count("\n") == 1 and "with the unit cm it would be 5 x 4 x 3 m" in err
     assert not folder.exists()
@@ -127,24 +121,64 @@ def test_command_warns_of_a_doubtful_unit_and_says_which_frequency_it_assumed(bi
     assert "frequency: 915000000.0" in (folder / "scene.yaml").read_text()
 
 
-def test_command_says_nothing_of_a_frequency_that_was_given(bisplat_scene):
-    status, err, folder = bisplat_scene("cm", "--frequency", "3.5e9")
-    assert status == 0 and err.count("\n") == 1 and "read with up axis z and unit cm" in err
-    assert "frequency: 3500000000.0" in (folder / "scene.yaml").read_text()
-
-
-def test_command_names_a_rule_that_matches_nothing_and_the_objects(bisplat_scene):
-    rules = ("--material", "Desk*=wood", "desk*=metal", "Shell=concrete")
-    status, err, _ = bisplat_scene("cm", "--frequency", "915e6", *rules)
-    assert status == 0 and err.count("\n") == 2
-    assert 'the material rule "desk*=metal" matches no object; the objects are Desk.001, Shell' in err
-
-
-def test_frequency_of_zero_is_one_sentence(bisplat_scene):
-    status, err, _ = bisplat_scene("cm", "--frequency", "0")
-    assert status == 1 and err.startswith("bisplat: --frequency: expected hertz, from 1e6 to 1e12, or a number with")
-
-
 @pytest.mark.filterwarnings("error")
 def test_antennas_out_of_reach_are_left_to_other_checks():
     assert unit_doubt(ROOM, ANTENNAS * 1e300, "m", 0.33) is None
+
+
+WEST, EAST = facing((-1, 0, 0)), facing((1, 0, 0))
+
+
+def scene(gateway, region, *meshes):
+    objects = tuple(SceneObject(f"object {k}", mesh, "concrete") for k, mesh in enumerate(meshes))
+    return Scene("s", 915e6, gateway, region, objects, p2040_materials(["concrete"], 915e6))
+
+
+WALLS = box((0, 0, 0), (5, 4, 3))
+ODD = {
+    "the gateway is beside": (Gateway((5.5, 2, 1.8), WEST), REGION, "found the gateway outside it"),
+    "the region is beside": (GATEWAY, Transmitter((-3, 1, 0.8), (-1, 3, 1.7)), "found the transmitter region outside"),
+    "a part of the region is outside": (
+        GATEWAY,
+        Transmitter((-1, 1, 0.8), (2, 3, 1.7)),
+        "reaches from (-1, 1, 0.8) to",
+    ),
+    "the gateway is above the ceiling": (Gateway((4.7, 2, 3.8), WEST), REGION, "z = 3 m, found the gateway above it"),
+    "the region is above": (GATEWAY, Transmitter((1, 1, 3.5), (2, 3, 4)), "found the transmitter region above it"),
+    "both are above": (
+        Gateway((4.7, 2, 4), WEST),
+        Transmitter((1, 1, 3.5), (2, 3, 4)),
+        "found the gateway and the transmitter region above it",
+    ),
+    "the gateway is below": (Gateway((4.7, 2, -0.5), WEST), REGION, "z = 0 m, found the gateway below it"),
+    "the gateway looks away": (Gateway((4.7, 2, 1.8), EAST), REGION, "found the whole region behind it; the boresight"),
+}
+
+
+@pytest.mark.parametrize("case", ODD)
+def test_odd_places(case):
+    gateway, region, words = ODD[case]
+    (warning,) = antenna_warnings(scene(gateway, region, WALLS))
+    assert words in warning
+
+
+GROUND = sheet((-20, -20, 0), (40, 0, 0), (0, 40, 0))
+HOUSE = box((5, -5, 0), (12, 5, 10))
+USUAL = {
+    "in the room": (GATEWAY, REGION, [WALLS]),
+    "a yard without a roof": (Gateway((4, 2, 3), WEST), REGION, [GROUND]),
+    "a mast higher than the houses": (Gateway((4, 2, 30), WEST), REGION, [GROUND, HOUSE]),
+    "on the floor": (GATEWAY, Transmitter((1, 1, 0), (2, 3, 3)), [WALLS]),
+    "looking down": (Gateway((4, 2, 2.9), facing((0, 0, -1))), REGION, [WALLS]),
+}
+
+
+@pytest.mark.parametrize("case", USUAL)
+def test_usual_places(case):
+    gateway, region, meshes = USUAL[case]
+    assert antenna_warnings(scene(gateway, region, *meshes)) == []
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_built_in_places(name):
+    assert antenna_warnings(BUILT_IN[name]()) == []
