@@ -178,7 +178,7 @@ class LearnedBand:
     def fit(self, known: KnownBand) -> None:
         import torch
 
-        from learn.models.capabilities import suit_to
+        from learn.models.capabilities import adapt_to
         from learn.models.networks.response_network import ResponseNetwork
         from learn.training.fit_progress import train_steps
         from learn.training.registry import model_class, model_entry
@@ -196,7 +196,7 @@ class LearnedBand:
             build: Any = model_class(self.model)
             network = build(region, dataset.beamformer, dataset.wavelength, **entry.options)
             assert isinstance(network, ResponseNetwork)
-            suit_to(network, dataset, known.known)
+            adapt_to(network, dataset, known.known)
             self._network = network.to(device)
             assert network.band is not None
 

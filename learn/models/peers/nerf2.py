@@ -7,7 +7,6 @@ from the paper's equations; differences from the published code are in the docum
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import torch
@@ -71,7 +70,6 @@ class NeRF2(SpectrumModel):
             self.register_buffer(name, torch.from_numpy(matrix).float(), persistent=False)
         encoded = 3 * (2 * ORDER + 1)
         self.field = RadianceField(encoded, encoded + self.encoding.size, width, layers)
-        self.register_load_state_dict_pre_hook(_named_as_now)
 
     def voxels(
         self, directions: Float[Tensor, "R 3"]
@@ -109,7 +107,6 @@ class NeRF2(SpectrumModel):
         return torch.cat(magnitudes, dim=1).unflatten(1, (self.rows.shape[1], self.columns.shape[1]))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectra, interpolated from the pixels that have rays."""
         return (self.rows @ self.marched(positions) @ self.columns.T).clamp(0, 1)
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
@@ -119,11 +116,3 @@ class NeRF2(SpectrumModel):
         directions = self.directions[drawn]
         magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions))
         return (magnitude - spectra.flatten(1)[:, self.pixels[drawn]]).square().mean()
-
-
-def _named_as_now(model: NeRF2, weights: dict[str, Tensor], prefix: str, *_: Any) -> None:
-    """Weights of runs up to version 0.2 were named without the field that they are part of."""
-    kept = tuple(f"{prefix}{name}" for name in ("region", "wavelength", "field."))
-    for name in list(weights):
-        if name.startswith(prefix) and not name.startswith(kept):
-            weights[f"{prefix}field.{name.removeprefix(prefix)}"] = weights.pop(name)

@@ -33,7 +33,7 @@ class RadianceField(nn.Module):
     def voxels(
         self, places: Float[Tensor, "*voxels place"]
     ) -> tuple[Float[Tensor, "*voxels outputs"], Float[Tensor, "*voxels width"]]:
-        """Unconstrained attenuations and phase shifts of voxels, and their features. The transmitter plays no part."""
+        """Unconstrained attenuations and phase shifts of voxels, and their features, whatever the transmitter."""
         x = self.inward(places).relu()
         for layer in self.first:
             x = layer(x).relu()
@@ -129,11 +129,7 @@ class RaySignals(nn.Module):
 
 
 def ray_directions(azimuths: int, elevations: int) -> Float[np.ndarray, "rays 3"]:
-    """Unit vectors at equally spaced azimuths, for each of equally spaced elevations above the horizon, up to 90°.
-
-    >>> ray_directions(2, 1).round(3).tolist()
-    [[0.0, 0.0, 1.0], [-0.0, 0.0, 1.0]]
-    """
+    """Unit vectors at equally spaced azimuths, for each of equally spaced elevations above the horizon, up to 90°."""
     azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
     elevation = np.arange(1, elevations + 1)[:, None] * np.pi / 2 / elevations
     across = np.cos(elevation)

@@ -66,7 +66,6 @@ class SwiftWRF(SplatModel):
         return [self.place, self.cholesky, self.opacity, self.coefficient]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the sum of the deformed Gaussians."""
         return self._spectra(positions, self.azimuths, self.elevations)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
@@ -117,9 +116,5 @@ class DeformationNetwork(SkipNetwork):
 
 
 def clipped_magnitude(field: Float[Tensor, "B H W 2"]) -> Float[Tensor, "B H W"]:
-    """Magnitude of a field whose real and imaginary part are clipped to 0…1: at most √2.
-
-    >>> clipped_magnitude(torch.tensor([[[[0.3, 0.4], [-5.0, 7.0]]]])).round(decimals=3).tolist()
-    [[[0.5, 1.0]]]
-    """
+    """Magnitude of a field whose real and imaginary part are clipped to 0…1: at most √2."""
     return power(field.clamp(0, 1)).clamp_min(LEAST_POWER).sqrt()

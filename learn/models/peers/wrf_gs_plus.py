@@ -78,7 +78,6 @@ class WRFGSPlus(SplatModel):
         return [self.place, self.scale_raw, self.quaternion, self.opacity_raw, self.signal]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the blended signals of all Gaussians."""
         order = torch.argsort(self.place.detach().square().sum(-1))
         place = self.place[order]
         turn, stretch, dynamic = self.deformation(place.detach(), positions - self.region.mean(dim=0))
