@@ -93,18 +93,12 @@ def open_tab() -> Iterator[Callable[..., Any]]:
 @pytest.fixture
 def on_screen() -> Callable[..., tuple[float, float]]:
     """Function: page, point in the world, bounds of what is seen -> pixel, by the camera our pages begin with."""
-    from scenes.browser.scene_view import FIELD_OF_VIEW, from_outside
+    from scenes.browser import scene_view
 
     def project(page, point: np.ndarray, bounds: np.ndarray) -> tuple[float, float]:
         canvas = page.locator("canvas").first.bounding_box()
-        camera, look_at = from_outside(bounds)
-        ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
-        right = np.cross(ahead, [0, 0, 1])
-        right /= np.linalg.norm(right)
-        towards = np.subtract(point, camera)
-        pixels = canvas["height"] / 2 / np.tan(np.radians(FIELD_OF_VIEW) / 2) / (towards @ ahead)
-        x, y = pixels * (towards @ right), pixels * (towards @ np.cross(right, ahead))
-        return canvas["x"] + canvas["width"] / 2 + float(x), canvas["y"] + canvas["height"] / 2 - float(y)
+        x, y = scene_view.on_screen(point, bounds, canvas["width"], canvas["height"])
+        return canvas["x"] + x, canvas["y"] + y
 
     return project
 
