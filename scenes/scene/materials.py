@@ -132,7 +132,7 @@ class P2040Row:
 
 
 def _power(base: float, exponent: float) -> float:
-    """base^exponent, correctly rounded: the C library's last digit, and so a scene's digest, differs between machines."""
+    """base^exponent, correctly rounded: the C library's last digit, and so a scene's digest, may differ elsewhere."""
     return float(Decimal(base) ** Decimal(exponent))
 
 

@@ -14,8 +14,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from scenes.scene.description import Scene, SceneObject
-from scenes.scene.materials import RadioMaterial
-from scenes.scene.permittivity import is_conductor
+from scenes.scene.materials import RadioMaterial, is_conductor
 from scenes.scene.tolerances import Tolerances
 
 Kind = Literal["position", "rotation", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
