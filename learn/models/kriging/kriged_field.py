@@ -205,7 +205,7 @@ class KrigedField(InterpolatingModel):
 
         known = self.places, self.times, self.values, self.mean, self.directions, self.wavelength
         made_of = *known, self.shares, self.length, self.drift, self.nugget
-        return self._compiled.of(made_of, lambda: CompiledKriging(*made_of))
+        return self._compiled.of(made_of, lambda: CompiledKriging(self))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]

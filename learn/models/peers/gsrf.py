@@ -1,8 +1,4 @@
-"""GSRF [yang2025]: Gaussians in space with complex signals, drawn on a sphere around the transmitter.
-
-The settings are those of the authors' code, from which no lines are taken. The documentation, Other authors' models,
-lists every setting, theirs and ours.
-"""
+"""GSRF [yang2025]: Gaussians in space with complex signals, drawn on a sphere around the transmitter."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
-
-The sizes and activations are those of the authors' code, from which no lines are taken. The documentation, Other
-authors' models, lists every setting, theirs and ours.
-"""
+"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position.
-
-The sizes, activations and relative learning rates are those of the authors' code, from which no lines are taken. The
-documentation, Other authors' models, lists every setting, theirs and ours.
-"""
+"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position."""
 
 from __future__ import annotations
 
