@@ -10,13 +10,13 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from learn.models.base import BeamformingLayer, Kept, SpectrumModel
+from learn.models.base import BeamformingLayer, Cache, SpectrumModel
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
-KEPT = 2000  # largest number of known spectra that are kept once they are computed, 260 MB
+MOST_CACHED = 2000  # largest number of known spectra that are kept once they are computed, 260 MB
 
 
 class InterpolatingModel(SpectrumModel):
@@ -36,7 +36,7 @@ class InterpolatingModel(SpectrumModel):
         self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, numbers))
         self.register_buffer("mean", torch.zeros(numbers))
-        self._spectra: Kept[Tensor] = Kept()
+        self._spectra: Cache[Tensor] = Cache()
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """Interpolate between these spectra from now on, with the same covariance."""
@@ -62,7 +62,7 @@ class InterpolatingModel(SpectrumModel):
     def all_known_spectra(self) -> Float[Tensor, "n 90 360"] | None:
         """Spectra at all known positions, which are computed once. None: there are too many to keep."""
         known = torch.arange(len(self.places))
-        return None if len(known) > KEPT else self._spectra.of([self.values], lambda: self.known_spectra(known))
+        return None if len(known) > MOST_CACHED else self._spectra.of([self.values], lambda: self.known_spectra(known))
 
     def _as_spectra(self, values: Float[Tensor, "n C"]) -> Float[Tensor, "n 90 360"]:
         if self.of_responses:

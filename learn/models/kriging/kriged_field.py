@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
-from learn.models.base import Beamformed, Kept, runs_compiled
+from learn.models.base import Beamformed, Cache, runs_compiled
 from learn.models.geometry import distances, evenly_spread_directions
 from learn.models.kriging.interpolating_model import InterpolatingModel
 from learn.models.kriging.vecchia import fit_covariance
@@ -77,7 +77,7 @@ class KrigedField(InterpolatingModel):
     ):
         super().__init__(region, beamformer, wavelength, of == "responses")
         self.register_buffer("offsets", torch.zeros(1, 3), persistent=False)
-        self._compiled: Kept[CompiledKriging] = Kept()
+        self._compiled: Cache[CompiledKriging] = Cache()
         # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
