@@ -37,19 +37,16 @@ from scenes.files.input_file import require_regular
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 
-GRADIENT_NORM = 1.0
-"""Gradients are clipped to this norm."""
+GRADIENT_NORM = 1.0  # Gradients are clipped to this norm
 
 WHERE = ("accelerator", "devices", "num_nodes", "strategy")
 """Arguments of Lightning's Trainer that say where a training runs, and change its weights by rounding alone."""
 
 LAST, PREVIOUS = "last.ckpt", "previous.ckpt"
 
-BEST = "best"
-"""Key of the best weights and their score. Checkpoints of other programs do not have it."""
+BEST = "best"  # Key of the best weights and their score. Checkpoints of other programs do not have it
 
-LARGEST = 10**11
-"""Largest size of a checkpoint, bytes."""
+LARGEST = 10**11  # Largest size of a checkpoint, bytes
 
 UNREADABLE = (
     UnpicklingError, RuntimeError, OSError, EOFError, ValueError, LookupError, TypeError, AttributeError,
