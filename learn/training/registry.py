@@ -217,7 +217,7 @@ PRESETS: dict[str, Preset] = {"paper": Preset("bisplat", 8000), "paper-plus": Pr
 
 
 def in_words(preset: PresetName, steps: int, given: Mapping[str, Any], minutes: float) -> str:
-    """What a preset trains, what the user changed, how long it takes, and where the documentation says how good it is."""
+    """What a preset trains, what the user changed, how long it takes, and where the docs say how good it is."""
     changed = ", ".join(f"{name}={shown(value)}" for name, value in given.items() if name != "steps")
     model = PRESETS[preset].model + (f" with {changed}" if changed else "")
     time = f"about {minutes:.2g} minutes here" if minutes < 100 else f"about {minutes / 60:.2g} hours here"
