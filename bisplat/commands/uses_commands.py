@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle, refuse_idle_propagation
-from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind

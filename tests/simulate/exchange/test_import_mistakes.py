@@ -169,7 +169,7 @@ def test_blank_cells_of_a_table_are_missing_values(tmp_path):
 
 
 def test_element_positions_in_a_text_file(tmp_path):
-    from bisplat.commands.array_option import array_option
+    from bisplat.commands.scene_changes import array_option
 
     (tmp_path / "layout.txt").write_text("0 1\n2 3\n")
     with pytest.raises(
@@ -179,7 +179,7 @@ def test_element_positions_in_a_text_file(tmp_path):
 
 
 def test_element_positions_of_another_unit(tmp_path):
-    from bisplat.commands.array_option import array_option
+    from bisplat.commands.scene_changes import array_option
 
     (tmp_path / "layout.csv").write_text("x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n")
     with pytest.raises(InputError, match=r"the header x,y,z, of numbers in metres, found 'x \[mm\],y"):
