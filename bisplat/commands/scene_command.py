@@ -13,7 +13,6 @@ from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import parse_number
-from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
 from scenes.importing.lengths import plain
@@ -57,8 +56,6 @@ def scene(
     region_max: Triple | None = None,
     json: bool = False,
     accuracy: bool = False,
-    view: bool = False,
-    port: int = 8080,
     force: Force = False,
 ) -> None:
     """Draw and describe a scene, or import a mesh as a new scene.
@@ -67,7 +64,7 @@ def scene(
 
     Args:
         scene: built-in name (such as lab), scene YAML, or a file to import; sionna:NAME imports a scene of Sionna RT.
-        output: file of the drawing (default: NAME.png). For an import or --view: folder of the new scene.
+        output: file of the drawing (default: NAME.png). For an import: folder of the new scene.
         list_parts: import only: print the names in the file and the material that each would get, and write nothing.
         material: import only: rules NAME=MATERIAL. NAME is that of an object, node, material or mesh file in the file,
             and may hold * and ?. The first rule that matches an object counts.
@@ -91,15 +88,8 @@ def scene(
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
         accuracy: also trace the scene, and say how near rays are expected to come to full wave: about a minute.
-        view: edit the gateway, the transmitter region and the materials in the browser.
-        port: with --view: port of the page. If it is taken, the next free port.
     """
     given = given_options(globals()["scene"], locals())  # here, scene is the argument
-    if view:
-        refuse_idle(given, ["json", "accuracy"], "beside --view, which prints no description")
-        require_extra("viewer", "the viewer")
-    else:
-        refuse_idle(given, ["port"], "without --view")
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.imported_objects import parts_of
@@ -122,7 +112,7 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            idle = ["output", "walls", "pattern", "array", "view", "accuracy", "force", *PLACES]
+            idle = ["output", "walls", "pattern", "array", "accuracy", "force", *PLACES]
             refuse_idle(given, idle, "beside --list")
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
@@ -160,21 +150,8 @@ def scene(
     else:
         where = f"for the scene {scene}, which is no file to import"
         refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
-        if view:
-            refuse_idle(given, ["force"], "beside --view, which asks before it replaces a scene")
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
         drawing = output or Path(f"{file_stem(place.name)}.png")
-    if view:
-        from scenes.browser.scene_editor import Editor
-        from scenes.browser.served_page import serve
-
-        folder = Path(f"{file_stem(place.name)}-edited") if output is None or importable else output
-
-        def open_tab(client) -> None:
-            Editor(client, place, folder)
-
-        serve(f"bisplat: {place.name}", port, open_tab)
-        return
     if importable:
         failure = _failure_to_draw(place, drawing)
         if failure:

@@ -73,6 +73,7 @@ def check(
             result = {
                 "valid": found.valid,
                 "spectra": 0 if found.dataset is None else len(found.dataset.names),
+                "fingerprint": None if found.dataset is None else found.dataset.fingerprint,
                 **common,
                 "split": found.split_figures(),
                 **found.beamformer(),
