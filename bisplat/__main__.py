@@ -46,7 +46,6 @@ def _run(given: list[str]) -> None:
     import tyro
 
     from bisplat.commands.command_groups import COMMANDS, overview, stated_version
-    from bisplat.commands.given_options import refuse_repeated
     from bisplat.commands.number_options import REGISTRY
     from learn.training.registry import is_of_own_code
     from scenes.files.errors import InputError, ParameterError
@@ -59,7 +58,7 @@ def _run(given: list[str]) -> None:
             print(stated_version())
         else:
             check_spelling(COMMANDS)
-            refuse_repeated()
+            _refuse_repeated(given)
             with warning_once():
                 tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except InputError as error:
@@ -71,6 +70,16 @@ def _run(given: list[str]) -> None:
         refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error), "" if error.filename else HINT)
     except MemoryError as error:
         refuse(f"expected enough memory for these numbers and files, found too little ({error})")
+
+
+def _refuse_repeated(given: list[str]) -> None:
+    """Refuse an option that is given twice, since the parser would use the last one alone."""
+    from scenes.files.errors import InputError
+
+    names = [word.partition("=")[0] for word in given if word.startswith("--")]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name}: expected once, with all its values, found {names.count(name)} times")
 
 
 def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:

@@ -8,9 +8,7 @@ from typing import Annotated
 
 from tyro.conf import arg
 
-from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
-from learn.comparison.results_folder import PROTOCOL
 from scenes.files.errors import printable
 from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import Outline, Setting
@@ -72,14 +70,7 @@ def compare_in_rooms(
         output: folder for the rows, results.json, table.tex, table.csv and the figure. None: nothing is written.
         json: print all scores as JSON.
     """
-    refuse_given(["--split", "--guard"], "a dataset, found rooms, in each of which known spectra are drawn at random")
     from learn.rooms.compare_rooms import compare_rooms
-    from learn.rooms.room_methods import ROOM_METHODS
-
-    learning = [name for name in methods if ":" in name or hasattr(ROOM_METHODS.get(name), "learn")]
-    continued = output is not None and (output / PROTOCOL).is_file()  # its training time has to be stated again
-    if methods and not learning and not continued:
-        refuse_given(["--budget"], f"a method that learns in other rooms, found {', '.join(methods)}")
 
     comparison = compare_rooms(
         folder,

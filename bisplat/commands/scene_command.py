@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from bisplat.commands.array_option import array_option
-from bisplat.commands.given_options import refuse_given
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.import_options import print_list, read_own_material, read_rule
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import InputError, printable
-from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
 
@@ -23,11 +22,8 @@ if TYPE_CHECKING:  # a slow import that the help of the command line does not ne
 
 Triple = tuple[float, float, float]
 
-PLACES = ("--gateway", "--boresight", "--region-min", "--region-max")
-OF_AN_IMPORT = (
-    *("--list", "--material", "--own-material", "--default-material", "--unit", "--up", "--shift"),
-    *("--walls", "--pattern", *PLACES),
-)
+PLACES = ("gateway", "boresight", "region_min", "region_max")
+OF_AN_IMPORT = (*("material", "own_material", "default_material", "unit", "up", "shift", "walls", "pattern", *PLACES),)
 """Options that a scene has no use for."""
 
 HEADINGS = {
@@ -59,8 +55,6 @@ def scene(
     region_max: Triple | None = None,
     json: bool = False,
     accuracy: bool = False,
-    view: bool = False,
-    port: int = 8080,
     force: Force = False,
 ) -> None:
     """Draw and describe a scene, or import a mesh as a new scene.
@@ -69,7 +63,7 @@ def scene(
 
     Args:
         scene: built-in name (such as lab), scene YAML, or a file to import; sionna:NAME imports a scene of Sionna RT.
-        output: file of the drawing (default: NAME.png). For an import or --view: folder of the new scene.
+        output: file of the drawing (default: NAME.png). For an import: folder of the new scene.
         list_parts: import only: print the names in the file and the material that each would get, and write nothing.
         material: import only: rules NAME=MATERIAL. NAME is that of an object, node, material or mesh file in the file,
             and may hold * and ?. The first rule that matches an object counts.
@@ -93,14 +87,8 @@ def scene(
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
         accuracy: also trace the scene, and say how near rays are expected to come to full wave: about a minute.
-        view: edit the gateway, the transmitter region and the materials in the browser.
-        port: with --view: port of the page. If it is taken, the next free port.
     """
-    if view:
-        refuse_given(["--json", "--accuracy"], "none beside --view, which prints no description")
-        require_extra("viewer", "the viewer")
-    else:
-        refuse_given(["--port"], "--view beside it, found none")
+    given = given_options(globals()["scene"], locals())  # here, scene is the argument
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.imported_objects import parts_of
@@ -123,16 +111,13 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            refuse_given(
-                ["--output", "-o", "--walls", "--pattern", "--array", "--view", "--accuracy", "--force", *PLACES],
-                "none beside --list",
-            )
+            idle = ["output", "walls", "pattern", "array", "accuracy", "force", *PLACES]
+            refuse_idle(given, idle, "beside --list")
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
             return
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
-            values = (output, gateway, boresight, region_min, region_max)
-            missing = [name for name, value in zip(("--output", *PLACES), values, strict=True) if value is None]
+            missing = [f"--{name.replace('_', '-')}" for name in ("output", *PLACES) if name not in given]
             raise InputError(
                 f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
             )
@@ -162,22 +147,10 @@ def scene(
             )
         drawing = output / "scene.png"
     else:
-        refuse_given(OF_AN_IMPORT, f"a file to import, found the scene {scene}")
-        if view:
-            refuse_given(["--force"], "none beside --view, which asks before it replaces a scene")
+        where = f"for the scene {scene}, which is no file to import"
+        refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
         drawing = output or Path(f"{file_stem(place.name)}.png")
-    if view:
-        from scenes.browser.scene_editor import Editor
-        from scenes.browser.served_page import serve
-
-        folder = Path(f"{file_stem(place.name)}-edited") if output is None or importable else output
-
-        def open_tab(client) -> None:
-            Editor(client, place, folder)
-
-        serve(f"bisplat: {place.name}", port, open_tab)
-        return
     if importable:
         failure = _failure_to_draw(place, drawing)
         if failure:

@@ -521,7 +521,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.write_scene,
             {"scene": scene, "folder": "out"},
             {"scene": OBJECT, "folder": PATH},
-            {"replaceable": "for the editor"},
         ),
         "facing": Call(bisplat.facing, {}, {"boresight": (*POINT, (0, 0, 0))}),
         "Gateway": Call(
