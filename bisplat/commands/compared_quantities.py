@@ -22,19 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What is fitted to the powers or channels of a folder.
-
-    Attributes:
-        folder: the dataset.
-        methods: names of the methods; none: all that are not trained by steps.
-        split: choice of the test part.
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-        budget: training time of each method that is trained by steps, minutes.
-        seeds: number of fits of each method.
-        sizes: numbers of training positions or rows. None: all of the training part.
-        over_band: whether the folder holds spectra, whose responses over the band are fitted.
-        scene: the scene that the twin of received powers corrects. None: there is none.
-    """
+    """What is fitted to the powers or channels of a folder."""
 
     folder: Path
     methods: Sequence[str]
@@ -108,14 +96,7 @@ def some_are_trained(kind: str, methods: Sequence[str], output: Path | None) -> 
 
 
 def compare_quantity(fitted: Fitted, output: Path | None, json: bool) -> None:
-    """Compare methods, and print the table.
-
-    Args:
-        fitted: the methods and the data.
-        output: folder that keeps the fits, and for results.json, table.tex, table.csv and the figure. None: nothing is
-            written.
-        json: print all scores as JSON.
-    """
+    """Compare methods, and print the table."""
     comparison = fitted(output)
     if output is not None:
         from learn.reports.score_report import write_score_comparison
@@ -137,14 +118,7 @@ def sweep_quantity(fitted: Fitted, output: Path, json: bool) -> None:
 
 
 def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> None:
-    """Score one method beside the baselines, and write a report into a new folder.
-
-    Args:
-        fitted: the method and the data.
-        output: the folder.
-        force: existing files may be replaced.
-        json: print all scores as JSON.
-    """
+    """Score one method beside the baselines, and write a report into a new folder."""
     from learn.channels.channel_methods import BASELINES as OF_CHANNELS
     from learn.powers.fit_powers import BASELINES as OF_POWERS
     from learn.reports.method_styles import method_name

@@ -210,14 +210,7 @@ def _refuse_idle(options: list[str], dataset: Path, kind: str, models: Sequence[
 
 
 def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, remark: str | None = None) -> None:
-    """Print averages over the seeds.
-
-    Args:
-        title: title of the table.
-        averages: rows of ``Comparison.averages``.
-        json: print a JSON object, with the rows by their names, instead of a table.
-        remark: sentence to print below the table, or on stderr beside JSON.
-    """
+    """Print averages over the seeds."""
     from learn.comparison.averaged_table import average_name
     from learn.comparison.table import table_cells
 

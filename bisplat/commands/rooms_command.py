@@ -57,19 +57,7 @@ def compare_in_rooms(
     output: Path | None,
     json: bool,
 ) -> None:
-    """Compare methods in the test rooms of a folder, and print the table.
-
-    Args:
-        folder: the folder of rooms.
-        methods: names of the methods; none: all usual ones.
-        given: numbers of known spectra; none: all usual ones.
-        test_rooms: number of test rooms. None: a quarter.
-        test_spectra: largest number of test spectra in a room. None: all.
-        seeds: number of fits of each method.
-        budget: training time of each method that learns in other rooms, minutes.
-        output: folder for the rows, results.json, table.tex, table.csv and the figure. None: nothing is written.
-        json: print all scores as JSON.
-    """
+    """Compare methods in the test rooms of a folder, and print the table."""
     from learn.rooms.compare_rooms import compare_rooms
 
     comparison = compare_rooms(

@@ -265,7 +265,7 @@ def begun(
     with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: in_common(read_protocol(path))):
         if (folder / PROTOCOL).exists():
             before = read_protocol(folder / PROTOCOL)
-            require_same_spectra(dataset, folder, before.get("dataset_sha256"))
+            require_same_spectra(dataset, folder, before.get("dataset_sha256", ""))
             if before.get("index_sha256") not in (None, settings.index_sha256):
                 raise InputError(
                     f"{dataset.folder}: expected the index files with which {folder} was begun, found others; compare "
