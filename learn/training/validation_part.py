@@ -106,7 +106,7 @@ def told(deviation: Deviation | None, validated: int) -> None:
 
 
 def fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation:
-    """Fit a model to the training part and score it on the validation part; then fit it to both with the same choices."""
+    """Fit a model to the training part and score it on validation; then fit it to both with the same choices."""
     assert isinstance(model, FitsInClosedForm)
     with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
         found = model.fit(dataset, parts.train)
