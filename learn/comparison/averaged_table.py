@@ -33,7 +33,7 @@ def took_few_steps(row: Mapping[str, Any]) -> bool:
 
 
 def is_below_mean_picture(row: Mapping[str, Any]) -> bool:
-    """Whether a row scores lower than the mean of the known spectra. Rows of older versions do not tell."""
+    """Whether a row scores lower than the mean of the known spectra. Rows without the latter do not tell."""
     return row.get(MEAN_PICTURE) is not None and row["ssim_median"] < row[MEAN_PICTURE] - BELOW
 
 

@@ -165,7 +165,10 @@ SEEDS_MOST = 1000
 
 
 def method_factories(
-    given: Any, find: Callable[[str], Callable[[], Any]], parameter: str, label: Callable[[str], str] = str
+    given: Any,
+    find: Callable[[str], Callable[[], Any]],
+    parameter: str,
+    is_reduced: Callable[[str], bool] = lambda _: False,
 ) -> dict[str, Callable[[], Any]]:
     """Functions that make new, unfitted methods, by the label of their rows."""
     if isinstance(given, str) or not isinstance(given, Iterable):
@@ -176,18 +179,24 @@ def method_factories(
     if isinstance(given, Mapping):
         found = {}
         for name, each in given.items():
-            reduced = label(each).removeprefix(each) if isinstance(each, str) else ""
-            found[f"{name}{reduced}"] = _maker(name, each, find, parameter)
+            found[f"{name}{_size(each, is_reduced)}"] = _factory(name, each, find, parameter)
     else:
         for name in given:
             require_instance(str, **{parameter: name})
-        found = {label(name): find(name) for name in given}
+        found = {f"{name.partition('=')[0]}{_size(name, is_reduced)}": find(name) for name in given}
+        if len(found) < len(set(given)):
+            raise ParameterError(parameter, f"expected a label of its own for each method, found {shown(given)}")
     for name, make in found.items():
         built(name, make, parameter)  # refuses it now rather than after hours of other rows
     return found
 
 
-def _maker(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], parameter: str) -> Callable[[], Any]:
+def _size(name: Any, is_reduced: Callable[[str], bool]) -> str:
+    """What the label of a method ends in."""
+    return " (reduced)" if isinstance(name, str) and is_reduced(name) else ""
+
+
+def _factory(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], parameter: str) -> Callable[[], Any]:
     if isinstance(given, str):
         return find(given)
     if not isinstance(given, type) and hasattr(given, "fit"):
@@ -216,10 +225,10 @@ def chosen_methods(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[s
         require_word([*known, "module:Class"], methods=name)
         return known[name]
 
-    def label(name: str) -> str:
-        return f"{name} (reduced)" if name in known and getattr(known[name](), "reduced", False) else name
+    def is_reduced(name: str) -> bool:
+        return name in known and getattr(known[name](), "reduced", False)
 
-    return method_factories(given, find, "methods", label)
+    return method_factories(given, find, "methods", is_reduced)
 
 
 def trained_by_steps(make: Callable[[], Any]) -> bool:
