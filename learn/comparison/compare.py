@@ -107,9 +107,6 @@ def spectrum_factories(models: Models) -> dict[str, Callable[[], Method]]:
     """Functions that make new, unfitted methods, by the label of their rows.
 
     The label of a model of reduced size ends in "(reduced)", also a label of the user's.
-
-    >>> list(spectrum_factories(["nearest", "kriging"]))
-    ['nearest', 'kriging']
     """
     return method_factories(models, method_named, "models", is_reduced)
 

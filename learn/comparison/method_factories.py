@@ -89,13 +89,7 @@ def source_hash(method: Any) -> str | None:
 
 
 def source_of(label: str, method: Any, usual: Mapping[str, Callable[[], Any]]) -> str | None:
-    """A hash of what a method is, which tells when a row has to be measured again.
-
-    >>> from learn.comparison.spectrum_methods import BASELINES
-    >>> nearest = BASELINES["nearest"]()
-    >>> source_of("nearest", nearest, BASELINES) is None, len(source_of("ours", nearest, BASELINES))
-    (True, 16)
-    """
+    """A hash of what a method is, which tells when a row has to be measured again."""
     if is_own(method):
         return source_hash(method)
     make, found = usual.get(label.removesuffix(" (reduced)")), _in_words(method)
@@ -210,11 +204,6 @@ def chosen_methods(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[s
     """The methods of a comparison of powers or channels that are given as ``methods``, by label.
 
     The label of a method of reduced size ends in "(reduced)".
-
-    >>> class Learned:
-    ...     by_steps = True
-    >>> list(chosen_methods(None, {"text": str, "learned": Learned}))
-    ['text']
     """
     if given is None:
         return {name: make for name, make in known.items() if not trained_by_steps(make)}
@@ -246,11 +235,7 @@ def check_effort(budget: float, seeds: int, steps: int | None = None) -> None:
 
 
 def checked_sizes(what: str, **sizes: Any) -> list[int]:
-    """Sizes of training parts, rising.
-
-    >>> checked_sizes("positions", sizes=(200, 50))
-    [50, 200]
-    """
+    """Sizes of training parts, rising."""
     ((name, given),) = sizes.items()
     if isinstance(given, str) or not isinstance(given, Iterable):
         raise ParameterError(name, f"expected a list of numbers of training {what}, found {shown(given)}")

@@ -83,9 +83,6 @@ def in_common(settings: dict[str, Any]) -> dict[str, Any]:
 
     Fingerprints of the data are left out, which are compared by themselves. So is the device where the number of steps
     is given, since it only decides how long they take.
-
-    >>> in_common({"dataset": "lab", "steps": 9, "device": "2 CPU threads", "dataset_sha256": "0f"})
-    {'dataset': 'lab', 'steps': 9}
     """
     fixed_steps = settings.get("steps") is not None
     return {
@@ -172,11 +169,7 @@ class ResultsFile:
 
 
 def row_name(row: Mapping[str, Any]) -> str:
-    """Name of a row's file in per_sample/.
-
-    >>> row_name({"label": "bisplat without BST", "seed": 2, "train_size": 200})
-    'bisplat_without_BST-200-2'
-    """
+    """Name of a row's file in per_sample/."""
     size = "" if row["train_size"] is None else f"-{row['train_size']}"
     return f"{_file_name(row['label'])}{size}-{row['seed']}"
 
@@ -189,9 +182,6 @@ def run_folder(row: Mapping[str, Any]) -> Path:
     """Folder of a row's run below that of the comparison.
 
     It has another name for each version of a method that may change, so that none goes on with the weights of another.
-
-    >>> run_folder({"label": "ours", "seed": 0, "train_size": None, "source": "0123456789abcdef"}).as_posix()
-    'runs/ours-0-01234567'
     """
     source = row.get("source")
     return Path("runs") / (row_name(row) if source is None else f"{row_name(row)}-{source[:8]}")
