@@ -14,8 +14,8 @@ from scipy.spatial.distance import cdist
 
 from learn.models.images.image_search import expected_amplitudes
 from learn.models.images.mirror_images import APART, image_waves, plane_distances, strongest_apart
+from learn.powers.helmholtz_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
-from learn.powers.power_field import ExplainedPowers
 from simulate.spectra.spectrum import evenly
 
 
