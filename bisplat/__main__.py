@@ -10,8 +10,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from bisplat.interruption import SENTENCE, STATUS, heed_interrupts
-from bisplat.standard_streams import STDOUT, give_up_stdout, prepare_streams
+from bisplat.shell import SENTENCE, STATUS, STDOUT, give_up_stdout, heed_interrupts, prepare_streams
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -46,8 +45,7 @@ def _run(given: list[str]) -> None:
     import tyro
 
     from bisplat.commands.command_groups import COMMANDS, overview, stated_version
-    from bisplat.commands.given_options import refuse_repeated
-    from bisplat.commands.number_options import REGISTRY
+    from bisplat.commands.common_options import REGISTRY
     from learn.training.registry import is_of_own_code
     from scenes.files.errors import InputError, ParameterError
     from scenes.files.plain_text import warning_once
@@ -59,7 +57,7 @@ def _run(given: list[str]) -> None:
             print(stated_version())
         else:
             check_spelling(COMMANDS)
-            refuse_repeated()
+            _refuse_repeated(given)
             with warning_once():
                 tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except InputError as error:
@@ -73,6 +71,16 @@ def _run(given: list[str]) -> None:
         refuse(f"expected enough memory for these numbers and files, found too little ({error})")
 
 
+def _refuse_repeated(given: list[str]) -> None:
+    """Refuse an option that is given twice, since the parser would use the last one alone."""
+    from scenes.files.errors import InputError
+
+    names = [word.partition("=")[0] for word in given if word.startswith("--")]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name}: expected once, with all its values, found {names.count(name)} times")
+
+
 def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     """Let the parser refuse control characters in escaped form, since its errors repeat the arguments.
 
@@ -82,7 +90,7 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
 
     import tyro
 
-    from bisplat.commands.number_options import REGISTRY
+    from bisplat.commands.common_options import REGISTRY
     from scenes.files.errors import printable
 
     escaped = [printable(argument) for argument in sys.argv[1:]]

@@ -253,7 +253,7 @@ MESHES = {
     ),
     "sparse.gltf": (
         gltf_bytes(accessors=_accessor(sparse={"count": 1})),
-        r"accessors\[0\]\.sparse: expected the key indices",
+        r"accessors\[0\]: expected a plain array, found a sparse one",
     ),
     "more.gltf": (gltf_bytes(accessors=_accessor(count=4)), r"expected 48 bytes in bufferViews\[0\], found 36"),
     "view.gltf": (gltf_bytes(bufferViews=[{"buffer": 0, "byteLength": BILLION}] * 2), "expected arrays of at most"),

@@ -27,7 +27,8 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.lags import EXAMINED, fit_grids, fit_lags
+from simulate.spectra.identification import fit_grids
+from simulate.spectra.lags import EXAMINED, fit_lags
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, normalise, spectrum_of
 

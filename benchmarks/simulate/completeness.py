@@ -26,7 +26,7 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.reflection_chains import reflected
 from simulate.rays.core.sionna_scene import transmitter_antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.sionna_solver import SPECULAR, fields, interactions_of, refine, shoot
+from simulate.rays.sionna_solver import SPECULAR, interactions_of, path_responses, refine, shoot
 from simulate.rays.tracer import Tracer
 
 RAYS, SEED, CANDIDATES = 4_000_000, 42, 1_500_007
@@ -76,7 +76,7 @@ def main(
             ours |= named(chains[chain], paths.sources, paths.responses)
         buffer = refine(search, shoot(search, target, sources, SEED, candidates), target, sources)
         buffer.discard_invalid()
-        paths = fields(search, buffer, target, sources)
+        paths = path_responses(search, buffer, target, sources)
         theirs = named(reflecting_planes(ray_scene.planes, buffer)[:, ::-1], paths.targets, paths.responses)
         power = sum(abs(value) ** 2 for value in (ours | theirs).values())
         lacking.append(sum(abs(value) ** 2 for path, value in theirs.items() if path not in ours) / power)

@@ -24,7 +24,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import tyro
 
-from benchmarks.ledger.half_plane import half_plane_green
+from benchmarks.ledger.exact_fields import half_plane_green
 from benchmarks.ledger.printing import print_figures
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject

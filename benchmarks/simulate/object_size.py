@@ -17,6 +17,7 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
+from benchmarks.ledger.exact_fields import free_space_response
 from benchmarks.ledger.printing import print_figures
 from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
@@ -25,7 +26,7 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.fullwave.run_plan import plan
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer

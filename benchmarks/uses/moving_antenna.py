@@ -27,7 +27,7 @@ from benchmarks.ledger.response_methods import METHODS, Known, Predict
 from learn.channels.channel_scores import correlation, snr_db
 from learn.localisation.locate_tags import locate_tags
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.exchange.named_arrays import one_way
+from simulate.exchange.recorded_responses import one_way
 
 FREQUENCY = 920.625e6
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY

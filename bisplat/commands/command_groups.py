@@ -9,11 +9,12 @@ from bisplat.commands.comparison_commands import ablate, compare, sweep
 from bisplat.commands.coverage_command import coverage
 from bisplat.commands.dataset_commands import convert, dataset, responses, rssi
 from bisplat.commands.evaluation_commands import crossvalidate, evaluate
+from bisplat.commands.locate_command import locate
 from bisplat.commands.rooms_command import rooms
 from bisplat.commands.scene_command import scene
 from bisplat.commands.simulate_command import simulate
 from bisplat.commands.training_commands import check, demo, export, predict, train
-from bisplat.commands.uses_commands import calibrate, locate, plan
+from bisplat.commands.uses_commands import calibrate, plan
 from bisplat.commands.view_command import view
 
 GROUPS: dict[str, tuple[Callable[..., None], ...]] = {

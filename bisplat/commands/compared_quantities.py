@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bisplat.commands.given_options import refuse_given
 from learn.comparison.results_folder import PROTOCOL
 from learn.data.splits import SplitKind
+from learn.training.registry import MODELS
 from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, say
@@ -68,35 +68,36 @@ class Fitted:
             **of_powers,
         )
 
-    def refuse_idle_scene(self) -> None:
-        """Refuse a scene of what is no folder of received powers."""
-        if self.over_band or not is_rssi(self.folder):
-            refuse_given(["--scene"], f"received powers (RSSI), found {self.kind}")
 
-    def refuse_idle_budget(self, output: Path | None = None) -> None:
-        """Refuse a training time if no method is trained by steps. Classes of the user may be.
+def some_are_trained(kind: str, methods: Sequence[str], output: Path | None) -> bool:
+    """Whether a method of a comparison is trained for some time. Classes of the user may be.
 
-        Who adds such a method to a comparison has to state the comparison's own one, however.
-        """
-        if output is not None and (output / PROTOCOL).is_file():
-            return
-        from learn.band.band_methods import BAND_METHODS
-        from learn.channels.channel_methods import CHANNEL_METHODS
-        from learn.comparison.method_factories import trained_by_steps
-        from learn.powers.fit_powers import POWER_METHODS
+    Who adds a method to a comparison that exists has to state its training time in any case.
+    """
+    from learn.band.band_methods import BAND_METHODS
+    from learn.channels.channel_methods import CHANNEL_METHODS
+    from learn.comparison.method_factories import trained_by_steps
+    from learn.powers.fit_powers import POWER_METHODS
+    from learn.rooms.room_methods import ROOM_METHODS
 
-        known: Mapping[str, Callable[[], Any]] = POWER_METHODS if is_rssi(self.folder) else CHANNEL_METHODS
-        known = BAND_METHODS if self.over_band else known
-        if not any(":" in name or (name in known and trained_by_steps(known[name])) for name in self.methods):
-            found = ", ".join(self.methods) or "none"
-            refuse_given(["--budget"], f"a method trained by steps, found {found}")
+    def is_trained(name: str) -> bool:
+        if kind == "spectra":
+            return name in MODELS and MODELS[name].by_steps is not None
+        if kind == "rooms":
+            return hasattr(ROOM_METHODS.get(name), "learn")
+        tables: dict[str, Mapping[str, Any]] = {
+            "received powers": POWER_METHODS,
+            "channels (CSI)": CHANNEL_METHODS,
+            "responses over a band": BAND_METHODS,
+        }
+        return name in tables[kind] and trained_by_steps(tables[kind][name])
+
+    stated = output is not None and (output / PROTOCOL).is_file()
+    return stated or any((":" in name and "=" not in name) or is_trained(name) for name in methods)
 
 
 def compare_quantity(fitted: Fitted, output: Path | None, json: bool) -> None:
-    """Compare methods, and print the table; the output keeps the fits, and gets the files of the report."""
-    refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
-    fitted.refuse_idle_scene()
-    fitted.refuse_idle_budget(output)
+    """Compare methods, and print the table."""
     comparison = fitted(output)
     if output is not None:
         from learn.reports.score_report import write_score_comparison
@@ -109,10 +110,6 @@ def compare_quantity(fitted: Fitted, output: Path | None, json: bool) -> None:
 
 def sweep_quantity(fitted: Fitted, output: Path, json: bool) -> None:
     """Compare methods for several sizes of the training part; arguments as for ``compare_quantity``."""
-    refuse_given(["--test-spectra"], f"spectra, found {fitted.kind}, all of which are scored")
-    refuse_given(["--init"], f"spectra, found {fitted.kind}, of which there are no runs")
-    fitted.refuse_idle_scene()
-    fitted.refuse_idle_budget(output)
     from learn.reports.score_report import write_score_sweep
 
     comparison = fitted(output)
@@ -123,8 +120,6 @@ def sweep_quantity(fitted: Fitted, output: Path, json: bool) -> None:
 
 def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> None:
     """Score one method beside the baselines, and write a report into a new folder."""
-    fitted.refuse_idle_scene()
-    fitted.refuse_idle_budget()
     from learn.channels.channel_methods import BASELINES as OF_CHANNELS
     from learn.powers.fit_powers import BASELINES as OF_POWERS
     from learn.reports.method_styles import method_name

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.compared_quantities import Fitted, compare_quantity, sweep_quantity
-from bisplat.commands.given_options import refuse_given
+from bisplat.commands.compared_quantities import Fitted, compare_quantity, some_are_trained, sweep_quantity
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.rooms_command import compare_in_rooms
 from bisplat.commands.simulate_command import Output
-from learn.comparison.results_folder import PROTOCOL
 from learn.data.splits import SplitKind
 from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
@@ -60,6 +59,15 @@ DescribedScene = Annotated[
 TestSpectra = Annotated[int | None, arg(help="largest number of test spectra to score (default: all).")]
 Json = Annotated[bool, arg(help="print the table as JSON.")]
 
+IDLE = {
+    "spectra": ("given", "test_rooms", "scene"),
+    "rooms": ("steps", "over_band", "scene", "split", "guard"),
+    "received powers": ("steps", "given", "test_rooms", "test_spectra", "init"),
+    "channels (CSI)": ("steps", "given", "test_rooms", "test_spectra", "init", "scene"),
+    "responses over a band": ("steps", "given", "test_rooms", "test_spectra", "scene"),
+}
+"""Options of ``compare`` and ``sweep`` that do nothing, by the kind of data."""
+
 ComparedFolder = Annotated[
     Positional[Path], arg(help="NeRF² dataset folder, one of powers (RSSI) or channels (CSI), or one of bisplat rooms.")
 ]
@@ -91,32 +99,19 @@ def compare(
         given: of rooms, numbers of known spectra in a test room (default: 5 10 25 50 100).
         test_rooms: of rooms, number of test rooms, the last ones (default: a quarter).
     """
-    if is_rooms(dataset):
-        refuse_given(["--steps"], f"spectra of one place, found the rooms of {dataset}")
-        refuse_given(["--over-band"], f"a dataset of spectra with a band, found the rooms of {dataset}")
-        refuse_given(["--scene"], f"received powers (RSSI), found the rooms of {dataset}")
+    options = given_options(compare, locals())
+    kind = "responses over a band" if over_band else kind_of(dataset)
+    _refuse_idle(options, dataset, kind, models, output)
+    if kind == "rooms":
         compare_in_rooms(dataset, models, given, test_rooms, test_spectra, seeds, budget, output, json)
         return
-    refuse_given(["--given", "--test-rooms"], f"a folder of bisplat rooms, found {dataset}")
-    if over_band:
-        refuse_given(["--steps"], "spectra, found responses over a band")
-        if is_rssi(dataset) or is_csi(dataset):
-            refuse_given(["--over-band"], "a dataset of spectra with a band, found powers or channels")
-        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, over_band=True), output, json)
+    if kind != "spectra":
+        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, None, over_band, scene), output, json)
         return
-    if is_rssi(dataset) or is_csi(dataset):
-        refuse_given(["--steps"], "spectra, found powers or channels")
-        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, scene=scene), output, json)
-        return
-    refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     if output is None and not dataset.is_dir():
         raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
     if output is None:
         raise InputError("-o: expected a folder for the results beside spectra, found none")
-    if steps is not None:
-        refuse_given(["--budget"], "none beside --steps")
-    if models:
-        _refuse_idle_training(models, output)
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison
 
@@ -181,40 +176,42 @@ def sweep(
         sizes: numbers of training spectra, positions or rows.
         init: finished run, such as one on simulated spectra. Its model is also trained from its weights.
     """
-    if is_rssi(dataset) or is_csi(dataset):
-        refuse_given(["--steps"], "spectra, found powers or channels")
+    options, kind = given_options(sweep, locals()), kind_of(dataset)
+    _refuse_idle(options, dataset, kind, models, output)
+    if kind != "spectra":
         sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, json)
         return
-    refuse_given(["--scene"], "received powers (RSSI), found spectra, whose twin bisplat train fits")
     from learn.comparison.compare import SWEPT
     from learn.comparison.compare import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
     models = models or SWEPT
-    if steps is not None:
-        refuse_given(["--budget"], "none beside --steps")
-    if init is None:
-        _refuse_idle_training(models, output)
     comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard, steps)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())
 
 
-def _refuse_idle_training(models: Sequence[str], output: Path) -> None:
-    """Refuse a training time or a number of steps if no model is trained by steps. Classes of the user may be.
+def kind_of(folder: Path) -> str:
+    """What a folder holds: rooms, received powers, channels or, if nothing tells otherwise, spectra."""
+    found = {"rooms": is_rooms, "received powers": is_rssi, "channels (CSI)": is_csi}
+    return next((kind for kind, holds in found.items() if holds(folder)), "spectra")
 
-    Who adds such a model to an experiment has to state the experiment's own ones, however.
-    """
-    if (output / PROTOCOL).is_file():
-        return
-    own = [name for name in models if ":" in name and "=" not in name]
-    by_steps = own or [name for name in models if name in MODELS and MODELS[name].by_steps is not None]
-    if not by_steps:
-        refuse_given(["--budget", "--steps"], f"a model trained by steps, found {', '.join(models) or 'none'}")
+
+def _refuse_idle(options: list[str], dataset: Path, kind: str, models: Sequence[str], output: Path | None) -> None:
+    """Refuse options that do nothing for a kind of data, or for methods that are not trained."""
+    refuse_idle(options, IDLE[kind], f"for the {kind} of {dataset}")
+    if kind_of(dataset) != "spectra":
+        refuse_idle(options, ["over_band"], f"for the {kind_of(dataset)} of {dataset}")
+    if "steps" in options:
+        refuse_idle(options, ["budget"], "beside --steps")
+    usual_are_trained = not models and kind in ("spectra", "rooms")
+    trained = usual_are_trained or "init" in options or some_are_trained(kind, models, output)
+    if not trained:
+        refuse_idle(options, ["budget", "steps"], f"for untrained methods ({', '.join(models) or 'the usual ones'})")
 
 
 def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, remark: str | None = None) -> None:
-    """Print averages over the seeds as a table, or as a JSON object with the rows by their names."""
+    """Print averages over the seeds."""
     from learn.comparison.averaged_table import average_name
     from learn.comparison.table import table_cells
 

@@ -8,15 +8,13 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional
 
-from bisplat.commands.array_option import array_option
-from bisplat.commands.given_options import refuse_given
-from bisplat.commands.given_propagation import refuse_idle_propagation
-from bisplat.commands.output_file import Force, require_new
-from bisplat.commands.scene_changes import SceneChanges, changed_scene
+from bisplat.commands.common_options import Force, require_new
+from bisplat.commands.idle_options import given_options, refuse_idle, refuse_idle_propagation
+from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
 from bisplat.commands.simulate_command import Output
 from scenes.files.atomic import require_writable
 from scenes.files.errors import ParameterError, printable
-from scenes.files.options import checked, unchecked
+from scenes.files.options import changed, checked, unchecked
 from simulate.exchange.reading_options import Conversion, Recording
 from simulate.positions.positions import Places
 from simulate.rays.core.propagation import Propagation
@@ -46,6 +44,7 @@ def dataset(
         gateway: position of the gateway, metres.
         boresight: direction that the gateway looks in. Its y axis points as far up as possible.
     """
+    options = given_options(dataset, locals())
     from scenes.scene.antennas import Gateway
     from scenes.scene.orientation import facing
     from simulate.exchange.recorded_responses import record
@@ -56,7 +55,7 @@ def dataset(
     if "rows" in own_array and "spacing" not in own_array:
         raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")
     if recording.moving == "both":
-        refuse_given(["--gateway"], "none beside --moving both, where the receivers' positions are those of the array")
+        refuse_idle(options, ["gateway"], "with --moving both, where the receivers' positions are those of the array")
     receiver = Gateway(gateway, facing(boresight), **own_array)
     for sentence in record(files, output, receiver, frequency, recording):
         print(printable(sentence))
@@ -159,7 +158,7 @@ def rssi(
     wanted, heard = checked(Places, content), checked(PowerReceiver, receiver)
     followed = checked(Propagation, propagation)
     if wanted.positions is not None:
-        refuse_given(["--placement"], f"none beside --positions, found the positions of {wanted.positions}")
+        refuse_idle(changed(content), ["n", "placement"], f"beside --positions {wanted.positions}")
     require_writable(output / "metadata.json")
     place = changed_scene(load_scene(scene), SceneChanges(frequency=frequency))
     refuse_idle_propagation(followed, [place])

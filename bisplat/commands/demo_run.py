@@ -143,11 +143,7 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
 
 
 def next_steps(folder: Path) -> str:
-    """What the user can do after the demo: a few lines with commands.
-
-    Args:
-        folder: the demo's folder.
-    """
+    """What the user can do after the demo: a few lines with commands."""
     activate = Path(sys.prefix) / "bin" / "activate"
     lines = [
         "What to do next:",

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.compared_quantities import Fitted, evaluate_quantity
-from bisplat.commands.given_options import refuse_given
-from bisplat.commands.output_file import Force, require_new
+from bisplat.commands.common_options import Force, require_new
+from bisplat.commands.compared_quantities import Fitted, evaluate_quantity, some_are_trained
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.simulate_command import EngineName
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
@@ -21,8 +21,8 @@ if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from learn.evaluation.locations import Heard, Locations
     from learn.reports.provenance import Provenance
 
-OF_RUNS = ("--dataset", "--index", "--locate", "--no-locate", "--further-gateways", "--ceiling", "--no-ceiling")
-OF_QUANTITIES = ("-o", "--output", "--model", "--split", "--guard", "--budget", "--scene", "--force", "--no-force")
+OF_RUNS = ("dataset", "index", "locate", "further_gateways", "ceiling")
+OF_QUANTITIES = ("output", "model", "split", "guard", "budget", "scene", "force")
 """Options of ``evaluate`` that only act on a run, and on a dataset of powers or channels."""
 
 
@@ -63,14 +63,19 @@ def evaluate(
         force: of powers or channels: replace existing output files.
         json: print the scores as JSON.
     """
+    options = given_options(evaluate, locals())
     if is_rssi(run) or is_csi(run):
         fitted = Fitted(run, (model,), split, guard, budget, scene=scene)
-        refuse_given(OF_RUNS, f"a run, found {fitted.kind} without one")
+        refuse_idle(options, OF_RUNS, f"for {fitted.kind} without a run")
+        if is_csi(run):
+            refuse_idle(options, ["scene"], f"for {fitted.kind}")
+        if not some_are_trained(fitted.kind, [model], None):
+            refuse_idle(options, ["budget"], f"for a method that is not trained ({model})")
         if output is None:
             raise InputError(f"{run}: expected -o FOLDER for the report of {fitted.kind}, found none")
         evaluate_quantity(fitted, output, force, json)
         return
-    refuse_given(OF_QUANTITIES, f"received powers or channels (CSI), found {run}")
+    refuse_idle(options, OF_QUANTITIES, f"for the run {run}")
     if further_gateways and not locate:
         raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
     if locate and (dataset or index) is not None:
@@ -148,7 +153,7 @@ def crossvalidate(
         json: print the scores as JSON.
     """
     if field is not None and engine not in (None, "fullwave"):
-        refuse_given(["--engine"], f"none beside --field, found the full-wave field of {field}")
+        refuse_idle(["engine"], ["engine"], f"beside --field {field}, which full wave solved")
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
     from learn.reports.evaluation_report import write_crossvalidation
 

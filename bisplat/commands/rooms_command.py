@@ -8,9 +8,7 @@ from typing import Annotated
 from tyro.conf import arg
 
 from bisplat.commands.compared_quantities import print_scores
-from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
-from learn.comparison.results_folder import PROTOCOL
 from scenes.files.errors import printable
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_kinds import Outline, Setting
@@ -59,15 +57,8 @@ def compare_in_rooms(
     output: Path | None,
     json: bool,
 ) -> None:
-    """Compare methods in the test rooms of a folder, and print the table; without methods, all usual ones."""
-    refuse_given(["--split", "--guard"], "a dataset, found rooms, in each of which known spectra are drawn at random")
+    """Compare methods in the test rooms of a folder, and print the table."""
     from learn.rooms.compare_rooms import compare_rooms
-    from learn.rooms.room_methods import ROOM_METHODS
-
-    learning = [name for name in methods if ":" in name or hasattr(ROOM_METHODS.get(name), "learn")]
-    continued = output is not None and (output / PROTOCOL).is_file()  # its training time has to be stated again
-    if methods and not learning and not continued:
-        refuse_given(["--budget"], f"a method that learns in other rooms, found {', '.join(methods)}")
 
     comparison = compare_rooms(
         folder,

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from bisplat.commands.given_options import given_options, names_of, refuse_given
-from bisplat.commands.given_propagation import refuse_idle_propagation
+from bisplat.commands.idle_options import refuse_idle, refuse_idle_propagation
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import printable
-from scenes.files.options import checked, unchecked
+from scenes.files.options import changed, checked, unchecked
 from scenes.files.plain_text import say
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.fullwave_engine import FullWave
@@ -39,8 +38,8 @@ EngineOptions: Any = make_dataclass(
 )
 """The options of all engines."""
 
-OF_A_REPEAT = {"-o", "--output", "--workers", "--ray", "--field", "--gpu", "--no-gpu"}
-"""The options with which a dataset can be made again. All others are its own."""
+OF_A_REPEAT = ("field", "gpu")
+"""The options of engines with which a dataset can be made again. All others are its own."""
 
 
 def simulate(
@@ -76,17 +75,18 @@ def simulate(
     wanted, places = checked(Simulation, content), checked(Machines, machines)
     again = made_again(scene)
     if again:
-        own = set(given_options()) - OF_A_REPEAT
-        refuse_given(own, f"a scene, found the dataset {scene}, which is made again with its own settings")
+        settings = changed(changes) | changed(content) | changed(engines) | {"engine": engine}
+        own = [name for name in settings if name not in OF_A_REPEAT and settings[name] != "rays"]
+        refuse_idle(own, own, f"for the dataset {scene}, which is made again with its own settings")
     options = {name: checked(kind, getattr(engines, name)) for name, kind in ENGINES.items()}
     by = options.pop(name_of_engine(scene, engine))
     for name, other in options.items():
-        refuse_given(names_of(type(other)), f"the engine {name}, found {by.name}")
+        refuse_idle(changed(other), changed(other), f"with the engine {by.name}; it is one of {name}")
     if wanted.positions is not None:
-        refuse_given(["--placement"], f"none beside --positions, found the positions of {wanted.positions}")
+        refuse_idle(changed(content), ["n", "placement"], f"beside --positions {wanted.positions}")
     if isinstance(by, FullWave) and by.field is not None:
-        solving = ("--cell", "--gpu", "--workers", "--ray")
-        refuse_given(solving, f"none beside --field, found the solved field of {by.field}")
+        solving = {**changed(by), **changed(machines)}
+        refuse_idle(solving, ["cell", "gpu", "workers", "ray"], f"beside --field {by.field}, which is solved")
     if again:
         folders: dict[Path, str | Scene] = {output: scene}
     else:

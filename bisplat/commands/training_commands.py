@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from bisplat.commands.given_options import given_options, refuse_given
-from bisplat.commands.output_file import Force, require_new
+from bisplat.commands.common_options import Force, require_new
+from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.model_settings import Steps
@@ -57,12 +57,13 @@ def check(
         seed: with --split: its seed.
         json: print the result as JSON.
     """
+    options = given_options(check, locals())
     from learn.evaluation.check import check as check_folder
     from simulate.csi.csi_check import CsiCheck
     from simulate.rssi.rssi_check import RssiCheck
 
     if split is None:
-        refuse_given(["--guard", "--seed"], "--split beside it, found none")
+        refuse_idle(options, ["guard", "seed"], "without --split")
     found = check_folder(dataset, split, guard, seed)
     if json:
         common = {"problems": found.problems, "warnings": found.warnings}
@@ -72,6 +73,7 @@ def check(
             result = {
                 "valid": found.valid,
                 "spectra": 0 if found.dataset is None else len(found.dataset.names),
+                "fingerprint": None if found.dataset is None else found.dataset.fingerprint,
                 **common,
                 "split": found.split_figures(),
                 **found.beamformer(),
@@ -126,11 +128,12 @@ def train(
             num_nodes=2, accelerator=cpu, strategy=ddp.
         steps: training settings (default: the model's own). helmholtz, twin and mirror-images take none.
     """
+    settings = changed(steps)
     if preset is not None:
-        refuse_given(["--model"], f"none beside --preset, found {preset}, which is {PRESETS[preset].model}")
+        refuse_idle(given_options(train, locals()), ["model"], f"beside --preset {preset}, which has a model")
     if budget is not None:
-        refuse_given(["--steps"], "none beside --budget, which is turned into a number of steps")
-    _refuse_idle_settings(model if preset is None else PRESETS[preset].model, dataset)
+        refuse_idle(settings, ["steps"], "beside --budget, which is turned into a number of steps")
+    _refuse_idle_settings(settings, model if preset is None else PRESETS[preset].model, dataset)
     from learn.training.train import train as train_model
 
     given = {"bypass": bypass or None, "encoding": encoding, "scene": scene}
@@ -175,24 +178,22 @@ def read_option(text: str, parameter: str = "option", example: str = "primitives
         return name, value
 
 
-def _refuse_idle_settings(model: str, dataset: Path) -> None:
-    """Refuse settings that the user gave and that this model has no use for on this dataset."""
-    phases = ["--find-phases", "--no-find-phases"]
+def _refuse_idle_settings(settings: dict[str, Any], model: str, dataset: Path) -> None:
+    """Refuse settings that this model has no use for on this dataset."""
     if model_entry(model).by_steps is None:
-        refuse_given(phases, f"a model trained by steps, found {model}")
-    if not {*phases, "--full-resolution"} & set(given_options()):
+        refuse_idle(settings, ["find_phases"], f"for {model}, which is not trained by steps")
+    if not settings.keys() & {"find_phases", "full_resolution"}:
         return
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
     from simulate.dataset.dataset_folder import read_dataset
 
     kind = model_class(model)
     if not issubclass(kind, PredictsResponses):
-        refuse_given(phases, f"a model that predicts responses, found {model}")
+        refuse_idle(settings, ["find_phases"], f"for {model}, which predicts no responses")
     elif read_dataset(dataset).responses is not None:
-        found = f"found {dataset}, from whose responses {model} learns"
-        refuse_given([*phases, "--full-resolution"], f"a dataset of pictures alone, {found}")
+        refuse_idle(settings, ["find_phases", "full_resolution"], f"for {dataset}, from whose responses {model} learns")
     if issubclass(kind, HasOwnLoss):
-        refuse_given(["--full-resolution"], f"a model that can train on a few pixels, found {model}")
+        refuse_idle(settings, ["full_resolution"], f"for {model}, which cannot train on a few pixels")
 
 
 def predict(

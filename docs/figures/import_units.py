@@ -20,7 +20,7 @@ for row, metres in enumerate(METRES.values()):
     for read, other in METRES.items():
         bounds = room * other / metres
         doubt = unit_doubt(bounds, antennas, read, 0.125)
-        color = "tab:green" if doubt is None else "tab:red" if doubt.impossible else "tab:orange"
+        color = "tab:green" if doubt is None else "tab:red" if doubt.decisive else "tab:orange"
         ratio = np.linalg.norm(bounds[1]) / span
         axis.plot(ratio, row, "o", color=color)
         axis.annotate(read, (ratio, row), (0, 4), textcoords="offset points", ha="center", fontsize=7)

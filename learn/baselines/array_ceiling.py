@@ -16,22 +16,16 @@ from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import LARGEST_GREY, normalise
 
-CEILING = "array's ceiling"
-"""Name of the bound in results and in their files."""
+CEILING = "array's ceiling"  # name of the bound in results and in their files
 
 NO_CEILING = "without recorded responses, it can be found for uniform planar arrays alone"
 """Why a dataset has no ceiling, for the user."""
 
-SAMPLES = 50
-"""Largest number of test spectra to which the ceiling is fitted; a fit takes a fraction of a second."""
+SAMPLES = 50  # largest number of test spectra to which the ceiling is fitted; a fit takes a fraction of a second
 
 
 def shown_name(name: str) -> str:
-    """The name of a method or of the bound as tables and figures show it.
-
-    >>> shown_name("nearest"), shown_name(CEILING)
-    ('nearest', "array's ceiling (bound)")
-    """
+    """The name of a method or of the bound as tables and figures show it."""
     return f"{name} (bound)" if name == CEILING else name
 
 

@@ -17,11 +17,8 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.compiled_beamformer import compiled_beamformer
 from simulate.spectra.spectrum import normalise
 
-COMPONENTS = 48
-"""Number of principal components of the spectra that are interpolated."""
-
-FITTED_ON = 400
-"""Largest number of spectra to which the kernel's parameters are fitted; predictions use all spectra."""
+COMPONENTS = 48  # number of principal components of the spectra that are interpolated
+FITTED_ON = 400  # largest number of spectra to which the kernel's parameters are fitted; predictions use all spectra
 
 
 class Interpolator:

@@ -1,8 +1,4 @@
-"""Baselines without training: the mean of the known spectra, the nearest one, and a weighted mean of the four nearest.
-
-In all functions ``known`` are known spectra, 0…1, ``known_positions`` their transmitter positions, and ``positions``
-the transmitter positions to predict at, all in metres.
-"""
+"""Baselines without training: the mean of the known spectra, the nearest, and a weighted mean of four."""
 
 from __future__ import annotations
 
@@ -10,8 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import cKDTree
 
-NEIGHBOURS = 4
-"""Number of known spectra that ``inverse_distance`` averages."""
+NEIGHBOURS = 4  # number of known spectra that ``inverse_distance`` averages
 
 
 def mean_picture(
@@ -22,18 +17,14 @@ def mean_picture(
 
 
 def nearest(
-    known_positions: Float[np.ndarray, "n 3"],
-    known: Float[np.ndarray, "n 90 360"],
-    positions: Float[np.ndarray, "K 3"],
+    known_positions: Float[np.ndarray, "n 3"], known: Float[np.ndarray, "n 90 360"], positions: Float[np.ndarray, "K 3"]
 ) -> Float[np.ndarray, "K 90 360"]:
     """The baseline nearest: a copy of the spectrum at the nearest known position."""
     return known[cKDTree(known_positions).query(positions)[1]]
 
 
 def inverse_distance(
-    known_positions: Float[np.ndarray, "n 3"],
-    known: Float[np.ndarray, "n 90 360"],
-    positions: Float[np.ndarray, "K 3"],
+    known_positions: Float[np.ndarray, "n 3"], known: Float[np.ndarray, "n 90 360"], positions: Float[np.ndarray, "K 3"]
 ) -> Float[np.ndarray, "K 90 360"]:
     """The baseline inverse-distance: the mean of the four nearest known spectra, weighted by 1 / distance."""
     distance, index = cKDTree(known_positions).query(positions, k=min(NEIGHBOURS, len(known)))

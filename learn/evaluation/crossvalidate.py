@@ -207,7 +207,7 @@ def crossvalidate(
         array=run.beamformer.array,
         scores=score(prediction.spectra, truth, run.beamformer.grid, run.beamformer.array),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
-        origin=Origin.of(run.config, parts),
+        origin=Origin.of(run.config, parts, run.dataset_sha256),
         distances=SplitDistances.between(known, drawn, dataset.wavelength),
     )
 

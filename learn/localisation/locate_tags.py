@@ -13,7 +13,7 @@ from learn.models.geometry import grid_in
 from scenes.files.errors import ParameterError, check_array, require_instance
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
-from simulate.exchange.named_arrays import one_way
+from simulate.exchange.recorded_responses import one_way
 from simulate.positions.positions import check_points
 
 LEAST_READS = 4

@@ -12,14 +12,9 @@ from scenes.files.options import check_kinds
 from scenes.files.schema import LATER
 from simulate.positions.positions import MOST_POSITIONS
 
-STEPS_MOST = 10**9
-"""Largest number of steps: many weeks of the fastest model."""
-
-MINUTES_MOST = 10_000.0
-"""Largest training time: a week."""
-
-MatmulPrecision = Literal["highest", "high", "medium"]
-"""Precisions of ``torch.set_float32_matmul_precision``."""
+STEPS_MOST = 10**9  # largest number of steps: many weeks of the fastest model
+MINUTES_MOST = 10_000.0  # largest training time: a week
+MatmulPrecision = Literal["highest", "high", "medium"]  # precisions of ``torch.set_float32_matmul_precision``
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -55,9 +55,8 @@ class Deviation(Struct, frozen=True):
     """
 
     constant: Coefficient  # c, in the units of a spectrum 0…1
-    growth: Coefficient  # g. Without a curve (runs of older versions) e² is the model's relative variance.
-    # number of validation spectra that told c and g; 0 in runs of older versions: unknown
-    spectra: Annotated[int, Meta(ge=0)] = 0
+    growth: Coefficient  # g; 0 without a curve
+    spectra: Annotated[int, Meta(ge=0)]  # number of validation spectra that told c and g
     # what a is: "variance" (relative, 0…1) or "distance" (wavelengths)
     over: Literal["variance", "distance"] = "variance"
     gaps: list[Annotated[float, Meta(ge=0)]] = []  # values a of the curve's points, ascending

@@ -28,12 +28,7 @@ AT_ONCE = 10_000_000
 def barycentric(
     a: Float[np.ndarray, "n 2"], b: Float[np.ndarray, "n 2"], c: Float[np.ndarray, "n 2"]
 ) -> tuple[Float[np.ndarray, "n 3"], Bool[np.ndarray, " n"]]:
-    """Return the barycentric coordinates of the origin in flat triangles, and whether each triangle covers it.
-
-    >>> weights, covered = barycentric(*np.array([[[-1.0, -1.0]], [[1.0, -1.0]], [[0.0, 1.0]]]))
-    >>> weights.tolist(), covered.tolist()
-    ([[0.25, 0.25, 0.5]], [True])
-    """
+    """Return the barycentric coordinates of the origin in flat triangles, and whether each triangle covers it."""
     parts = np.stack([u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((b, c), (c, a), (a, b))], axis=1)
     whole = parts.sum(axis=1, keepdims=True)
     weights = parts / np.where(whole == 0, np.nan, whole)  # a triangle seen edge-on covers nothing
@@ -53,13 +48,7 @@ def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3
 
 
 def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float[np.ndarray, "m 3 3"]:
-    """Cut triangles and keep the parts on the drawn side of every plane.
-
-    >>> wall = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 2.0]]])
-    >>> left = cut(wall, [(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))])
-    >>> len(left), float(left[..., 2].max())
-    (2, 1.0)
-    """
+    """Cut triangles and keep the parts on the drawn side of every plane."""
     for origin, normal in planes:
         corners, faces = triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)
         corners, faces, _ = slice_faces_plane(corners, faces, normal, origin)
@@ -68,26 +57,22 @@ def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float
 
 
 def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float:
-    """Return the height of the ceiling above the gateways and the transmitter region, metres.
-
-    It is infinite if one of them has no ceiling. The roof of a building without antennas does not count. Neither does a
-    roof with nothing below it, since a drawing without it would be empty.
-    """
+    """The height of the ceiling above gateways and region, metres; infinite if one has none, or nothing is below it."""
     low, high = scene.transmitter.region
     steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
     spread = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2)
     over_region = [
-        _lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
+        lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
     ]
     gateways = (scene.gateway, *scene.further_gateways.values())
-    over_gateways = [_lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
+    over_gateways = [lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
     # The median, since a lamp or a duct above a part of the region is not a ceiling.
     heights = [float(np.median(over_region)), *over_gateways]
     below = triangles[:, :, 2].min() < min(heights) - UNDER_CEILING
     return min(heights) if max(heights) < np.inf and below else np.inf
 
 
-def _lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
+def lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
     """Return the height of the first surface straight above a point, metres, or infinity if there is none."""
     a, b, c = np.moveaxis(triangles[:, :, :2] - point[:2], 1, 0)
     weights, covered = barycentric(a, b, c)
@@ -103,12 +88,7 @@ def opened_ceiling(height: float) -> list[Plane]:
 def opened_walls(
     scene: Scene, triangles: Float[np.ndarray, "n 3 3"], viewer: Float[np.ndarray, " 3"], roofed: bool
 ) -> list[Plane]:
-    """Return the inner sides of a room's outer walls that are between the viewer and the inside.
-
-    A room has a ceiling or at least three outer walls. An outer wall consists of upright surfaces in one plane that
-    together are long and high, without wide gaps, unlike the houses of a street. The antennas are on one side of it,
-    and nothing is on the other.
-    """
+    """The inner sides of a room's outer walls between viewer and inside. A room has a ceiling or three outer walls."""
     walls = _outer_walls(scene, triangles)
     if not roofed and len(walls) < 3:
         return []
@@ -147,11 +127,7 @@ def _outer_walls(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> list[tu
 
 
 def _gaps(along: Float[np.ndarray, "n 3"]) -> float:
-    """Return the share of a wall's length where none of its triangles is, from their corners' places along it.
-
-    >>> round(_gaps(np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 4.0]])), 2)  # from 2 to 3 of 4
-    0.25
-    """
+    """Return the share of a wall's length where none of its triangles is, from their corners' places along it."""
     ends = np.column_stack([along.min(axis=1), along.max(axis=1)])
     ends = ends[ends[:, 0].argsort()]
     gaps = ends[1:, 0] - np.maximum.accumulate(ends[:-1, 1])

@@ -69,11 +69,7 @@ def holds_antennas(scene: Scene, part: Trimesh) -> bool:
 
 
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
-    """Find the object that contains each point.
-
-    Only closed parts of a mesh have an inside. A closed part that contains the gateway and the whole transmitter region
-    is the room, not an obstacle.
-    """
+    """The object that contains each point: a closed part that does not hold the antennas, as a room does."""
     points = np.asarray(points, dtype=float)
     blocker: list[str | None] = [None] * len(points)
     for item in scene.objects:
@@ -100,11 +96,7 @@ class Obstruction(NamedTuple):
 
 
 def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, "elements 3"]:
-    """Return the positions of a gateway's elements, metres, world frame.
-
-    >>> element_positions(Gateway((1, 0, 2), (0, 0, 0, 1), rows=1, columns=2), wavelength=0.2).tolist()
-    [[0.95, 0.0, 2.0], [1.05, 0.0, 2.0]]
-    """
+    """Return the positions of a gateway's elements, metres, world frame."""
     if gateway.elements is not None:
         turned = Rotation.from_quat(gateway.orientation).apply(np.array(gateway.elements))
         return np.asarray(gateway.position) + turned
@@ -115,13 +107,7 @@ def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, 
 
 
 def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObject]) -> Obstruction | None:
-    """Find an element on an object's surface, or behind one as seen from the gateway's position.
-
-    >>> from scenes.scene.shapes import sheet
-    >>> wall = SceneObject("wall", sheet((0, -2, 0), (0, 4, 0), (0, 0, 3)), "brick")
-    >>> obstruction(Gateway((0.1, 0, 1.5), (0, 0, 0, 1)), 0.33, [wall]).where
-    'behind'
-    """
+    """Find an element on an object's surface, or behind one as seen from the gateway's position."""
     centre = np.asarray(gateway.position)
     points = np.vstack([centre, element_positions(gateway, wavelength)])
     low, high = points.min(axis=0) - TOUCHING, points.max(axis=0) + TOUCHING

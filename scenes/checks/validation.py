@@ -16,7 +16,7 @@ from scenes.scene.antennas import MOST_IN_A_ROW, PATTERNS, POLARIZATIONS, WIDEST
 from scenes.scene.description import FARTHEST, LONGEST_NAME, MOST_TRIANGLES, Scene
 from scenes.scene.element_positions import MOST_ELEMENTS, fault_of
 from scenes.scene.frequency import read_frequency
-from scenes.scene.materials import P2040, THICKEST, RadioMaterial, p2040_source
+from scenes.scene.materials import THICKEST, p2040_source
 from scenes.scene.orientation import UNIT_TOLERANCE
 
 LARGE_ARRAY = 2.0
@@ -24,9 +24,6 @@ LARGE_ARRAY = 2.0
 
 NEAR = 0.10
 """How far from its own frequency a material may be used, as a fraction of it."""
-
-ROUNDING = 1e-9
-"""Relative error within which values are those of a power law."""
 
 
 def validate(scene: Scene, source: str) -> None:
@@ -133,13 +130,7 @@ def validate(scene: Scene, source: str) -> None:
 
 
 def is_valid(scene: Scene) -> bool:
-    """Whether ``validate`` accepts a scene.
-
-    >>> from dataclasses import replace
-    >>> from scenes.places.closet import closet
-    >>> is_valid(closet()), is_valid(replace(closet(), frequency=0))
-    (True, False)
-    """
+    """Whether ``validate`` accepts a scene."""
     try:
         validate(scene, scene.name)
     except InputError:
@@ -190,13 +181,7 @@ def _point(point: Iterable[float]) -> str:
 
 
 def outdated(scene: Scene) -> str | None:
-    """Return a sentence if ITU-R P.2040 gave a material for another frequency than the scene's, else None.
-
-    >>> from dataclasses import replace
-    >>> from scenes.places.closet import closet
-    >>> outdated(closet()) is None, outdated(replace(closet(), frequency=2.4e9))[:17]
-    (True, 'material "brick":')
-    """
+    """Return a sentence if ITU-R P.2040 gave a material for another frequency than the scene's, else None."""
     for name, material in scene.materials.items():
         if material.frequency is None or _near(scene.frequency, material.frequency):
             continue
@@ -212,46 +197,15 @@ def outdated(scene: Scene) -> str | None:
 
 
 def doubts(scene: Scene) -> list[str]:
-    """Return a sentence for each material whose values, given by hand, seem to be for another frequency.
-
-    Values without a frequency are doubted if they are those of a material of ITU-R P.2040 at another frequency. Scene
-    files of earlier versions have them.
-
-    >>> from dataclasses import replace
-    >>> from scenes.places.closet import closet
-    >>> foam = RadioMaterial("foam", 1.1, 1e-4, 0.1, frequency=915e6)
-    >>> doubts(replace(closet(), frequency=2.4e9, materials={"foam": foam}))
-    ['material "foam": its values are for 915 MHz, and the scene is at 2400 MHz; give those at 2400 MHz']
-    """
-    sentences = []
-    for name, material in scene.materials.items():
-        source, frequency = None, material.frequency
-        if frequency is None and p2040_source(material, scene.frequency) is None:
-            source, frequency = _p2040_of_any_frequency(material)
-        if frequency is None or _near(scene.frequency, frequency):
-            continue
-        wanted = f"{scene.frequency / 1e6:g} MHz"
-        found = f"those of {source} of ITU-R P.2040 at" if source else "for"
-        advice = f"write p2040: {source} instead of them" if source else f"give those at {wanted}"
-        sentences.append(
-            f"material {named(name)}: its values are {found} {frequency / 1e6:g} MHz, and the scene is at {wanted}; "
-            f"{advice}"
-        )
-    return sentences
+    """Return a sentence for each material whose values, given by hand, are for another frequency."""
+    wanted = f"{scene.frequency / 1e6:g} MHz"
+    return [
+        f"material {named(name)}: its values are for {material.frequency / 1e6:g} MHz, and the scene is at {wanted}; "
+        f"give those at {wanted}"
+        for name, material in scene.materials.items()
+        if material.frequency is not None and not _near(scene.frequency, material.frequency)
+    ]
 
 
 def _near(frequency: float, of_values: float) -> bool:
     return abs(frequency / of_values - 1) <= NEAR
-
-
-def _p2040_of_any_frequency(material: RadioMaterial) -> tuple[str | None, float | None]:
-    """Find the row of P.2040 and the frequency (Hz) whose values a material has. σ tells the frequency."""
-    for name, row in P2040.items():
-        if row.d == 0 or material.conductivity == 0:
-            continue
-        frequency = 1e9 * (material.conductivity / row.c) ** (1 / row.d)
-        if row.covers(frequency):
-            permittivity, _ = row.values(frequency)
-            if math.isclose(permittivity, material.relative_permittivity, rel_tol=ROUNDING):
-                return name, frequency
-    return None, None

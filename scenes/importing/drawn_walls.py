@@ -123,16 +123,7 @@ def _coincident(scene: Scene) -> list[str]:
 
 
 def drawn_twice(scene: Scene) -> dict[tuple[str, str], int]:
-    """Count the triangles that have the same corners as another one, by the names of both objects.
-
-    Conductors on conductors are left out, since a wave meets only the first of them.
-
-    >>> from dataclasses import replace
-    >>> from scenes.places.closet import closet
-    >>> table = next(item for item in closet().objects if item.name == "table")
-    >>> drawn_twice(replace(closet(), objects=(*closet().objects, replace(table, name="plate"))))
-    {('table', 'plate'): 2}
-    """
+    """Count triangles with the corners of another one, by names; a wave meets only the first of two conductors."""
     triangles = np.concatenate([item.mesh.triangles for item in scene.objects])
     owner = np.repeat(np.arange(len(scene.objects)), [len(item.mesh.faces) for item in scene.objects])
     keys = _keys(triangles)
@@ -157,16 +148,7 @@ def _keys(triangles: Float[np.ndarray, "n 3 3"]) -> UInt64[np.ndarray, " n"]:
 def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[str, float]:
     """Parts of a scene with two large parallel faces so near to one another that their slabs meet.
 
-    The objects that an import makes of one node are looked at together if they have the same radio material:
-    "wall/outside" and "wall/inside". Faces of two materials are layers, each a slab of its own.
-
-    >>> from dataclasses import replace
-    >>> from scenes.places.closet import closet
-    >>> from scenes.scene.shapes import sheet, union
-    >>> skins = union(*(sheet((0, y, 0), (2, 0, 0), (0, 0, 2)) for y in (0.4, 0.5)))
-    >>> scene = replace(closet(), objects=(SceneObject("partition", skins, "brick"),))
-    >>> two_sided_walls(replace(scene, materials=closet().materials), (), 2.0)
-    {'partition': 0.1}
+    The objects of one node and one material are looked at together. Faces of two materials are layers.
     """
     walls: dict[tuple[str, str], list[SceneObject]] = {}
     for item in scene.objects:

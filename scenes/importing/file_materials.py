@@ -18,22 +18,12 @@ VALUES = "PERMITTIVITY,CONDUCTIVITY,THICKNESS"
 
 
 def short_name(name: str) -> str:
-    """Return a name without the number that Blender gives to a copy.
-
-    >>> short_name("Wall.001"), short_name("Wall 1")
-    ('Wall', 'Wall 1')
-    """
+    """Return a name without the number that Blender gives to a copy."""
     return BLENDERS_NUMBER.sub("", name)
 
 
 def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
-    """Return the material that a name in a file stands for, or None if it is the name of no radio material.
-
-    Case, spaces, the prefixes "mat-" and "itu_", and Blender's number do not count.
-
-    >>> known_material("mat-itu_concrete.002", {}), known_material("Ceiling Board", {}), known_material("paint", {})
-    ('concrete', 'ceiling_board', None)
-    """
+    """The material that a name stands for; case, spaces, "mat-", "itu_" and Blender's number do not count."""
     table = {_plain(known): known for known in (*material_names(), *own)}
     return name if name in own else table.get(_plain(name))
 
@@ -66,18 +56,10 @@ def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -
 
 
 def proposed_rule(name: str) -> str:
-    """Write a rule for a name, without its material, that the user can copy into a shell.
-
-    >>> print(proposed_rule("Wall [3]"), proposed_rule("-x"))
-    'Wall [3]=MATERIAL' '?x=MATERIAL'
-    """
+    """Write a rule for a name, without its material, that the user can copy into a shell."""
     return quoted(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")  # no option begins with "?"
 
 
 def quoted(word: str) -> str:
-    """Write a word of a command that the user can copy into a shell.
-
-    >>> print(quoted("Wall=concrete"), quoted("Wall [3]=concrete"))
-    Wall=concrete 'Wall [3]=concrete'
-    """
+    """Write a word of a command that the user can copy into a shell."""
     return shlex.quote(word)

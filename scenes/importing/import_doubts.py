@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from scenes.checks.enclosure import barycentric
+from scenes.checks.enclosure import lowest_above
 from scenes.importing.imported_file import ImportedFile
-from scenes.importing.lengths import METRES, in_each_unit, plain, plain_point, plain_size
+from scenes.importing.lengths import METRES, plain, plain_point, plain_size
 from scenes.scene.description import FARTHEST, Scene
 
 FLAT = 1.0
@@ -42,104 +42,63 @@ TYPICAL = 2.0
 """Typical ratio of a room. The unit whose ratio is nearest to it is suggested."""
 
 
+class Doubt(NamedTuple):
+    """A reason to doubt how a file is read."""
+
+    sentence: str  # what was expected, what was found, and which option would fit
+    decisive: bool  # whether it cannot be right, so that the file is refused
+
+
 def antenna_warnings(scene: Scene) -> list[str]:
     """Return a sentence for each odd place of the gateway or the transmitter region."""
-    beside = _beside(scene)
-    sentences = [beside] if beside else [_partly_beside(scene), _above(scene)]
-    return [sentence for sentence in (*sentences, _below(scene), _looking_away(scene)) if sentence]
-
-
-def _beside(scene: Scene) -> str | None:
-    """Tell whether the gateway or the whole region is horizontally outside the scene."""
     low, high = scene.bounds
-    names = [name for name, (least, most) in _spans(scene).items() if np.any((most < low)[:2] | (least > high)[:2])]
-    if not names:
-        return None
-    return (
-        f"expected the gateway and the transmitter region within the scene, {_horizontal(scene)}, found the "
-        f"{' and the '.join(names)} outside it; is the up axis right?"
-    )
+    gateway, region = scene.gateway, scene.transmitter.region
+    position, centre = np.array(gateway.position), region.mean(axis=0)
+    spans = {"gateway": (position, position), "transmitter region": tuple(region)}
+    within = f"within the scene, x {plain(low[0])} to {plain(high[0])} m and y {plain(low[1])} to {plain(high[1])} m,"
+    both = "expected the gateway and the transmitter region"
+    beside = [name for name, (least, most) in spans.items() if np.any((most < low)[:2] | (least > high)[:2])]
+    above = [name for name, (least, _) in spans.items() if least[2] > high[2]]
+    below = [name for name, (least, _) in spans.items() if least[2] < low[2] - 1e-6]
+    sentences = []
+    if beside:
+        sentences.append(f"{both} {within} found the {' and the '.join(beside)} outside it; is the up axis right?")
+    elif not np.all((region[0] >= low - 1e-6)[:2] & (region[1] <= high + 1e-6)[:2]):
+        sentences.append(
+            f"expected the transmitter region {within} found a part of it outside: it reaches from "
+            f"{plain_point(region[0])} to {plain_point(region[1])}"
+        )
+    # The region is above everything, or only the gateway while the region is below a roof.
+    if (
+        not beside
+        and high[2] - low[2] >= FLAT
+        and ("transmitter region" in above or (above and _roofed(scene, centre)))
+    ):
+        sentences.append(
+            f"{both} below the top of the scene, z = {plain(high[2])} m, found the {' and the '.join(above)} above it"
+        )
+    if below:
+        sentences.append(
+            f"{both} above the lowest surface, z = {plain(low[2])} m, found the {' and the '.join(below)} below it"
+        )
+    if not ((scene.transmitter.corners() - position) @ gateway.boresight > 0).any():
+        towards = (centre - position) / max(float(np.linalg.norm(centre - position)), 1e-9)
+        sentences.append(
+            "expected a gateway that looks towards the transmitter region, found the whole region behind it; the "
+            f"boresight is {plain_point(gateway.boresight)}, and the direction to the region {plain_point(towards)}"
+        )
+    return sentences
 
 
-def _partly_beside(scene: Scene) -> str | None:
-    low, high = scene.bounds
-    least, most = scene.transmitter.region
-    if np.all((least >= low - 1e-6)[:2] & (most <= high + 1e-6)[:2]):
-        return None
-    return (
-        f"expected the transmitter region within the scene, {_horizontal(scene)}, found a part of it outside: it "
-        f"reaches from {plain_point(least)} to {plain_point(most)}"
-    )
-
-
-def _above(scene: Scene) -> str | None:
-    """Tell whether the region is above everything, or only the gateway while the region is below a roof."""
-    low, high = scene.bounds
-    if high[2] - low[2] < FLAT:
-        return None
-    above = [name for name, (least, _) in _spans(scene).items() if least[2] > high[2]]
-    if "transmitter region" not in above and not ("gateway" in above and _roofed(scene)):
-        return None
-    return (
-        f"expected the gateway and the transmitter region below the top of the scene, z = {plain(high[2])} m, found "
-        f"the {' and the '.join(above)} above it"
-    )
-
-
-def _below(scene: Scene) -> str | None:
-    low, _ = scene.bounds
-    below = [name for name, (least, _) in _spans(scene).items() if least[2] < low[2] - 1e-6]
-    if not below:
-        return None
-    return (
-        f"expected the gateway and the transmitter region above the lowest surface, z = {plain(low[2])} m, found the "
-        f"{' and the '.join(below)} below it"
-    )
-
-
-def _looking_away(scene: Scene) -> str | None:
-    gateway = scene.gateway
-    towards = scene.transmitter.corners() - gateway.position
-    if (towards @ gateway.boresight > 0).any():
-        return None
-    centre = scene.transmitter.region.mean(axis=0) - gateway.position
-    return (
-        "expected a gateway that looks towards the transmitter region, found the whole region behind it; the boresight "
-        f"is {plain_point(gateway.boresight)}, and the direction to the region "
-        f"{plain_point(centre / max(float(np.linalg.norm(centre)), 1e-9))}"
-    )
-
-
-def _spans(scene: Scene) -> dict[str, tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]]:
-    position = np.array(scene.gateway.position)
-    low, high = scene.transmitter.region
-    return {"gateway": (position, position), "transmitter region": (low, high)}
-
-
-def _horizontal(scene: Scene) -> str:
-    low, high = scene.bounds
-    return f"x {plain(low[0])} to {plain(high[0])} m and y {plain(low[1])} to {plain(high[1])} m"
-
-
-def _roofed(scene: Scene) -> bool:
-    """Whether a surface is straight above the centre of the transmitter region."""
-    centre = scene.transmitter.region.mean(axis=0)
-    triangles = np.vstack([item.mesh.triangles for item in scene.objects])
-    weights, covered = barycentric(*np.moveaxis(triangles[:, :, :2] - centre[:2], 1, 0))
-    heights = (weights[covered] * triangles[covered][:, :, 2]).sum(axis=1)
-    return bool((heights > centre[2]).any())
+def _roofed(scene: Scene, point: Float[np.ndarray, " 3"]) -> bool:
+    """Whether a surface is straight above a point."""
+    return lowest_above(point, np.vstack([item.mesh.triangles for item in scene.objects])) < np.inf
 
 
 def far_from_origin(
     bounds: Float[np.ndarray, "2 3"], antennas: Float[np.ndarray, "n 3"], shift: Float[np.ndarray, " 3"]
 ) -> str | None:
-    """Say that objects are too far from the origin, and which shift mends it; None if they are near enough.
-
-    >>> far = np.array([[691231.5, 5334565.3, 515.2], [691237.5, 5334570.3, 518.0]])
-    >>> far_from_origin(far, far, np.zeros(3))
-    'expected coordinates within 100000 m of the origin, found the objects at (691232, 5334565, 515) to (691238, \
-5334570, 518), as in map coordinates; --shift -691234 -5334568 -515 moves all of them to the origin'
-    """
+    """Say that objects are too far from the origin, and which shift mends it; None if they are near enough."""
     if np.abs(bounds).max() <= FARTHEST:
         return None
     middle = bounds.mean(axis=0)
@@ -169,25 +128,10 @@ def rounding_warnings(file: ImportedFile, metres: float) -> list[str]:
     ]
 
 
-class UnitDoubt(NamedTuple):
-    """A reason to doubt a unit."""
-
-    sentence: str  # what was expected, what was found, which unit would fit, and the size in each unit
-    impossible: bool  # whether the unit cannot be right
-
-
 def unit_doubt(
     bounds: Float[np.ndarray, "2 3"], antennas: Float[np.ndarray, "n 3"], unit: str, wavelength: float
-) -> UnitDoubt | None:
-    """Return the reason to doubt the unit of a file; None if the unit is plausible.
-
-    >>> unit_doubt(np.array([[0, 0, 0], [5000, 4000, 3000]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33).sentence
-    'expected a scene about as large as the gateway and the transmitter region together, 3.77 m, found one of \
-5000 x 4000 x 3000 m with the unit m; with the unit mm it would be 5 x 4 x 3 m (in the others: cm 50 x 40 x 30 m, in \
-127 x 102 x 76.2 m, ft 1524 x 1219 x 914 m)'
-    >>> unit_doubt(np.array([[0, 0, 0], [5, 4, 3]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33) is None
-    True
-    """
+) -> Doubt | None:
+    """Return the reason to doubt the unit of a file; None if the unit is plausible."""
     if not np.abs(antennas).max() <= FARTHEST:
         return None  # other checks refuse this case and the next one
     extents = bounds[1] - bounds[0]
@@ -205,13 +149,13 @@ def unit_doubt(
         expected = (
             f"expected a scene about as large as the gateway and the transmitter region together, {plain(span)} m"
         )
-    sizes = in_each_unit(extents, unit)
+    sizes = {other: plain_size(extents * metres / METRES[unit]) for other, metres in METRES.items()}
     fits = min(METRES, key=lambda other: abs(math.log(ratio * METRES[other] / METRES[unit] / TYPICAL)))
     suggestion = "are the gateway and the region right?"
     if fits != unit:
         suggestion = f"with the unit {fits} it would be {sizes[fits]}"
     others = ", ".join(f"{other} {size}" for other, size in sizes.items() if other not in (unit, fits))
-    return UnitDoubt(
+    return Doubt(
         f"{expected}, {found}; {suggestion} (in the others: {others})",
         too_small or not REFUSED[0] <= ratio <= REFUSED[1],
     )

@@ -74,11 +74,7 @@ def read_file(name: str | Path) -> ImportedFile:
 
 
 def plain_name(name: str) -> str:
-    r"""Make a name valid for a scene: replace unprintable characters by "_", cut a long name, name what has none.
-
-    >>> plain_name("Wand\n2"), plain_name("")
-    ('Wand_2', 'unnamed')
-    """
+    r"""Make a name valid for a scene: replace unprintable characters by "_", cut a long name, name what has none."""
     return "".join(c if c.isprintable() else "_" for c in name[:LONGEST_NAME]) or "unnamed"
 
 

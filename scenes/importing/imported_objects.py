@@ -81,16 +81,11 @@ def import_objects(
             mesh.remove_unreferenced_vertices()
         objects.append(SceneObject(part.name, mesh, material))
     sizes = {each.name: size_of(each.mesh) for each in objects}
-    warnings = [*file.left_out, *rule_warnings(file, materials), *rounding_warnings(file, METRES[unit])]
-    assumed = stated_materials(file, choices)
-    report = ImportReport(
-        sizes,
-        degenerate,
-        tuple(f"{file.path}: {sentence}" for sentence in warnings),
-        tuple(f"{file.path}: {sentence}" for sentence in assumed),
-        up,
+    said = [*file.left_out, *rule_warnings(file, materials), *rounding_warnings(file, METRES[unit])]
+    warnings, assumed = (
+        tuple(f"{file.path}: {sentence}" for sentence in each) for each in (said, stated_materials(file, choices))
     )
-    return objects, resolved, report
+    return objects, resolved, ImportReport(sizes, degenerate, warnings, assumed, up)
 
 
 def _named_apart(
@@ -100,18 +95,15 @@ def _named_apart(
     pairs = list(zip(materials, from_file, strict=True))
     given = {each.name: each for each, stated in pairs if not stated}
     table = {name: given[name] for name in sorted(given)}
-    names = [_name_in(table, each) if stated else each.name for each, stated in pairs]
+    names = []
+    for material, stated in pairs:
+        plain = plain_name(material.name) if stated else material.name
+        name, count = plain, 1
+        while stated and table.setdefault(name, numbered := replace(material, name=name)) != numbered:
+            count += 1
+            name = f"{plain}_{count}"
+        names.append(name)
     return names, table
-
-
-def _name_in(materials: dict[str, RadioMaterial], material: RadioMaterial) -> str:
-    """Add a material to ``materials`` and return its name there, numbered if another material has the same name."""
-    material = replace(material, name=plain_name(material.name))
-    name, count = material.name, 1
-    while materials.setdefault(name, numbered := replace(material, name=name)) != numbered:
-        count += 1
-        name = f"{material.name}_{count}"
-    return name
 
 
 def size_of(mesh: Trimesh) -> tuple[float, float, float]:
@@ -135,21 +127,20 @@ def parts_of(
     axis, metres = up or file.up, METRES[unit]
     turn = Y_UP_TO_Z_UP[:3, :3] if axis == "y" else np.eye(3)
     evidence = up_evidence(file, None, metres)
-    parts = []
-    for part, choice in zip(file.parts, choices, strict=True):
-        parts.append(
-            {
-                "name": part.name,
-                "node": part.node,
-                "material in the file": part.material or "",
-                "mesh file": part.mesh_file or "",
-                "size": _plain(np.abs(turn) @ part.mesh.extents * metres),
-                "area": float(part.mesh.area) * metres**2,
-                "triangles": len(part.mesh.faces),
-                "material": choice.material.name if choice.material else None,
-                "by": choice.by,
-            }
-        )
+    parts = [
+        {
+            "name": part.name,
+            "node": part.node,
+            "material in the file": part.material or "",
+            "mesh file": part.mesh_file or "",
+            "size": _plain(np.abs(turn) @ part.mesh.extents * metres),
+            "area": float(part.mesh.area) * metres**2,
+            "triangles": len(part.mesh.faces),
+            "material": choice.material.name if choice.material else None,
+            "by": choice.by,
+        }
+        for part, choice in zip(file.parts, choices, strict=True)
+    ]
     box = bounding_box(np.vstack([part.mesh.bounds for part in file.parts]) @ turn.T)
     bounds = {}
     for other, scale in METRES.items():

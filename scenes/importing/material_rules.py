@@ -29,11 +29,7 @@ class Choice:
 
 
 def matches(pattern: str, names: Iterable[str]) -> bool:
-    """Whether a rule's left side is one of some names, literally or as a pattern with ``*``, ``?`` and ``[...]``.
-
-    >>> matches("Wall [3]", ["Wall [3]"]), matches("Wall*", ["Wall [3]"]), matches("wall*", ["Wall [3]"])
-    (True, True, False)
-    """
+    """Whether a rule's left side is one of some names, literally or as a pattern with ``*``, ``?`` and ``[...]``."""
     return any(name == pattern or fnmatchcase(name, pattern) for name in names)
 
 
@@ -53,11 +49,7 @@ def choose_materials(
     frequency: float,
     own: Mapping[str, RadioMaterial],
 ) -> list[Choice]:
-    """Choose the material of each part.
-
-    The first rule that matches a name of the part counts, else the first that matches the name of the file, else the
-    material that the file names if it is a radio material, else the default.
-    """
+    """Choose each part's material: by a rule for it, by a rule for the file's name, by the file, or by default."""
     for material in (*(material for _, material in rules), *((default,) if default is not None else ())):
         try:
             require_known(material, own)
@@ -151,11 +143,7 @@ def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]
 
 
 def listed(names: Iterable[str], most: int = LISTED) -> str:
-    """List the first names, without repetitions.
-
-    >>> listed("abca", 2)
-    'a, b and 1 more'
-    """
+    """List the first names, without repetitions."""
     each = list(dict.fromkeys(names))
     rest = f" and {len(each) - most} more" if len(each) > most else ""
     return ", ".join(each[:most]) + rest

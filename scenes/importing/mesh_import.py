@@ -109,8 +109,19 @@ def import_scene(
         ('concrete', {'yard': (4.0, 3.0, 0.0)}, {'yard': 0.1}, ())
     """
     hertz = read_frequency(frequency)
-    check_import(path, materials, default_material, unit, up, gateway, transmitter, shift, own_materials, walls)
-    moved = check_shift(shift)
+    require_path(path=path)
+    require_word(METRES, unit=unit)
+    require_word(get_args(Walls), walls=walls)
+    if up is not None:
+        require_word(("y", "z"), up=up)
+    if default_material is not None:
+        require_instance(str, default_material=default_material)
+    require_instance(Gateway, gateway=gateway)
+    require_instance(Transmitter, transmitter=transmitter)
+    moved = check_array("shift", shift, (3,), "metres along x, y and z")
+    if np.abs(moved).max() > LARGEST:
+        raise ParameterError("shift", f"expected at most {LARGEST:g} m, found {shown(moved.tolist())}")
+    _check_materials(materials, own_materials)
     file = read_file(path)
     label = str(file.path)
     doubt = up_doubt(file, up, np.vstack([gateway.position, transmitter.corners()]), METRES[unit])
@@ -130,7 +141,7 @@ def import_scene(
     if far is not None:
         raise InputError(f"{label}: {far}")
     size = unit_doubt(scene.bounds, antennas, unit, scene.wavelength)
-    if size is not None and size.impossible:
+    if size is not None and size.decisive:
         raise InputError(f"{label}: {size.sentence}")
     validate(scene, label)  # as drawn, since the inside of a box is where no antenna can be
     found = drawn_walls(scene, walls)
@@ -163,52 +174,18 @@ def _conventions(file: ImportedFile, unit: str, up: str | None, shift: Float[np.
     return f"read with {axis} and unit {unit}{moved}"
 
 
-def check_import(
-    path: object,
-    materials: Any,
-    default_material: object,
-    unit: str,
-    up: str | None,
-    gateway: object,
-    transmitter: object,
-    shift: Any,
-    own_materials: object,
-    walls: str,
-) -> None:
-    """Check the arguments of ``import_scene``, apart from the frequency and the shift."""
-    require_path(path=path)
-    require_word(METRES, unit=unit)
-    require_word(get_args(Walls), walls=walls)
-    if up is not None:
-        require_word(("y", "z"), up=up)
-    if default_material is not None:
-        require_instance(str, default_material=default_material)
-    require_instance(Gateway, gateway=gateway)
-    require_instance(Transmitter, transmitter=transmitter)
-    check_shift(shift)
-    _check_rules(materials)
-    if own_materials is not None:
-        require_instance(Mapping, own_materials=own_materials)
-        for name, material in own_materials.items():  # type: ignore[attr-defined]
-            if not (isinstance(name, str) and isinstance(material, RadioMaterial)):
-                raise ParameterError(
-                    "own_materials",
-                    f"expected a RadioMaterial for each name, found {shown(material)} for {shown(name)}",
-                )
-
-
-def check_shift(shift: Any) -> Float[np.ndarray, " 3"]:
-    """Return a shift as an array."""
-    moved = check_array("shift", shift, (3,), "metres along x, y and z")
-    if np.abs(moved).max() > LARGEST:
-        raise ParameterError("shift", f"expected at most {LARGEST:g} m, found {shown(moved.tolist())}")
-    return moved
-
-
-def _check_rules(materials: Any) -> None:
-    expected = 'expected pairs of a name and a material, such as [("Wall*", "concrete")]'
-    if isinstance(materials, str) or not isinstance(materials, Sequence):
-        raise ParameterError("materials", f"{expected}, found {shown(materials)}")
-    for rule in materials:
+def _check_materials(rules: Any, own: Any) -> None:
+    """Refuse rules, or materials of the user, of another kind."""
+    pairs = 'expected pairs of a name and a material, such as [("Wall*", "concrete")]'
+    if isinstance(rules, str) or not isinstance(rules, Sequence):
+        raise ParameterError("materials", f"{pairs}, found {shown(rules)}")
+    for rule in rules:
         if not (isinstance(rule, tuple | list) and len(rule) == 2 and all(isinstance(each, str) for each in rule)):
-            raise ParameterError("materials", f"{expected}, found {shown(rule)}")
+            raise ParameterError("materials", f"{pairs}, found {shown(rule)}")
+    if own is None:
+        return
+    require_instance(Mapping, own_materials=own)
+    for name, material in own.items():
+        if not (isinstance(name, str) and isinstance(material, RadioMaterial)):
+            found = f"found {shown(material)} for {shown(name)}"
+            raise ParameterError("own_materials", f"expected a RadioMaterial for each name, {found}")

@@ -1,19 +1,19 @@
-"""Look for evidence of a file's up axis: names of floors and ceilings, level surfaces, the exporter, the antennas.
+"""Evidence of a file's up axis: names of floors and ceilings, level surfaces, the exporter, the antennas.
 
-Formats other than glTF do not say which axis points up, and exporters differ. A room that lies on its side traces
-without an error.
+A room that lies on its side traces without an error.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 from trimesh import Trimesh
 
+from scenes.importing.import_doubts import Doubt
 from scenes.importing.imported_file import ImportedFile
 from scenes.importing.material_rules import listed
 from scenes.scene.shapes import bounding_box
@@ -55,26 +55,19 @@ class UpEvidence:
     weight: int  # by how much it outweighs the evidence for the other axis
 
 
-class UpDoubt(NamedTuple):
-    """A reason to doubt the up axis of a file."""
-
-    sentence: str  # the evidence, and which option states the axis
-    decisive: bool  # whether the axis was assumed and the evidence outweighs that
-
-
-def up_doubt(file: ImportedFile, up: str | None, antennas: Float[np.ndarray, "n 3"], metres: float) -> UpDoubt | None:
+def up_doubt(file: ImportedFile, up: str | None, antennas: Float[np.ndarray, "n 3"], metres: float) -> Doubt | None:
     """Return the reason to doubt the up axis of a file; None if the axis is plausible."""
     evidence, axis = up_evidence(file, antennas, metres), up or file.up
     if evidence is None or evidence.axis == axis or (up and evidence.weight < DECISIVE):
         return None
     reasons = "; ".join(evidence.reasons)
     if up is None and evidence.weight >= DECISIVE:
-        return UpDoubt(
+        return Doubt(
             f"expected {axis} to point up, as usual for {file.path.suffix[1:].upper()}, found that {reasons}; add "
             f"--up {evidence.axis} if {evidence.axis} points up, else --up {axis}",
             True,
         )
-    return UpDoubt(f"the up axis is {axis}, but {reasons}; should it be --up {evidence.axis}?", False)
+    return Doubt(f"the up axis is {axis}, but {reasons}; should it be --up {evidence.axis}?", False)
 
 
 def up_evidence(file: ImportedFile, antennas: Float[np.ndarray, "n 3"] | None, metres: float) -> UpEvidence | None:
@@ -123,11 +116,7 @@ def _by_names(file: ImportedFile, areas: Float[np.ndarray, "parts 3"]) -> tuple[
 
 
 def _words(name: str) -> list[str]:
-    """Split a name into words in lower case, without the s of a plural.
-
-    >>> _words("ground_floor-Walls2"), _words("mat-itu_ceilingBoard.001")
-    (['ground', 'floor', 'wall'], ['mat', 'itu', 'ceiling', 'board'])
-    """
+    """Split a name into words in lower case, without the s of a plural."""
     return [
         word.lower().removesuffix("s") for word in re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name))
     ]

@@ -24,7 +24,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_kinds import CHANNELS, content_of, is_csi
-from simulate.dataset.dataset_reader import Inspection, read_metadata
+from simulate.dataset.dataset_reader import Inspection, noting, read_metadata
 from simulate.dataset.index_files import numbered_split
 from simulate.dataset.metadata import band_of
 from simulate.positions.positions import FARTHEST, read_points
@@ -168,20 +168,10 @@ def inspect_csi(folder: Path) -> Inspection[CsiDataset]:
         return Inspection([f"{folder}: expected channels ({CHANNELS}), found {found}"], [], None)
     problems: list[str] = []
     warnings: list[str] = []
-    channels, antennas, positions = None, None, None
-    try:
-        channels = _read_channels(folder / CHANNELS)
-    except InputError as error:
-        problems.append(str(error))
-    try:
-        antennas = np.array(_read_station(folder / STATION).base_station, float)
-    except InputError as error:
-        problems.append(str(error))
-    if os.path.lexists(folder / "tx_pos.csv"):
-        try:
-            positions = read_points(folder / "tx_pos.csv")
-        except InputError as error:
-            problems.append(str(error))
+    channels = noting(problems, None, _read_channels, folder / CHANNELS)
+    antennas = noting(problems, None, _read_station, folder / STATION)
+    there = os.path.lexists(folder / "tx_pos.csv")
+    positions = noting(problems, None, read_points, folder / "tx_pos.csv") if there else None
     metadata = read_metadata(folder / "metadata.json", problems)
     if channels is None:
         return Inspection(problems, warnings, None)
@@ -227,12 +217,12 @@ def _read_channels(path: Path) -> Complex[np.ndarray, "K A subcarriers"]:
     return channels
 
 
-def _read_station(path: Path) -> Station:
+def _read_station(path: Path) -> Float[np.ndarray, "A 3"]:
     content = read_yaml(path, "the antenna positions of a base station")
     if not isinstance(content, dict) or not content.get("base_station"):
         found = "nothing" if content is None else shown(content)
         raise InputError(f"{path}: expected base_station with the position [x, y, z] of each antenna, found {found}")
-    return conform(content, Station, str(path), numbers_as_text=True)
+    return np.array(conform(content, Station, str(path), numbers_as_text=True).base_station, float)
 
 
 def _check_band(path: Path, metadata: dict[str, Any], subcarriers: int, problems: list[str]) -> None:

@@ -1,15 +1,18 @@
-"""Reading a NeRF² dataset folder, and the check that it is valid."""
+"""Reading a NeRF² dataset folder, or a folder of rooms with one for each, and the check that it is valid."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
+from jaxtyping import Float
 
-from scenes.files.errors import InputError, ParameterError, require_path
+from scenes.files.errors import InputError, ParameterError, require_path, shown
 from scenes.files.input_file import what_is_at
+from scenes.files.json_yaml_xml import read_json
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.frequency import read_frequency
@@ -17,11 +20,17 @@ from scenes.scene.same_array import with_same_array
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
-from simulate.dataset.dataset_kinds import Moving, not_spectra, unfinished
-from simulate.dataset.dataset_reader import Inspection, changed_places, read_gateway, read_metadata, read_receivers
+from simulate.dataset.dataset_kinds import ROOMS, Moving, Setting, not_spectra, unfinished
+from simulate.dataset.dataset_reader import (
+    Inspection,
+    changed_places,
+    noting,
+    read_gateway,
+    read_metadata,
+    read_receivers,
+)
 from simulate.dataset.index_files import read_split
 from simulate.dataset.metadata import band_of
-from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
 from simulate.positions.positions import read_points
@@ -81,11 +90,7 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
     if other := not_spectra(folder) or unfinished(folder):
         return Inspection([other], [], None)
 
-    positions = None
-    try:
-        positions = read_points(folder / "tx_pos.csv")
-    except InputError as error:
-        problems.append(str(error))
+    positions = noting(problems, None, read_points, folder / "tx_pos.csv")
     names, pictures = read_pictures(folder / "spectrum", problems)
     gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
     metadata = read_metadata(folder / "metadata.json", problems)
@@ -162,21 +167,36 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
         moving_receivers=None if receivers is None else receivers[rows],
     )
     places = dataset.positions if receivers is None else np.hstack([dataset.positions, receivers[rows]])
-    odd = oddities(places, pictures, dataset.identification, folder)
-    return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)
+    _look_for_shared_positions(places, folder / "tx_pos.csv", problems, warnings)
+    if dataset.grid.elevation_step_deg < 0:
+        problems.append(
+            f"{folder / 'spectrum'}: expected row 0 at the horizon, found upside-down pictures with elevation "
+            f"{dataset.grid.elevation_first_deg:.0f}° in row 0 (an array explains them in this way to "
+            f"{dataset.identification.residual:.2f} grey levels); bisplat convert turns them over"
+        )
+    return Inspection(problems, warnings, None if problems else dataset)
+
+
+def _look_for_shared_positions(
+    positions: Float[np.ndarray, "K coordinates"], path: Path, problems: list[str], warnings: list[str]
+) -> None:
+    places, pictures_there = np.unique(positions, axis=0, return_counts=True)
+    if len(positions) > 1 and len(places) == 1:
+        problems.append(f"{path}: expected positions that differ, found {places[0].tolist()} for all {len(positions)}")
+    elif sharing := int(pictures_there[pictures_there > 1].sum()):
+        warnings.append(
+            f"{sharing} of {len(positions)} pictures share their position with another picture; if the folder mixes "
+            "frequencies or gateways, bisplat convert --one-per-position 1 keeps the first of each"
+        )
 
 
 def recorded_scene(folder: Path, metadata: dict[str, Any]) -> Scene | None:
-    """Read the scene of a simulated folder.
-
-    >>> recorded_scene(Path("data"), {}) is None
-    True
-    """
+    """The scene of a simulated folder; None if its metadata names none."""
     return load_scene(folder / metadata["scene_file"]) if metadata.get("scene_file") else None
 
 
 def scene_of(dataset: Dataset) -> Scene | None:
-    """Read the scene of a dataset, at the dataset's frequency. None: its metadata names none."""
+    """The scene of a dataset, at the dataset's frequency; None if its metadata names none."""
     scene = recorded_scene(dataset.folder, dataset.metadata)
     return None if scene is None else at_its_frequency(scene, dataset)
 
@@ -184,3 +204,51 @@ def scene_of(dataset: Dataset) -> Scene | None:
 def at_its_frequency(scene: Scene, dataset: Dataset) -> Scene:
     """A scene as a dataset was simulated in it: at another frequency, if one was asked for, with the same array."""
     return with_same_array(scene, dataset.frequency.hertz) if dataset.metadata.get("frequencies_hz") else scene
+
+
+@dataclass(frozen=True)
+class Rooms:
+    """A folder of simulated rooms.
+
+    Iteration reads the datasets of the rooms one by one. ``len(rooms)`` is their number.
+
+    Attributes:
+        folder: the folder.
+        setting: what differs from room to room: "same", "furniture" or "layout".
+        names: names of the dataset folders in it, in order.
+        facts: the content of rooms.json.
+    """
+
+    folder: Path
+    setting: Setting
+    names: tuple[str, ...]
+    facts: dict[str, Any]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __iter__(self) -> Iterator[Dataset]:
+        return (read_dataset(self.folder / name) for name in self.names)
+
+
+def read_rooms(folder: Path | str) -> Rooms:
+    """Read what ``simulate_rooms`` wrote."""
+    require_path(folder=folder)
+    folder = Path(folder)
+    path = folder / ROOMS
+    facts = read_json(path, "a description of rooms")
+    names: Any = facts.get("rooms") if isinstance(facts, dict) else None
+    if not (isinstance(names, list) and names and all(map(_is_name, names))):
+        raise InputError(f"{path}: expected the names of rooms, found {shown(names)}")
+    setting: Any = facts.get("setting")
+    if setting not in get_args(Setting):
+        raise InputError(f"{path}: expected the setting same, furniture or layout, found {shown(setting)}")
+    for name in names:
+        if not (folder / name).is_dir():
+            raise InputError(f"{folder / name}: expected a room, found none: run the same bisplat rooms again")
+    return Rooms(folder, setting, tuple(names), facts)
+
+
+def _is_name(value: object) -> bool:
+    """Whether a value names a folder inside another one."""
+    return isinstance(value, str) and Path(value).name == value and value != ".."

@@ -26,6 +26,21 @@ TAKE_PLACED_CHANNELS = "locate and view"
 SPECTRA = "spectra"
 """``content_of`` a dataset of spectra."""
 
+Moving = Literal["transmitter", "receiver", "both"]
+"""What moves. An end that does not move stands at the gateway's position. If the receiver moves, its array keeps the
+gateway's orientation. "RX moving" is the name that SwiftWRF [liu2025] gives to data of a moving receiver. If both move,
+the positions are the transmitters', and those of the array are stated beside them."""
+
+Phases = Literal["common", "per-position"]
+"""Whether phases of different positions can be compared. common: they can, as with a transmitter that is synchronised
+with the receiver, or a tag that answers its reader. per-position: each position has an unknown phase of its own."""
+
+Setting = Literal["same", "furniture", "layout"]
+"""What differs from room to room: the transmitter's positions alone, the furniture too, or everything."""
+
+Outline = Literal["rectangle", "l", "both"]
+"""Outlines of rooms; of "both", every second room is L-shaped."""
+
 
 def is_rooms(folder: Path) -> bool:
     """Whether a folder holds the datasets of several rooms."""
@@ -47,12 +62,6 @@ def unfinished(folder: Path) -> str | None:
     """The sentence on a simulation that was interrupted; None if the folder is none.
 
     The index files of spectra are written last, after the parts that become the responses.
-
-    >>> from tempfile import mkdtemp
-    >>> hall = Path(mkdtemp())
-    >>> _ = (hall / "metadata.json").write_text("{}"), (hall / "parts").mkdir()
-    >>> unfinished(hall).removeprefix(str(hall))
-    ': expected a finished simulation, found an unfinished one: run the same command again to finish it'
     """
     begun = os.path.isdir(folder / PARTS) and os.path.lexists(folder / "metadata.json")
     if not begun or all(os.path.lexists(folder / f"{part}_index.txt") for part in ("train", "test")):
@@ -61,16 +70,7 @@ def unfinished(folder: Path) -> str | None:
 
 
 def content_of(folder: Path) -> str | None:
-    """What a dataset folder holds, and what takes data that are no spectra; None if it is of no kind.
-
-    >>> from tempfile import mkdtemp
-    >>> hall = Path(mkdtemp())
-    >>> content_of(hall)
-    >>> _ = (hall / "gateway_rssi.csv").write_text("")
-    >>> content_of(hall)
-    'received powers (RSSI), which bisplat check describes and bisplat compare, sweep, evaluate, locate, plan, \
-coverage, calibrate, view and export --hdf5 take'
-    """
+    """What a dataset folder holds, and what takes data that are no spectra; None if it is of no kind."""
     if is_rssi(folder):
         return f"received powers (RSSI), which bisplat check describes and bisplat {TAKE_POWERS} take"
     if is_csi(folder):
@@ -85,33 +85,6 @@ coverage, calibrate, view and export --hdf5 take'
 
 
 def not_spectra(folder: Path) -> str | None:
-    """The sentence on a folder of another kind that was given where spectra are expected; None if it is of none.
-
-    >>> from tempfile import mkdtemp
-    >>> hall = Path(mkdtemp())
-    >>> not_spectra(hall)
-    >>> _ = (hall / "rooms.json").write_text("{}")
-    >>> not_spectra(hall).removeprefix(str(hall))
-    ': expected a dataset of spectra, found several rooms, each of which is a dataset of spectra; bisplat \
-compare takes them together'
-    """
+    """The sentence on a folder of another kind that was given where spectra are expected; None if it is of none."""
     found = content_of(folder)
     return None if found in (None, SPECTRA) else f"{folder}: expected a dataset of spectra, found {found}"
-
-
-Moving = Literal["transmitter", "receiver", "both"]
-"""What moves. An end that does not move stands at the gateway's position. If the receiver moves, its array keeps the
-gateway's orientation. "RX moving" is the name that SwiftWRF [liu2025] gives to data of a moving receiver. If both move,
-the positions are the transmitters', and those of the array are stated beside them."""
-
-
-Phases = Literal["common", "per-position"]
-"""common: they can, as with a transmitter that is synchronised with the receiver, or a tag that answers its reader.
-per-position: each position has an unknown phase of its own."""
-
-
-Setting = Literal["same", "furniture", "layout"]
-"""What differs from room to room: the transmitter's positions alone, the furniture too, or everything."""
-
-Outline = Literal["rectangle", "l", "both"]
-"""Outlines of rooms; of "both", every second room is L-shaped."""

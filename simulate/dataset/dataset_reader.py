@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
@@ -41,50 +42,54 @@ class GatewayInfo(Struct):
     gateway1: Pose
 
 
-def read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
-    """Read gateway_info.yml: position, metres, and unit quaternion (x, y, z, w); faults are added to the problems."""
+Read = TypeVar("Read")
+"""What a file holds."""
+
+
+def noting(problems: list[str], otherwise: Read, read: Callable[..., Read], *arguments: Any) -> Read:
+    """What a function reads; if it raises an InputError, the other value, and the sentence joins the problems."""
     try:
-        pose = conform(read_yaml(path, GATEWAY), GatewayInfo, str(path), numbers_as_text=True).gateway1
-        length = math.hypot(*pose.orientation)
-        if abs(length - 1) > UNIT_TOLERANCE:
-            raise InputError(
-                f"{path}: gateway1.orientation: expected a quaternion of unit length, found length {length:.4g}"
-            )
+        return read(*arguments)
     except InputError as error:
         problems.append(str(error))
-        return np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+        return otherwise
+
+
+def read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
+    """Read gateway_info.yml: position, metres, and unit quaternion (x, y, z, w)."""
+    return noting(problems, (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), _gateway, path)
+
+
+def _gateway(path: Path) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
+    pose = conform(read_yaml(path, GATEWAY), GatewayInfo, str(path), numbers_as_text=True).gateway1
+    length = math.hypot(*pose.orientation)
+    if abs(length - 1) > UNIT_TOLERANCE:
+        raise InputError(
+            f"{path}: gateway1.orientation: expected a quaternion of unit length, found length {length:.4g}"
+        )
     return np.array(pose.position), np.array(pose.orientation) / length
 
 
 def read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
-    """Read metadata.json; empty if there is none. Faults are added to the problems."""
+    """Read metadata.json; empty if there is none."""
     if not os.path.lexists(path):
         return {}
-    try:
-        return read_metadata_file(path, "the settings of a dataset")
-    except InputError as error:
-        problems.append(str(error))
-        return {}
+    return noting(problems, {}, read_metadata_file, path, "the settings of a dataset")
 
 
 def read_receivers(
     path: Path, moving: Moving, count: int | None, problems: list[str]
 ) -> Float[np.ndarray, "K 3"] | None:
     """Read rx_pos.csv: where the middle of the array is for each row of tx_pos.csv, if both ends move."""
-    there = os.path.lexists(path)
     if moving != "both":
-        if there:
+        if os.path.lexists(path):
             problems.append(
                 f'{path}: expected "moving": "both" in metadata.json beside it, found "{moving}"; bisplat convert '
                 "--moving both states it"
             )
         return None
-    try:
-        found = read_points(path)
-    except InputError as error:
-        problems.append(str(error))
-        return None
-    if count is not None and len(found) != count:
+    found = noting(problems, None, read_points, path)
+    if found is not None and count is not None and len(found) != count:
         problems.append(f"{path}: expected {count} rows, as in tx_pos.csv, found {len(found)}")
         return None
     return found
@@ -104,8 +109,6 @@ def changed_places(
     changed = [name for name, digests in found.items() if digests != {made[name]}]
     if not changed:
         return []
-    if len(changed) == 2 and found["tx_pos.csv"] == {made["rx_pos.csv"]}:
-        return ["tx_pos.csv and rx_pos.csv are exchanged: metadata.json has the digest of each other's positions"]
     return [f"{' and '.join(changed)} changed since the simulation: metadata.json has the digest of other positions"]
 
 

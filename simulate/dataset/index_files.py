@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -54,16 +54,29 @@ def read_split(
         if repeated:
             warnings.append(f"{path.name} names {repeated} spectra more than once; each counts once")
     train, test = list(dict.fromkeys(train)), list(dict.fromkeys(test))
+    _compare(files["test"], train, test, names, ("names", "spectra"), problems, warnings)
+    return train, test
+
+
+def _compare(
+    path: Path,
+    train: Iterable[int],
+    test: Iterable[int],
+    names: Sequence[object],
+    what: tuple[str, str],
+    problems: list[str],
+    warnings: list[str],
+) -> None:
+    """Note names in both parts, and warn of those in neither."""
     both = sorted(set(train) & set(test))
     if both:
         problems.append(
-            f"{files['test']}: expected names that are not in train_index.txt, found "
-            f"{names[both[0]]} in both ({len(both)} in all)"
+            f"{path}: expected {what[0]} that are not in train_index.txt, found {names[both[0]]} in both "
+            f"({len(both)} in all)"
         )
     unused = len(names) - len(set(train) | set(test))
     if unused and not problems:
-        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
-    return train, test
+        warnings.append(f"{unused} {what[1]} are in neither train_index.txt nor test_index.txt")
 
 
 def read_index(path: Path, names: Sequence[str]) -> Int[np.ndarray, " n"]:
@@ -85,24 +98,19 @@ def numbered_split(
 ) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
     """Read the folder's own split."""
     files = [folder / f"{part}_index.txt" for part in ("train", "test")]
-    parts = [np.zeros(0, dtype=int), np.zeros(0, dtype=int)]
+    nothing = np.zeros(0, dtype=int)
     if not any(path.exists() for path in files):
-        return parts[0], parts[1]
-    for number, path in enumerate(files):
+        return nothing, nothing
+    parts = []
+    for path in files:
         try:
-            parts[number] = read_numbers(path, count)
+            parts.append(read_numbers(path, count))
         except InputError as error:
             problems.append(str(error))
-    both = np.intersect1d(parts[0], parts[1])
-    if len(both):
-        problems.append(
-            f"{files[1]}: expected numbers that are not in train_index.txt, found {both[0]} in both "
-            f"({len(both)} in all)"
-        )
-    unused = count - len(np.union1d(parts[0], parts[1]))
-    if unused and not problems:
-        warnings.append(f"{unused} positions are in neither train_index.txt nor test_index.txt")
-    return parts[0], parts[1]
+            parts.append(nothing)
+    train, test = parts
+    _compare(files[1], train.tolist(), test.tolist(), range(count), ("numbers", "positions"), problems, warnings)
+    return train, test
 
 
 def read_numbers(path: Path, count: int) -> Int[np.ndarray, " n"]:

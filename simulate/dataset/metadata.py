@@ -107,7 +107,7 @@ def _schema(engine: str, simulated: bool, known: tuple[str, ...], of_elements: b
     if needed:
         parts |= {key: (kind, MISSING) for key, kind in ENGINES[engine].schema().items()}
     names: Any = Literal[known]  # type: ignore[valid-type]
-    fields: list[Any] = [("engine", names, Rays.name)]
+    fields: list[Any] = [("engine", names) if simulated else ("engine", names, Rays.name)]
     if of_elements:
         fields.append(("array", ElementArray, UNSET))
     fields += [(key, kind) if default is MISSING else (key, kind, default) for key, (kind, default) in parts.items()]

@@ -31,12 +31,7 @@ MOST_DIGITS = 9
 
 
 def is_number(name: str) -> bool:
-    """Whether the name of a picture is a number of at most nine digits 0 to 9.
-
-    Example:
-        >>> is_number("00003"), is_number("٣"), is_number("9" * 20)
-        (True, False, False)
-    """
+    """Whether the name of a picture is a number of at most nine digits 0 to 9."""
     return name.isascii() and name.isdecimal() and len(name) <= MOST_DIGITS
 
 
@@ -103,12 +98,7 @@ def _zeros(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
 
 
 def summary(alike: Sequence[str], things: str) -> str:
-    """The first of several sentences on the same fault, with the number of the others.
-
-    Example:
-        >>> summary(["a.png: damaged", "b.png: damaged", "c.png: damaged"], "pictures")
-        'a.png: damaged; 2 more pictures have the same fault'
-    """
+    """The first of several sentences on the same fault, with the number of the others."""
     more = len(alike) - 1
     verb = "have" if more > 1 else "has"
     thing = things if more > 1 else things.removesuffix("s")

@@ -31,8 +31,8 @@ class Recorded(Struct, forbid_unknown_fields=True, kw_only=True):
 
     cell: Annotated[float, Meta(ge=CELLS[0], le=CELLS[1])]
     solver: str
-    window_ns: Positive = 1.0
-    antennas: str = ""
+    window_ns: Positive
+    antennas: str
     runs_hz: list[list[Positive]] = []
 
 

@@ -188,9 +188,21 @@ class FullWave(Engine):
         progress: Progress,
     ) -> None:
         """Write the fields of some frequencies, from runs that are kept in a working folder until all have ended."""
-        from simulate.fullwave.run_cost import solve
+        from simulate.fullwave.all_elements import stored_field
+        from simulate.fullwave.run_cost import description, runs_at_once
 
-        field = solve(group.scene, planned, working, self.solver, machines.workers, machines.ray, self.gpu, progress)
+        scene, count = group.scene, group.scene.gateway.count
+        at_once = machines.workers or runs_at_once(planned, count)
+        ours_here = self.solver == OURS and machines.ray is None
+        progress.console.print(description(scene, planned, min(at_once, count) if ours_here else None))
+        bar, done = progress.add_task("full wave", total=count), [0.0] * count
+
+        def report(element: int, step: int) -> None:
+            done[element] = step / planned.steps
+            progress.update(bar, completed=sum(done))
+
+        field = stored_field(scene, planned, working, at_once, self.solver, self.gpu, machines.ray, report)
+        progress.update(bar, completed=count)
         if not setting.further:
             field.write(field_file(folder, group.scene, several=False))
             return

@@ -85,6 +85,8 @@ def _hdf5(path: Path) -> Arrays:
 def _plain(item: h5py.Dataset) -> np.ndarray:
     """The numbers of a dataset in HDF5; an empty array if it has none."""
     names = item.dtype.names
+    if item.external or item.is_virtual:
+        raise InputError(f"{item.file.filename}: expected arrays in the file itself, found {item.name} in another file")
     if names is None:
         return np.asarray(item[()])
     for real, imaginary in PARTS:
@@ -105,6 +107,10 @@ def _table(path: Path) -> Arrays:
         if len(row) != width:
             raise InputError(f"{path}, row {number}: expected {width} columns, as in the first row, found {len(row)}")
     names = header or [str(number) for number in range(1, len(rows[0]) + 1)]
+    alike = [name.strip().lower() for name in names]
+    twice = next((name for name, each in zip(names, alike, strict=True) if each and alike.count(each) > 1), None)
+    if twice is not None:
+        raise InputError(f"{path}: expected columns of different names, found {shown(twice)} twice")
     columns = {name: [row[index] for row in rows] for index, name in enumerate(names)}
     return _with_complex({name: _numbers(path, name, cells) for name, cells in columns.items()})
 

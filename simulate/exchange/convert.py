@@ -39,7 +39,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.identification import DOUBTFUL, stated_array, stated_grid
 from simulate.spectra.lags import EXAMINED
-from simulate.spectra.spectrum import evenly
+from simulate.spectra.spectrum import LARGEST_GREY, evenly
 
 READ = {"spectrum", "tx_pos.csv", "gateway_info.yml", "train_index.txt", "test_index.txt", "metadata.json", "freq.txt"}
 """What is read of a folder."""
@@ -198,7 +198,7 @@ def _of_pictures(found: Survey, conversion: Conversion) -> list[str]:
     modes = ", ".join(mode for mode in found.modes if mode != "L")
     if modes:
         said.append(f"turned pictures of mode {modes} into 8-bit grey")
-    if found.scaled:
+    if found.white != LARGEST_GREY:
         said.append(f"took the folder's largest level, {found.white}, for white")
     return said
 
@@ -265,10 +265,9 @@ def read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, list
     numbers = {int(name) for name in everything}
     named = {int(name): name for name in old_names}
     said = "added the leading zeros of the names in the index files"
-    if not numbers <= named.keys():  # then they count the pictures
-        first = 1 if max(numbers) == len(old_names) else 0
-        named = dict(enumerate(old_names, start=first))
-        said = f"read the index files as numbers from {first}"
+    if 0 in numbers - named.keys():  # then they count the pictures
+        named = dict(enumerate(old_names))
+        said = "read the index files as numbers from 0"
     if not numbers <= named.keys():
         raise InputError(f"{files['train']}: expected numbers of {len(old_names)} pictures, found {max(numbers)}")
     return {label: [named[int(name)] for name in names] for label, names in listed.items()}, [said]

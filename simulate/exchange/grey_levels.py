@@ -15,9 +15,8 @@ from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.identification import EXPLAINED, identify
-from simulate.spectra.lags import LagSpace
-from simulate.spectra.picture_scale import PictureScale, decibel_residual, magnitudes
-from simulate.spectra.spectrum import LARGEST_GREY
+from simulate.spectra.lags import LagSpace, decibel_residual
+from simulate.spectra.spectrum import LARGEST_GREY, PictureScale, magnitudes
 
 
 @dataclass(frozen=True)

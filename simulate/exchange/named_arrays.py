@@ -1,7 +1,6 @@
-"""Find positions and element responses among the arrays of a recording.
+"""Find positions and element responses among the arrays of a recording: by usual names, or by shapes that fit one way.
 
-What is told by names and shapes is recognised, and every such conclusion is put into a sentence. What is not told is
-asked for.
+What is found is put into sentences. What neither names nor shapes tell is asked for.
 """
 
 from __future__ import annotations
@@ -9,16 +8,15 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 
 from scenes.files.errors import InputError, ParameterError, shown
 from scenes.importing.lengths import METRES
-from simulate.dataset.dataset_frequency import SAME, Frequency, named
 from simulate.exchange.array_files import Arrays
-from simulate.exchange.polar import has_phases, polar_responses
+from simulate.exchange.magnitudes_and_phases import has_phases, polar_responses
 from simulate.exchange.reading_options import Recording
 
 POSITIONS = (
@@ -40,15 +38,10 @@ RESPONSES = ("responses", "response", "channels", "channel", "csi", "h", "y", "i
 RECEIVERS = ("receivers", "receiver", "rx_pos", "rxpos", "rx", "receivers_m", "receiver_positions", "rx_positions")
 """Usual names of the array with the receivers' positions, if both ends move."""
 
-COLUMN = re.compile(
-    r"(?:tx|pos|position|p)?[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
-)
-"""The name of a column with a coordinate, such as x, tx_y or ``z [mm]``."""
-
-RECEIVER_COLUMN = re.compile(
-    r"(?:rx|receiver)[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
-)
-"""The name of a column with a coordinate of the receiver, such as rx_y."""
+AXIS_AND_UNIT = r"[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?"
+COLUMN = re.compile("(?:tx|pos|position|p)?" + AXIS_AND_UNIT, re.IGNORECASE)
+RECEIVER_COLUMN = re.compile("(?:rx|receiver)" + AXIS_AND_UNIT, re.IGNORECASE)
+"""The name of a column with a coordinate, such as x, tx_y or ``z [mm]``, and of one of the receiver, such as rx_y."""
 
 LISTED = 8
 """Arrays that a message names."""
@@ -59,51 +52,40 @@ NO_PHASES = (
 )
 
 FAR = 1000.0
-"""Metres. Positions that spread over more are taken for another unit, unless it is stated."""
+"""Metres. Positions that spread over more need a stated unit."""
 
 
-@dataclass
-class Found:
-    """What was recognised."""
+class Found(NamedTuple):
+    """Positions, responses, and the receivers' positions if both ends move."""
 
     positions: Float[np.ndarray, "K 3"]  # metres
     responses: Complex[np.ndarray, "K elements *band"]  # with the elements in the order of the file
-    unit_stated: bool  # whether the unit of the positions is stated; otherwise they were taken for metres
-    receivers: Float[np.ndarray, "K 3"] | None = None  # metres, if both ends move; otherwise None
-    said: list[str] = field(default_factory=list)  # sentences on what was recognised and assumed
+    receivers: Float[np.ndarray, "K 3"] | None  # metres
+
+    def rows(self, kept: Bool[np.ndarray, " K"]) -> Found:
+        """Some of the rows."""
+        receivers = None if self.receivers is None else self.receivers[kept]
+        return Found(self.positions[kept], self.responses[kept], receivers)
 
 
-def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float) -> Found:
-    """Find the positions and the responses."""
-    said: list[str] = []
+def find_arrays(arrays: Arrays, recording: Recording, elements: int, said: list[str]) -> Found:
+    """Find the positions and the responses; add sentences on how."""
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
-    places, receivers, unit_stated = _places(arrays, recording, said)
-    if recording.bandwidth is None:
-        responses = _responses(arrays, recording, len(places), elements, said)
-    else:
-        responses = _over_band(arrays, recording, len(places), elements, said)
-    kept = rows_of_frequency(arrays, len(places), hertz, said)
-    places, responses = places[kept], responses[kept]
-    receivers = None if receivers is None else receivers[kept]
-    complete = complete_rows(places if receivers is None else np.hstack([places, receivers]), responses, said)
-    places, responses = places[complete], responses[complete]
-    receivers = None if receivers is None else receivers[complete]
-    if recording.round_trip:
-        responses = one_way(responses, said)
-    return Found(places, responses, unit_stated, receivers, said)
+    positions, receivers = _places(arrays, recording, said)
+    find = _responses if recording.bandwidth is None else _over_band
+    return Found(positions, find(arrays, recording, len(positions), elements, said), receivers)
 
 
 def _places(
     arrays: Arrays, recording: Recording, said: list[str]
-) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"] | None, bool]:
-    """The positions, those of the receivers if both ends move, metres, and whether their unit is stated."""
+) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"] | None]:
+    """The positions, and those of the receivers if both ends move, metres."""
     if recording.moving != "both":
         if recording.receivers is not None:
             raise ParameterError(
                 "receivers", f"expected none unless both ends move, found some beside moving {recording.moving}"
             )
-        positions, unit_stated = _positions(arrays, recording, recording.positions, said)
-        return positions, None, unit_stated
+        return _positions(arrays, recording, recording.positions, said), None
     columns = [each for each in arrays if arrays[each].ndim == 1 and RECEIVER_COLUMN.fullmatch(each.strip())]
     usual = [each for each in arrays if _is_named(each, RECEIVERS) and each != recording.positions]
     name = recording.receivers or next(iter(usual), None)
@@ -114,14 +96,14 @@ def _places(
         )
     ours = {each: arrays[each] for each in (columns if name is None else arrays)}
     others = {each: values for each, values in arrays.items() if each not in (name, *columns)}
-    receivers, _ = _positions(ours, recording, name, said, "receivers", RECEIVER_COLUMN)
-    positions, unit_stated = _positions(others, recording, recording.positions, said)
+    receivers = _positions(ours, recording, name, said, "receivers", RECEIVER_COLUMN)
+    positions = _positions(others, recording, recording.positions, said)
     if len(receivers) != len(positions):
         raise InputError(
             f"{name or ', '.join(columns)}: expected a row for each of the {len(positions)} positions, found "
             f"{len(receivers)}"
         )
-    return positions, receivers, unit_stated
+    return positions, receivers
 
 
 def _positions(
@@ -131,30 +113,30 @@ def _positions(
     said: list[str],
     what: str = "positions",
     column: re.Pattern[str] = COLUMN,
-) -> tuple[Float[np.ndarray, "K 3"], bool]:
-    """Positions, metres, and whether their unit is stated: the array of a name, or what seems to hold them."""
-    stated, unit = None, recording.unit
-    if name is not None:
-        found = _named(arrays, name)
-    else:
-        by_axis = {
+) -> Float[np.ndarray, "K 3"]:
+    """Positions, metres: the array of a name, columns x, y, z, or the array of a usual name or the only fitting one."""
+    stated = None
+    if name is None:
+        columns = {
             match["axis"].lower(): (each, (match["unit"] or "").lower())
             for each in arrays
             if arrays[each].ndim == 1 and (match := column.fullmatch(each.strip()))
         }
-        axes = "xyz" if "z" in by_axis else "xy"  # positions in a plane
-        if set(by_axis) == set(axes):
-            names = [by_axis[axis][0] for axis in axes]
-            units = {by_axis[axis][1] for axis in axes}
+        axes = "xyz" if "z" in columns else "xy"  # positions in a plane
+        flat = [each for each in arrays if _is_named(each, POSITIONS) and _is_flat(arrays[each])]
+        if set(columns) == set(axes):
+            names = [columns[axis][0] for axis in axes]
+            units = {columns[axis][1] for axis in axes}
             name, found = ", ".join(names), np.stack([arrays[each] for each in names], axis=1)
-            stated = units.pop() if len(units) == 1 else None
+            if len(units) > 1:
+                raise InputError(f"{name}: expected one unit for all columns, found {len(units)} or columns without")
+            stated = units.pop() or None
         else:
-            flat = [each for each in arrays if _is_named(each, POSITIONS) and _is_flat(arrays[each])]
-            name = flat[0] if len(flat) == 1 else ""
-            name = name or _one_of(
-                arrays, POSITIONS, _could_be_positions, "positions", "of K × 3 real numbers or columns x, y, z"
-            )
+            wanted = "of K × 3 real numbers or columns x, y, z"
+            name = flat[0] if len(flat) == 1 else _one_of(arrays, POSITIONS, _has_three, "positions", wanted)
             found = arrays[name]
+    else:
+        found = _named(arrays, name)
     if found.ndim == 2 and found.shape[0] == 3 and found.shape[1] != 3:
         said.append(f"transposed {name}, which has 3 rows")
         found = found.T
@@ -163,9 +145,11 @@ def _positions(
         found = np.column_stack([found, np.zeros(len(found))])
     if found.ndim != 2 or found.shape[1] != 3 or np.iscomplexobj(found):
         raise InputError(f"{name}: expected positions, K × 3 real numbers, found shape {found.shape}")
-    if stated and unit and stated != unit:
-        raise InputError(f"{name}: expected no other unit than that of the columns, {stated}, found --unit {unit}")
-    known = unit or stated
+    if stated and recording.unit and stated != recording.unit:
+        raise InputError(
+            f"{name}: expected no other unit than that of the columns, {stated}, found --unit {recording.unit}"
+        )
+    known = recording.unit or stated
     metres = METRES[known or "m"]
     finite = found[np.isfinite(found).all(axis=1)]
     spread = float(np.ptp(finite, axis=0).max()) * metres if len(finite) else 0.0
@@ -174,7 +158,7 @@ def _positions(
             f"{name}: expected positions in metres, found a spread of {spread:,.0f}; state --unit mm or cm"
         )
     said.append(f"{what}: {name}, {len(found)} in {known or 'm'}{'' if known else ' (assumed; or state --unit)'}")
-    return found.astype(float) * metres, known is not None
+    return found.astype(float) * metres
 
 
 def _responses(
@@ -217,31 +201,28 @@ def _responses(
 def _over_band(
     arrays: Arrays, recording: Recording, count: int, elements: int, said: list[str]
 ) -> Complex[np.ndarray, "K elements subcarriers"]:
-    """Responses at subcarriers, whatever the order of the array's axes."""
+    """Responses at subcarriers, with the array's axes in the order that fits."""
     what = f"of {count} positions × {elements} elements × subcarriers, complex"
     name = recording.responses
     if name is None:
         name = _one_of(arrays, RESPONSES, lambda each: np.iscomplexobj(each) and each.ndim == 3, "responses", what)
     found = _named(arrays, name)
-    if found.ndim != 3 or not np.iscomplexobj(found):
-        raise InputError(f"{name}: expected responses {what}, found shape {found.shape}")
     orders = [
         order
         for order in itertools.permutations(range(3))
-        if (found.shape[order[0]], found.shape[order[1]]) == (count, elements)
+        if found.ndim == 3 and (found.shape[order[0]], found.shape[order[1]]) == (count, elements)
     ]
-    if not orders:
+    if not orders or not np.iscomplexobj(found) or (orders[0] != (0, 1, 2) and len(orders) > 1):
         raise InputError(f"{name}: expected responses {what}, found shape {found.shape}")
     if orders[0] != (0, 1, 2):
         names = np.array(["positions", "elements", "subcarriers"])
-        order = ", ".join(names[np.argsort(orders[0])])
-        said.append(f"took the axes of {name} for {order}")
+        said.append(f"took the axes of {name} for {', '.join(names[np.argsort(orders[0])])}")
     found = found.transpose(orders[0])
     said.append(f"responses: {name}, {count} × {elements} × {found.shape[2]} subcarriers over {recording.bandwidth}")
     return found
 
 
-def _could_be_positions(each: np.ndarray) -> bool:
+def _has_three(each: np.ndarray) -> bool:
     return not np.iscomplexobj(each) and each.ndim == 2 and 3 in each.shape
 
 
@@ -267,11 +248,10 @@ def _one_of(arrays: Arrays, usual: tuple[str, ...], fits: Callable[[np.ndarray],
     chosen = named if len(named) == 1 else candidates
     if len(chosen) == 1:
         return chosen[0]
-    option = f"--{what} NAME"
     if not chosen:
         hint = "" if has_phases(arrays) else f"; {NO_PHASES}"
         raise InputError(f"expected {what}, an array {shape}, found {_listed(arrays)}{hint}")
-    raise InputError(f"expected one array {shape}, or {option}, found {', '.join(chosen)}")
+    raise InputError(f"expected one array {shape}, or --{what} NAME, found {', '.join(chosen)}")
 
 
 def _listed(arrays: Arrays) -> str:
@@ -286,62 +266,3 @@ def _listed(arrays: Arrays) -> str:
         names = ", ".join(columns[:LISTED]) + (", …" if len(columns) > LISTED else "")
         some.append(f"{len(columns)} columns of {of} numbers ({names})")
     return ", ".join(some)
-
-
-FREQUENCIES = ("frequency", "frequencies", "freq", "frequency_hz", "freq_hz", "carrier", "carrier_hz")
-"""Usual names of arrays with the frequency of each row, without regard to case."""
-
-JUMP = 0.75 * np.pi
-"""Radians. A phase that changes by more from element to element cannot be followed for certain."""
-
-
-def rows_of_frequency(arrays: Arrays, count: int, hertz: float, said: list[str]) -> Bool[np.ndarray, " count"]:
-    """Whether each row is of the stated frequency. A recording of one frequency states it for no row."""
-    for name, each in arrays.items():
-        if name.lower().rpartition("/")[2] in FREQUENCIES and each.shape == (count,) and not np.iscomplexobj(each):
-            chosen = np.abs(each / hertz - 1) <= SAME
-            if not chosen.any():
-                raise InputError(f"{name}: expected rows of {Frequency(hertz)}, found those of {named(each)}")
-            if not chosen.all():
-                said.append(
-                    f"kept the rows of {Frequency(hertz)}: {chosen.sum()} of {count} ({name} has {named(each)})"
-                )
-            return chosen
-    return np.ones(count, bool)
-
-
-def complete_rows(
-    places: Float[np.ndarray, "K coordinates"], responses: Complex[np.ndarray, "K elements *band"], said: list[str]
-) -> Bool[np.ndarray, " K"]:
-    """Whether each row has finite positions, and a finite response at every element."""
-    placed = np.isfinite(places).all(axis=1)
-    complete = np.isfinite(responses).reshape(len(responses), -1).all(axis=1)
-    if not (placed & complete).any():
-        raise InputError(
-            f"expected rows with a finite position, and a finite response at every element, found none among "
-            f"{len(complete)}"
-        )
-    if not placed.all():
-        said.append(f"left out {int((~placed).sum())} of {len(placed)} rows, which lack a finite position")
-    if not complete.all():
-        left = int((~complete).sum())
-        said.append(f"left out {left} of {len(complete)} rows, which lack a finite response at some element")
-    return placed & complete
-
-
-def one_way(responses: Complex[np.ndarray, "K elements"], said: list[str]) -> Complex[np.ndarray, "K elements"]:
-    """The one-way field of a tag that the same antenna reads, whose responses are the squares of it.
-
-    The root of a complex number is known up to its sign. From element to element the sign follows from the phase,
-    which must change by less than half a turn. From position to position it stays unknown.
-    """
-    angle = np.unwrap(np.angle(responses), axis=1)
-    jumps = np.abs(np.diff(angle, axis=1)) > JUMP
-    said.append("took the roots of the responses, whose phases are those of the way to the tag and back")
-    if jumps.any():
-        share = jumps.any(axis=1).mean()
-        said.append(
-            f"warning: in {share:.0%} of the rows the phase changes by more than {np.degrees(JUMP):.0f}° between two "
-            "elements, so that the sign of the root may be wrong there"
-        )
-    return np.sqrt(np.abs(responses)) * np.exp(0.5j * angle)

@@ -8,20 +8,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float
 from scipy.spatial.transform import Rotation
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import new_folder
 from scenes.scene.antennas import Gateway
-from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.bearings import FARTHER, POINTS
+from simulate.dataset.dataset_frequency import SAME, Frequency, named
 from simulate.dataset.dataset_kinds import Phases
 from simulate.exchange.array_files import Arrays, read_arrays
 from simulate.exchange.given_responses import fill_dataset, own_responses
-from simulate.exchange.named_arrays import recognise
-from simulate.exchange.position_doubts import position_doubts
+from simulate.exchange.named_arrays import Found, find_arrays
 from simulate.exchange.reading_options import Recording
 from simulate.positions.positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
@@ -30,6 +29,22 @@ from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
+
+EXAMINED = 200
+"""Most positions whose strongest direction is looked at."""
+
+APART = 10.0
+"""Degrees by which every other reading must be farther from the transmitters."""
+
+OWN = 0.75
+"""The strongest directions must be nearer their own transmitters than those of other rows, by this factor. If they are
+not, positions and responses of different rows belong together, or none do."""
+
+FREQUENCIES = ("frequency", "frequencies", "freq", "frequency_hz", "freq_hz", "carrier", "carrier_hz")
+"""Usual names of arrays with the frequency of each row, without regard to case."""
+
+JUMP = 0.75 * np.pi
+"""Radians. A phase that changes by more from element to element cannot be followed for certain."""
 
 
 def record(
@@ -51,16 +66,17 @@ def record(
     # The root of a response is known up to its sign.
     phases: Phases = "per-position" if recording.round_trip else recording.phases
     with new_folder(output) as unfinished:
-        found = recognise(_together(files), recording, array.elements, hertz)
-        stated = recording.columns_first if planar else False, recording.conjugate
+        arrays, said = _together(files), list[str]()
+        found = find_arrays(arrays, recording, array.elements, said)
+        found = found.rows(rows_of_frequency(arrays, len(found.positions), hertz, said))
+        found = found.rows(complete_rows(found, said))
+        responses = one_way(found.responses, said) if recording.round_trip else found.responses
         band = None
         if recording.bandwidth is not None:
-            band = Band(read_bandwidth(recording.bandwidth), found.responses.shape[2])
+            band = Band(read_bandwidth(recording.bandwidth), responses.shape[2])
             band.frequencies(hertz)  # refuses one that is too wide
         positions = check_points(found.positions)
-        doubts = position_doubts(positions, gateway.position, SPEED_OF_LIGHT / hertz, found.unit_stated)
-        values = own_responses(found.responses, len(positions), array.elements, band)
-        of_carrier = values if band is None else values[..., band.carrier]
+        values = own_responses(responses, len(positions), array.elements, band)
         receivers = None if found.receivers is None else check_points(found.receivers, "receivers")
         if receivers is not None:
             gateway = replace(gateway, position=tuple(receivers[0].tolist()))
@@ -69,22 +85,16 @@ def record(
         if recording.moving != "transmitter":
             middle = np.array(gateway.position)
             seen = 2 * middle - positions if receivers is None else middle + positions - receivers
+        of_carrier = values if band is None else values[..., band.carrier]
+        stated = recording.columns_first if planar else False, recording.conjugate
         told = told_by_sight(of_carrier, seen, gateway, array, *stated)
-        values = _in_our_order(values, told, array)
         fill_dataset(
-            *(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band),
+            *(unfinished, output, positions, told.order.read(values, array), gateway, hertz, AngularGrid(), phases),
+            band=band,
             moving=recording.moving,
             receivers=receivers,
         )
-    return [*found.said, *doubts, _of_order(told, None in stated, planar)]
-
-
-def _in_our_order(
-    values: Complex[np.ndarray, "K elements *band"], told: Told, array: Array
-) -> Complex[np.ndarray, "K elements *band"]:
-    if values.ndim == 2:
-        return told.order.read(values, array)
-    return np.stack([told.order.read(each, array) for each in np.moveaxis(values, -1, 0)], axis=-1)
+    return [*said, _of_order(told, None in stated, planar)]
 
 
 def _together(files: Sequence[Path]) -> Arrays:
@@ -123,27 +133,20 @@ def _of_order(told: Told, asked: bool, planar: bool = True) -> str:
     )
 
 
-EXAMINED = 200
-"""Most positions whose strongest direction is looked at."""
-
-APART = 10.0
-"""Degrees by which every other reading must be farther from the transmitters."""
-
-OWN = 0.75
-"""The strongest directions must be nearer their own transmitters than those of other rows, by this factor. If they are
-not, positions and responses of different rows belong together, or none do."""
-
-
 class Order(NamedTuple):
     """How to read responses."""
 
     columns_first: bool = False  # elements are numbered along y first, then along x
     conjugated: bool = False  # the phase rises with the distance
 
-    def read(self, responses: Complex[np.ndarray, "K elements"], array: Array) -> Complex[np.ndarray, "K elements"]:
+    def read(
+        self, responses: Complex[np.ndarray, "K elements *band"], array: Array
+    ) -> Complex[np.ndarray, "K elements *band"]:
         """Responses in our order, x first, with phases that fall with the distance."""
         if self.columns_first and isinstance(array, PlanarArray):
-            responses = responses.reshape(-1, array.columns, array.rows).swapaxes(1, 2).reshape(responses.shape)
+            count, _, *band = responses.shape
+            in_columns = responses.reshape(count, array.columns, array.rows, *band)
+            responses = in_columns.swapaxes(1, 2).reshape(responses.shape)
         return responses.conj() if self.conjugated else responses
 
 
@@ -191,3 +194,53 @@ def told_by_sight(
     taken = errors.index(least) if clear else 0
     otherwise = min((error for number, error in enumerate(errors) if number != taken), default=np.inf)
     return Told(orders[taken], errors[taken], otherwise, clear)
+
+
+def rows_of_frequency(arrays: Arrays, count: int, hertz: float, said: list[str]) -> Bool[np.ndarray, " count"]:
+    """Whether each row is of the stated frequency. A recording of one frequency states it for no row."""
+    for name, each in arrays.items():
+        if name.lower().rpartition("/")[2] in FREQUENCIES and each.shape == (count,) and not np.iscomplexobj(each):
+            chosen = np.abs(each / hertz - 1) <= SAME
+            if not chosen.any():
+                raise InputError(f"{name}: expected rows of {Frequency(hertz)}, found those of {named(each)}")
+            if not chosen.all():
+                said.append(
+                    f"kept the rows of {Frequency(hertz)}: {chosen.sum()} of {count} ({name} has {named(each)})"
+                )
+            return chosen
+    return np.ones(count, bool)
+
+
+def complete_rows(found: Found, said: list[str]) -> Bool[np.ndarray, " K"]:
+    """Whether each row has finite positions, and a finite response at every element."""
+    placed = np.isfinite(found.positions).all(axis=1)
+    if found.receivers is not None:
+        placed &= np.isfinite(found.receivers).all(axis=1)
+    complete = np.isfinite(found.responses).reshape(len(placed), -1).all(axis=1)
+    if not (placed & complete).any():
+        raise InputError(
+            f"expected rows with a finite position, and a finite response at every element, found none among "
+            f"{len(complete)}"
+        )
+    for whole, lacking in ((placed, "position"), (complete, "response at some element")):
+        if not whole.all():
+            said.append(f"left out {int((~whole).sum())} of {len(whole)} rows, which lack a finite {lacking}")
+    return placed & complete
+
+
+def one_way(responses: Complex[np.ndarray, "K elements"], said: list[str]) -> Complex[np.ndarray, "K elements"]:
+    """The one-way field of a tag that the same antenna reads, whose responses are the squares of it.
+
+    The root of a complex number is known up to its sign. From element to element the sign follows from the phase,
+    which must change by less than half a turn. From position to position it stays unknown.
+    """
+    angle = np.unwrap(np.angle(responses), axis=1)
+    jumps = np.abs(np.diff(angle, axis=1)) > JUMP
+    said.append("took the roots of the responses, whose phases are those of the way to the tag and back")
+    if jumps.any():
+        share = jumps.any(axis=1).mean()
+        said.append(
+            f"warning: in {share:.0%} of the rows the phase changes by more than {np.degrees(JUMP):.0f}° between two "
+            "elements, so that the sign of the root may be wrong there"
+        )
+    return np.sqrt(np.abs(responses)) * np.exp(0.5j * angle)

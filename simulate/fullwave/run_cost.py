@@ -8,15 +8,11 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
-from rich.progress import Progress
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
-from simulate.fullwave import OURS
-from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.element_fields import groups
 from simulate.fullwave.run_plan import Plan, plan
-from simulate.fullwave.stored_field import StoredField
 from simulate.fullwave.yee_grid import dispersion_residual
 
 LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
@@ -84,33 +80,6 @@ def _cells_that_fit(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float)
                 return cell
         except ParameterError:
             return None
-
-
-def solve(
-    scene: Scene,
-    planned: Plan,
-    folder: Path,
-    solver: str,
-    workers: int | None,
-    ray: str | None,
-    gpu: bool,
-    progress: Progress,
-) -> StoredField:
-    """The field of all elements. The same call again continues an interrupted one."""
-    count = scene.gateway.count
-    at_once = workers or runs_at_once(planned, count)
-    ours_here = solver == OURS and ray is None
-    progress.console.print(description(scene, planned, min(at_once, count) if ours_here else None))
-    bar = progress.add_task("full wave", total=count)
-    done = [0.0] * count
-
-    def report(element: int, step: int) -> None:
-        done[element] = step / planned.steps
-        progress.update(bar, completed=sum(done))
-
-    field = stored_field(scene, planned, folder, at_once, solver, gpu, ray, report)
-    progress.update(bar, completed=count)
-    return field
 
 
 def _time(minutes: float) -> str:

@@ -123,12 +123,7 @@ def points_digest(points: Float[np.ndarray, "n 3"]) -> str:
 
 
 def check_points(positions: ArrayLike, parameter: str = "positions") -> Float[np.ndarray, "n 3"]:
-    """Check positions from Python, and return them in double precision.
-
-    Example:
-        >>> check_points([[1, 2, 3]])
-        array([[1., 2., 3.]])
-    """
+    """Check positions from Python, and return them in double precision."""
     points = check_array(parameter, positions, (None, 3), "rows of x, y, z", finite=False)
     if not 1 <= len(points) <= MOST_POSITIONS:
         raise ParameterError(parameter, f"expected 1 to {MOST_POSITIONS} rows of x, y, z, found {len(points)}")
@@ -145,14 +140,7 @@ def check_points(positions: ArrayLike, parameter: str = "positions") -> Float[np
 def reach_warning(
     positions: Float[np.ndarray, "K 3"], box: Float[np.ndarray, "2 3"], of: str, consequence: str
 ) -> str | None:
-    """A sentence on positions far outside a box; None if there are none.
-
-    Example:
-        >>> points = np.array([[1.0, 1, 1], [2, 2, 2.3], [9, 2, 1]])
-        >>> reach_warning(points, np.array([[0.0, 0, 0], [2, 2, 2]]), "the scene", "are they in metres?")
-        '1 of 3 positions is far outside the box around the scene, x 0 to 2, y 0 to 2 and z 0 to 2 m (the farthest, \
-number 3, by 7 m); are they in metres?'
-    """
+    """A sentence on positions far outside a box; None if there are none."""
     low, high = box
     outside = np.linalg.norm(np.maximum(low - positions, 0) + np.maximum(positions - high, 0), axis=1)
     far = outside > FAR * np.linalg.norm(high - low)

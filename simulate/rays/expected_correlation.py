@@ -91,21 +91,12 @@ def power_shares(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> PowerSh
 
 
 def expected_correlation(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Expected | None:
-    """The correlation with full wave to expect from a tracer in a region."""
+    """The correlation to expect in a region; None if the mechanisms are not the default ones or no power arrives."""
     used, default = tracer.ray_scene.propagation, Propagation()
     if replace(used, rays=default.rays, patches=default.patches) != default:
         return None
-    return expected_of(power_shares(tracer, tried_positions(scene, region)))
-
-
-def expected_of(shares: PowerShares) -> Expected | None:
-    """The correlation to expect of default mechanisms whose power has some shares; None if no power arrives."""
+    shares = power_shares(tracer, free_positions(scene, region, POSITIONS, np.random.default_rng(0)))
     return weights().expected(shares) if np.isfinite(shares).all() else None
-
-
-def tried_positions(scene: Scene, region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "K 3"]:
-    """The places in a region at which the paths are followed, metres, world frame."""
-    return free_positions(scene, region, POSITIONS, np.random.default_rng(0))
 
 
 def sentence(expected: Expected, transmitters: int = 1) -> str:

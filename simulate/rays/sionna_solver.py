@@ -57,7 +57,7 @@ class ShootingSolver:
     def paths(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
         """The paths between all sources and targets, in batches: the chain 0 for each path, and the paths."""
         for start, batch, buffer in self._shot(sources, targets):
-            paths = fields(self._ray_scene, buffer, sources, batch)
+            paths = path_responses(self._ray_scene, buffer, sources, batch)
             yield np.zeros(len(paths.targets), np.int64), paths._replace(targets=paths.targets + start)
 
     def multipath(self, sources: Antennas, targets: Antennas) -> Iterator[Multipath]:
@@ -70,7 +70,7 @@ class ShootingSolver:
         """The same paths in scenes of other materials, in batches: index of the scene, and the paths in it."""
         for start, batch, buffer in self._shot(sources, targets):
             for index, other in enumerate(others):
-                paths = fields(other, with_materials_of(buffer, self._ray_scene, other), sources, batch)
+                paths = path_responses(other, with_materials_of(buffer, self._ray_scene, other), sources, batch)
                 yield index, paths._replace(targets=paths.targets + start)
 
     def _shot(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[int, Antennas, PathsBuffer]]:
@@ -141,8 +141,8 @@ def interactions_of(buffer: PathsBuffer) -> Interactions:
 
 
 def multipath(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Multipath:
-    """The contribution and the vertices of each valid path, with the arguments and in the order of ``fields``."""
-    paths = fields(ray_scene, buffer, sources, targets)
+    """The contribution and the vertices of each valid path, in the order of ``path_responses``."""
+    paths = path_responses(ray_scene, buffer, sources, targets)
     hit = interactions_of(buffer)
     starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
     happened, turned = hit.types != NONE, (hit.types != NONE) & (hit.types != REFRACTION)
@@ -152,7 +152,7 @@ def multipath(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targe
     return Multipath(paths.targets, paths.sources, paths.responses, vertices, objects, hit.types.astype(np.int64))
 
 
-def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:
+def path_responses(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:
     """The complex response that each valid path of the buffer contributes."""
     if buffer.buffer_size == 0:
         nothing = np.zeros(0, np.int64)

@@ -75,24 +75,13 @@ def oddities_of_powers(dataset: RssiDataset) -> list[str]:
             f"{weak} of {heard.sum()} powers lie below {NOT_RECEIVED:g} dBm, which NeRF² reads as negative amplitudes "
             f"and GSRF leaves out; put {NOT_RECEIVED:g} where nothing was received"
         )
-    below = int((powers < dataset.floor_dbm).sum()) - weak
-    if below > 0:
-        found.append(f"{below} of {heard.sum()} powers lie below the stated floor of {dataset.floor_dbm:g} dBm")
     positive = int((powers > 0).sum())
     if positive:
         found.append(f"{positive} of {heard.sum()} powers lie above 0 dBm, which NeRF² reads as amplitudes above 1")
-    constant = [
-        name
-        for name, power, each in zip(names.tolist(), powers.T, heard.T, strict=True)
-        if each.sum() >= LEAST_POWERS and np.ptp(power[each]) == 0
-    ]
-    if constant:
-        found.append(f"{_listed(constant)} received the same power from everywhere")
     law = DistanceLaw.of(dataset)
     if law is not None and np.median(law.exponents) < 0:
         found.append("the powers rise with the distance: do the positions and the powers belong together, row by row?")
-    found += _too_strong(dataset)
-    return found
+    return found + _too_strong(dataset)
 
 
 def _too_strong(dataset: RssiDataset) -> list[str]:

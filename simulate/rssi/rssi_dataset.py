@@ -21,7 +21,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_kinds import POWERS, content_of, is_rssi, unfinished
-from simulate.dataset.dataset_reader import Inspection, changed_places, read_metadata
+from simulate.dataset.dataset_reader import Inspection, changed_places, noting, read_metadata
 from simulate.dataset.index_files import numbered_split
 from simulate.positions.positions import read_points
 from simulate.rssi.power_receiver import NOT_RECEIVED, STRONGEST, fault_of_powers
@@ -149,27 +149,11 @@ def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:
         found = content_of(folder) or "no such file"
         return Inspection([f"{folder}: expected received powers ({POWERS}), found {found}"], [], None)
     problems: list[str] = []
-    positions, places = np.zeros((0, 3)), {}
-    names: list[str] = []
-    powers = np.zeros((0, 0))
-    try:
-        positions = read_points(folder / "tx_pos.csv")
-    except InputError as error:
-        problems.append(str(error))
-    try:
-        places = read_gateway_positions(folder / GATEWAYS)
-    except InputError as error:
-        problems.append(str(error))
-    try:
-        names, powers = read_powers(folder / POWERS)
-    except InputError as error:
-        problems.append(str(error))
+    positions = noting(problems, np.zeros((0, 3)), read_points, folder / "tx_pos.csv")
+    places = noting(problems, dict[str, np.ndarray](), read_gateway_positions, folder / GATEWAYS)
+    names, powers = noting(problems, (list[str](), np.zeros((0, 0))), read_powers, folder / POWERS)
     metadata = read_metadata(folder / "metadata.json", problems)
-    stated = StatedPowers()
-    try:
-        stated = conform(metadata, StatedPowers, str(folder / "metadata.json"))
-    except InputError as error:
-        problems.append(str(error))
+    stated = noting(problems, StatedPowers(), conform, metadata, StatedPowers, str(folder / "metadata.json"))
     if names and places:
         _compare_names(folder, names, list(places), problems)
     if names and len(positions) and len(powers) != len(positions):
@@ -211,15 +195,11 @@ def require_valid_powers(folder: Path, called: Path) -> None:
 
 def _compare_names(folder: Path, columns: Sequence[str], placed: Sequence[str], problems: list[str]) -> None:
     """Look for gateways that one of the two files lacks."""
-    for name in columns:
-        if name not in placed:
-            problems.append(
-                f"{folder / GATEWAYS}: expected the position of each gateway of {POWERS}, found none of {named(name)}"
-            )
-            return
-    for name in placed:
-        if name not in columns:
-            problems.append(
-                f"{folder / POWERS}: expected a column for each gateway of {GATEWAYS}, found none of {named(name)}"
-            )
-            return
+    unplaced = [name for name in columns if name not in placed]
+    without_column = [name for name in placed if name not in columns]
+    if unplaced:
+        expected = f"{folder / GATEWAYS}: expected the position of each gateway of {POWERS}"
+        problems.append(f"{expected}, found none of {named(unplaced[0])}")
+    elif without_column:
+        expected = f"{folder / POWERS}: expected a column for each gateway of {GATEWAYS}"
+        problems.append(f"{expected}, found none of {named(without_column[0])}")

@@ -86,10 +86,8 @@ def read_powers(path: Path) -> tuple[list[str], Float[np.ndarray, "K G"]]:
 def _names(path: Path, header: list[str]) -> list[str]:
     names = [name.strip() for name in header]
     found = shown(",".join(header)) if names else "an empty file or line"
-    if len(names) == 1:
-        for mark, called in ((";", "semicolons"), ("\t", "tabs")):
-            if mark in header[0]:
-                raise InputError(f"{path}, line 1: expected columns separated by commas, found {called} in {found}")
+    if len(names) == 1 and {";", "\t"} & set(header[0]):
+        raise InputError(f"{path}, line 1: expected columns separated by commas, found others in {found}")
     if not names or all(_is_number(name) for name in names):
         raise InputError(f"{path}, line 1: expected a header with the name of each gateway, found {found}")
     if len(names) > MOST_GATEWAYS:
@@ -188,12 +186,7 @@ def _gateway(value: Any, place: str) -> Gateway:
 
 
 def gateways_of(given: Path | str | Mapping[str, Gateway | Sequence[float]]) -> dict[str, Gateway]:
-    """The gateways that a caller means, each with one element.
-
-    Example:
-        >>> gateways_of({"door": (0, 0, 2)})["door"].rows
-        1
-    """
+    """The gateways that a caller means, each with one element."""
     if isinstance(given, str | Path):
         return read_gateways(Path(given))
     if not isinstance(given, Mapping):

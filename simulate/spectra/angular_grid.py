@@ -1,8 +1,4 @@
-"""The directions at which a spectrum is sampled, and the unit vector of a direction.
-
-Gateway frame: the array lies in the local x-y plane and its boresight is +z. φ is the azimuth, from +x towards +y. θ is
-the elevation above the array plane, so θ = 90° is the boresight.
-"""
+"""The directions at which a spectrum is sampled, in the gateway frame: azimuth φ from +x, elevation θ above x–y."""
 
 from __future__ import annotations
 
@@ -125,12 +121,7 @@ class AngularGrid:
 def direction(
     azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
 ) -> Float[np.ndarray, "*shape 3"]:
-    """Unit vector of a direction of arrival, u(φ, θ) = (cos θ cos φ, cos θ sin φ, sin θ), in the gateway frame.
-
-    Example:
-        >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
-        [0.0, 1.0, 0.0]
-    """
+    """Unit vector of a direction of arrival, u(φ, θ) = (cos θ cos φ, cos θ sin φ, sin θ), in the gateway frame."""
     azimuth = check_array("azimuth", azimuth, (...,), "angles in radians")
     elevation = check_array("elevation", elevation, (...,), "angles in radians")
     try:

@@ -84,11 +84,7 @@ class Band:
 
 
 def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band | None:
-    """The band of two options, which need each other.
-
-    >>> stated_band("20 MHz", 64)
-    Band(bandwidth=20000000.0, subcarriers=64)
-    """
+    """The band of two options, which need each other."""
     if bandwidth is None and subcarriers is None:
         return None
     if bandwidth is None:
@@ -99,15 +95,7 @@ def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band 
 
 
 def delay_spread(responses: Complex[np.ndarray, "K elements subcarriers"], bandwidth: float) -> Float[np.ndarray, " K"]:
-    """Root mean square delay spread of each row, seconds; 0 for a row of zeros.
-
-    It is that of the power over the delays, between the places of an inverse Fourier transform of the subcarriers, all
-    elements together. It is no finer than 1 / bandwidth.
-
-    >>> two_paths = 1 + np.exp(-2j * np.pi * np.arange(16) * 4 / 16)  # the second arrives 4 / bandwidth later
-    >>> float((1e9 * delay_spread(two_paths[None, None], 16e6)).round(3)[0])
-    125.0
-    """
+    """Root mean square delay spread of each row's power over the delays, seconds, no finer than 1 / bandwidth."""
     power = np.square(np.abs(np.fft.ifft(responses, axis=-1))).sum(axis=1)
     count = power.shape[1]
     # Delays are counted from the strongest one, since they are only known up to a multiple of the whole period.
@@ -121,24 +109,14 @@ def delay_spread(responses: Complex[np.ndarray, "K elements subcarriers"], bandw
 
 
 def chebyshev_points(first: float, last: float, count: int) -> Float[np.ndarray, " count"]:
-    """The points between two frequencies from which polynomials interpolate best, rising, Hz.
-
-    >>> chebyshev_points(-1.0, 1.0, 3).round(3).tolist()
-    [-0.866, -0.0, 0.866]
-    """
+    """The points between two frequencies from which polynomials interpolate best, rising, Hz."""
     return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
 
 
 def enough_frequencies(
     frequencies: Float[np.ndarray, " subcarriers"], delay: float, more: int
 ) -> Float[np.ndarray, " n"]:
-    """The subcarriers, or fewer frequencies if these tell as much.
-
-    Responses whose delays span the time T turn at most BT times over a band of the width B.
-
-    >>> len(enough_frequencies(np.linspace(0, 20e6, 64), 100e-9, 8)), len(enough_frequencies(np.ones(4), 1.0, 8))
-    (12, 4)
-    """
+    """The subcarriers, or fewer frequencies that tell as much: delays over T turn at most BT times in a band B."""
     count = math.ceil(np.pi / 2 * np.ptp(frequencies) * delay) + more
     return chebyshev_points(frequencies[0], frequencies[-1], count) if count < len(frequencies) else frequencies
 

@@ -203,37 +203,20 @@ class ElementArray(Array):
 
 
 def array_of(gateway: Gateway, frequency: float) -> Array:
-    """The array of a gateway: a ``PlanarArray``, or an ``ElementArray`` if its element positions are given.
-
-    >>> from scenes.scene.antennas import Gateway
-    >>> array_of(Gateway((0, 0, 1), (0, 0, 0, 1), rows=2), 915e6)
-    PlanarArray(rows=2, columns=4, spacing=0.5)
-    """
+    """The array of a gateway: a ``PlanarArray``, or an ``ElementArray`` if its element positions are given."""
     if gateway.elements is None:
         return PlanarArray.of(gateway)
     return ElementArray(gateway.elements, frequency)
 
 
 def array_kind(stated: object) -> type[Array]:
-    """The class of an array as metadata.json or config.json states it.
-
-    >>> array_kind({"positions_m": [[0, 0, 0]]}).__name__, array_kind({"rows": 4}).__name__
-    ('ElementArray', 'PlanarArray')
-    """
+    """The class of an array as metadata.json or config.json states it."""
     return ElementArray if isinstance(stated, dict) and "positions_m" in stated else PlanarArray
 
 
 @cache
 def uniform(array: Array) -> PlanarArray | None:
-    """The uniform planar array that an array is, whichever way it is given; None: it is none.
-
-    Given positions are those of a uniform planar array in the x–y plane if they have its order, to a thousandth of the
-    spacing. Where the gateway's position is does not matter, since spectra are magnitudes.
-
-    >>> planar = PlanarArray(2, 3, 0.4)
-    >>> uniform(ElementArray(0.1 * planar.positions, SPEED_OF_LIGHT / 0.1))
-    PlanarArray(rows=2, columns=3, spacing=0.4)
-    """
+    """The uniform planar array that an array is, to a thousandth of the spacing, or None."""
     if isinstance(array, PlanarArray):
         return array
     places = array.positions - array.positions.mean(axis=0)

@@ -2,20 +2,34 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float, UInt8
+from scipy.optimize import minimize_scalar
+from threadpoolctl import threadpool_limits
 
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_kind, require_planar
-from simulate.spectra.lags import EXAMINED, GRIDS, LagSpace, fit_grids, fit_lags, too_many_lags
-from simulate.spectra.picture_scale import PictureScale, median_residual
-from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
+from simulate.spectra.lags import EXAMINED, LagFit, LagSpace, fit_lags, median_residual, too_many_lags
+from simulate.spectra.spectrum import LARGEST_GREY, PictureScale, evenly, spectrum_of
+
+SPACING_STEP = 0.02
+SPACINGS = np.arange(0.30, 0.71, SPACING_STEP)
+"""Spacings to try first, wavelengths."""
+
+SPACING_DIGITS = 3
+"""Decimals to which a fitted spacing is rounded. A few pictures do not determine more."""
+
+GRIDS = AngularGrid(0.0), AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid(90.0, -1.0)
+"""Grids to try: rows from 0° up, as in NeRF²'s measured pictures; rows from 1° up, as NeRF²'s own generator writes
+them; and both upside down."""
 
 EXPLAINED = 0.6
 """Grey levels. An array explains a picture of 8 bits if it leaves a smaller root mean square error; rounding leaves
@@ -41,26 +55,19 @@ VISIBLE = 1e-3
 
 Source = Literal["metadata", "fitted", "assumed"]
 
-METADATA_GRID = AngularGrid(elevation_first_deg=1.0)
-"""Grid of simulated folders whose metadata.json states an array but no grid. Version 0.1 made them."""
+Coarse = dict[PictureScale, list[tuple[float, Beamformer]]]
+"""For each scale, what the best spacing on each grid leaves, and this array and grid; the best grid first."""
 
 
 @dataclass(frozen=True)
 class Identification:
-    """The array and the grid of a folder, and how they are known.
+    """The array and the grid of a folder, and how they are known."""
 
-    Attributes:
-        beamformer: the array and the grid.
-        source: how the array is known: "metadata" if metadata.json states it, "fitted" if the pictures show it,
-            otherwise "assumed". Then it has 4 × 4 elements half a wavelength apart.
-        grid_source: the same for the grid. An assumed grid is that of NeRF²'s measured pictures.
-        residual: median of the root mean square errors that the array leaves on the examined pictures, grey levels of
-            255; None if no picture has enough grey levels to be examined, or if the array is too large to fit.
-    """
-
-    beamformer: Beamformer = field(default_factory=Beamformer)
-    source: Source = "assumed"
-    grid_source: Source = "assumed"
+    beamformer: Beamformer = field(default_factory=Beamformer)  # if assumed, 4 × 4 elements half a wavelength apart
+    source: Source = "assumed"  # "metadata" if metadata.json states the array, "fitted" if the pictures show it
+    grid_source: Source = "assumed"  # the same for the grid. An assumed one is that of NeRF²'s measured pictures.
+    # median of the root mean square errors that the array leaves on the examined pictures, grey levels of 255; None if
+    # no picture has enough grey levels to be examined, or if the array is too large to fit
     residual: float | None = None
 
 
@@ -73,27 +80,18 @@ def stated_array(metadata: dict[str, Any], frequency: float | None = None) -> Ar
     return PlanarArray(**metadata["array"])
 
 
+def stated_grid(metadata: dict[str, Any]) -> AngularGrid | None:
+    """The grid that metadata.json states; None if it states none."""
+    return AngularGrid(**metadata["grid"]) if "grid" in metadata else None
+
+
 def can_fit(array: Array) -> bool:
     """Whether pictures are fitted with an array; for one of many elements or lags it would take too long."""
     return array.elements <= MOST_ELEMENTS and too_many_lags(array, MOST_FUNCTIONS) is None
 
 
-def stated_grid(metadata: dict[str, Any]) -> AngularGrid | None:
-    """The grid that metadata.json states; None if it states none."""
-    if "grid" in metadata:
-        return AngularGrid(**metadata["grid"])
-    return METADATA_GRID if "array" in metadata and "scene_file" in metadata else None
-
-
 def tells_little(beamformer: Beamformer) -> bool:
-    """Whether other arrays of the same size explain the pictures of an array as well as this one.
-
-    So it is if the array has more lags than its pictures have details, as an irregular array within a wavelength: less
-    than half of the combinations of its lag functions are larger than the rounding.
-
-    >>> tells_little(Beamformer())
-    False
-    """
+    """Whether other arrays explain pictures as well: under half of its lag functions exceed the rounding."""
     sizes = np.linalg.svd(LagSpace.of(beamformer).triangular, compute_uv=False)
     return bool((sizes > VISIBLE * sizes[0]).mean() < 0.5)
 
@@ -107,11 +105,7 @@ def examined(pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "n 90
 
 
 def grey_levels(picture: UInt8[np.ndarray, "90 360"]) -> int:
-    """Number of different grey levels of a picture.
-
-    >>> grey_levels(np.array([[0, 3], [3, 255]], np.uint8))
-    3
-    """
+    """Number of different grey levels of a picture."""
     return int(np.count_nonzero(np.bincount(picture.ravel(), minlength=256)))
 
 
@@ -124,10 +118,7 @@ def rounding(spectra: Float[np.ndarray, "K 90 360"]) -> float:
 def identify(
     pictures: UInt8[np.ndarray, "K 90 360"], array: Array | None = None, grid: AngularGrid | None = None
 ) -> Identification:
-    """Take the array and the grid that metadata.json states, and find what it does not state by a fit to the pictures.
-
-    An array that is not stated is looked for among those of up to 4 × 4 elements.
-    """
+    """Take the array and the grid that metadata.json states, and fit the rest; an array among those of up to 4 × 4."""
     spectra = examined(pictures)
     stated = Beamformer(array or PlanarArray(), grid or AngularGrid())
     source: Source = "assumed" if array is None else "metadata"
@@ -154,17 +145,57 @@ def identify(
     return Identification(stated, source, grid_source, median_residual(spectra, stated, "magnitude"))
 
 
+@threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
+def fit_grids(
+    spectra: Float[np.ndarray, "K 90 360"], rows: int = 4, columns: int = 4, grids: Sequence[AngularGrid] = GRIDS
+) -> list[LagFit]:
+    """Fits with the best spacing on the two best of some grids; half a second for a 4 × 4 array."""
+    coarse = coarsely(spectra, (rows, columns), grids, ("magnitude",))["magnitude"]
+    fits = [fit_lags(spectra, with_best_spacing(spectra, near, "magnitude")) for _, near in coarse[:2]]
+    return sorted(fits, key=attrgetter("median_residual"))
+
+
+def coarsely(
+    spectra: Float[np.ndarray, "K 90 360"],
+    shape: tuple[int, int],
+    grids: Sequence[AngularGrid],
+    scales: Sequence[PictureScale],
+) -> Coarse:
+    """The best spacing on each grid with what it leaves, for each scale; the best grid first."""
+    left: Coarse = {scale: [] for scale in scales}
+    for grid in grids:
+        tried = [Beamformer(PlanarArray(*shape, float(spacing)), grid) for spacing in SPACINGS]
+        residuals = [[median_residual(spectra, each, scale, steps=0) for scale in scales] for each in tried]
+        for scale, of_spacings in zip(scales, zip(*residuals, strict=True), strict=True):
+            best = int(np.argmin(of_spacings))
+            left[scale].append((of_spacings[best], tried[best]))
+    return {scale: sorted(fits, key=itemgetter(0)) for scale, fits in left.items()}
+
+
+def with_best_spacing(spectra: Float[np.ndarray, "K 90 360"], near: Beamformer, scale: PictureScale) -> Beamformer:
+    """A planar array with the spacing, near its own, that explains spectra best."""
+    array = require_planar(near.array, "a search for the spacing")
+
+    def spaced(spacing: float) -> Beamformer:
+        return replace(near, array=replace(array, spacing=float(spacing)))
+
+    spacing = minimize_scalar(
+        lambda spacing: median_residual(spectra, spaced(spacing), scale),
+        bounds=(array.spacing - SPACING_STEP, array.spacing + SPACING_STEP),
+        method="bounded",
+        options={"xatol": 1e-4},
+    ).x
+    return spaced(round(spacing, SPACING_DIGITS))
+
+
 def with_fewest_elements(
     spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, scale: PictureScale
 ) -> Beamformer:
-    """The part of an array with the fewest rows and columns that explains spectra as well as the whole.
-
-    A 4 × 4 array explains the spectra of a 3 × 4 array with the same spacing, too.
-    """
+    """The part of an array with the fewest rows and columns that explains spectra as well as the whole."""
     array = require_planar(beamformer.array, "a search for smaller arrays")
     enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, scale))
     shapes = [(rows, columns) for rows in range(1, array.rows + 1) for columns in range(1, array.columns + 1)]
-    for rows, columns in sorted(shapes[1:-1], key=lambda shape: shape[0] * shape[1]):
+    for rows, columns in sorted(shapes[1:-1], key=math.prod):
         smaller = replace(beamformer, array=PlanarArray(rows, columns, array.spacing))
         if median_residual(spectra, smaller, scale) < enough:
             return smaller

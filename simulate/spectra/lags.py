@@ -1,50 +1,31 @@
-"""The lags of an array, and the search for the array and the angular grid that a folder of spectra was made with.
+"""The lags of an array, and whether an array with a grid can have measured some pictures.
 
-The square of a magnitude spectrum is a sum over the differences (lags) Δ of two element positions:
-
-    S(φ,θ)² = 1/MN Σ_Δ R_Δ e^{-jk u·Δ},   R_Δ = Σ_{m−n=Δ} y_m y_n*,   R_{−Δ} = R_Δ*.
-
-So the squared spectra of an M × N array span only (2M−1)(2N−1) dimensions: 49 for 4 × 4. A min–max normalised spectrum
-p equals S up to a scale and an offset: S ∝ p + b with b ≥ 0. Then p² + 2bp + b² is linear in the R_Δ. A least-squares
-fit of p² by the lag functions and p shows whether an array with a given grid can have measured p. With the right array
-and grid only the rounding to 8 bits is left, 0.29 grey levels (root mean square).
+The power S² of a spectrum is a sum of the array's lag functions (``fit_lags``), 49 of them for 4 × 4 elements. So
+pictures p of power are such sums themselves, pictures of magnitude as (p + b)² with an offset b, and pictures in
+decibels as 10^(pR/10) with the range R from black to white. What a least-squares fit leaves tells whether the array,
+the grid and the scale are right: then only the rounding to 8 bits is left, 0.29 grey levels (root mean square).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from operator import attrgetter
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
-from scipy.optimize import minimize_scalar
-from threadpoolctl import threadpool_limits
 
 from scenes.files.errors import ParameterError, require_instance
-from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid, direction
+from simulate.spectra.angular_grid import COLUMNS, ROWS, direction
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import LARGEST_GREY, check_stack
+from simulate.spectra.spectrum import LARGEST_GREY, PictureScale, check_stack
 
 VALUES_PER_FUNCTION = 8
 """Approximate number of pixels that the fit uses for each lag function. A 4 × 4 array has 49 lag functions."""
 
 EXAMINED = 16
 """Number of spectra, evenly spread over a folder, from which the grid and the spacing are found."""
-
-SPACING_STEP = 0.02
-SPACINGS = np.arange(0.30, 0.71, SPACING_STEP)
-"""Spacings to try first, wavelengths."""
-
-SPACING_DIGITS = 3
-"""Decimals to which a fitted spacing is rounded. A few pictures do not determine more."""
-
-GRIDS = AngularGrid(0.0), AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid(90.0, -1.0)
-"""Grids to try: rows from 0° up, as in NeRF²'s measured pictures; rows from 1° up, as NeRF²'s own generator writes
-them; and both upside down."""
 
 DEPENDENT = 1e-10
 """Relative size below which a lag function depends on the others, as those of an array that is small for a wavelength.
@@ -61,19 +42,21 @@ regularity has n (n − 1) + 1."""
 SAME_LAG = 1e-4
 """Wavelengths. Differences of positions that agree to this step are one lag."""
 
+RANGES = np.array([10.0, 15, 20, 25, 30, 35, 40, 50, 60])
+"""Ranges from black to white to try for pictures in decibels. At larger ones few pixels count, and any array fits."""
+
+WIDEST = 80.0
+"""Largest range of a single picture, for one with a deep null."""
+
+RANGE_STEPS = 12
+"""Steps by which the range of each picture is refined. Each divides the interval by 1.6."""
+
+DB = np.log(10) / 10
+
 
 @cache
 def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
-    """The lags Δ of an array, wavelengths, gateway frame; zero first, and only one of Δ and −Δ.
-
-    They are the different differences of two element positions.
-
-    Example:
-        >>> lag_vectors(PlanarArray()).shape
-        (25, 3)
-        >>> lag_vectors(PlanarArray(1, 3)).tolist()
-        [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
-    """
+    """The lags Δ, different differences of two element positions, wavelengths; zero first, one of Δ and −Δ."""
     if isinstance(array, PlanarArray):
         steps = _steps(array)
         return array.spacing * np.concatenate([steps, np.zeros((len(steps), 1))], axis=1)
@@ -89,11 +72,7 @@ def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
 
 
 def too_many_lags(array: Array, most: int = MOST_FUNCTIONS) -> str | None:
-    """Why pictures cannot be fitted with an array: it has too many lag functions. None: they can.
-
-    >>> too_many_lags(PlanarArray(8, 8)) is None
-    True
-    """
+    """Why pictures cannot be fitted with an array: it has too many lag functions. None: they can."""
     functions = 2 * len(lag_vectors(array)) - 1
     if functions <= most:
         return None
@@ -242,32 +221,47 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
     return LagFit(beamformer, beamformer.array.elements * lags, offset, residual)
 
 
-@threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
-def fit_grids(
-    spectra: Float[np.ndarray, "K 90 360"], rows: int = 4, columns: int = 4, grids: Sequence[AngularGrid] = GRIDS
-) -> list[LagFit]:
-    """Find the array spacing that explains the spectra best on each of some grids.
+def power_residual(space: LagSpace, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, " K"]:
+    """What an array leaves unexplained of spectra that would be powers: root mean square, grey levels."""
+    left = space.remainder(space.sampled(spectra))
+    return LARGEST_GREY * np.sqrt((left**2).sum(axis=1) / space.freedom)
 
-    For a 4 × 4 array this takes half a second.
+
+def decibel_residual(
+    space: LagSpace, spectra: Float[np.ndarray, "K 90 360"], steps: int = RANGE_STEPS
+) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+    """The same for spectra in decibels, and the range from black to white that leaves least of each, in decibels.
+
+    Errors and slopes of power by grey level are averaged apart, so that the floor counts least.
     """
+    values = space.sampled(spectra)
 
-    by_residual = attrgetter("median_residual")
+    def residual(decibels: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"]:
+        power = 10 ** ((values - 1) * decibels[:, None] / 10)
+        left = (space.remainder(power) ** 2).sum(axis=1) / space.freedom
+        return LARGEST_GREY * np.sqrt(left / (power**2).mean(axis=1)) / (DB * decibels)
 
-    def fitted(spacing: float, grid: AngularGrid) -> LagFit:
-        return fit_lags(spectra, Beamformer(PlanarArray(rows, columns, float(spacing)), grid))
+    tried = np.stack([residual(np.full(len(values), each)) for each in RANGES])
+    best = tried.argmin(axis=0)
+    if not steps:
+        return tried.min(axis=0), RANGES[best]
+    low, high = RANGES[np.maximum(best - 1, 0)], np.append(RANGES[1:], WIDEST)[best]
+    golden = (5**0.5 - 1) / 2
+    for _ in range(steps):  # golden-section search, all pictures at once
+        left, right = high - golden * (high - low), low + golden * (high - low)
+        lower = residual(left) < residual(right)
+        low, high = np.where(lower, low, left), np.where(lower, right, high)
+    decibels = (low + high) / 2
+    return residual(decibels), decibels
 
-    coarse = [
-        min(((fitted(spacing, grid), spacing) for spacing in SPACINGS), key=lambda each: by_residual(each[0]))
-        for grid in grids
-    ]
-    refined = []
-    for fit, near in sorted(coarse, key=lambda each: by_residual(each[0]))[:2]:
-        grid = fit.beamformer.grid
-        spacing = minimize_scalar(
-            lambda spacing, grid=grid: fitted(spacing, grid).median_residual,
-            bounds=(near - SPACING_STEP, near + SPACING_STEP),
-            method="bounded",
-            options={"xatol": 1e-4},
-        ).x
-        refined.append(fitted(round(spacing, SPACING_DIGITS), grid))
-    return sorted(refined, key=by_residual)
+
+def median_residual(
+    spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, scale: PictureScale, steps: int = RANGE_STEPS
+) -> float:
+    """Median of the root mean square errors that an array leaves on spectra of a scale, grey levels."""
+    if scale == "magnitude":
+        return fit_lags(spectra, beamformer).median_residual
+    space = LagSpace.of(beamformer)
+    if scale == "power":
+        return float(np.median(power_residual(space, spectra)))
+    return float(np.median(decibel_residual(space, spectra, steps)[0]))

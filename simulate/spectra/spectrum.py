@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 from jaxtyping import Float, Shaped, UInt8
 
@@ -11,12 +13,14 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 LARGEST_GREY = 255
 """Grey level of an 8-bit picture that stands for the value 1."""
 
+PictureScale = Literal["magnitude", "power", "decibels"]
+"""What the grey levels of a picture stand for: the magnitude of a spectrum, its power, or its power in decibels."""
+
+SCALES: tuple[PictureScale, ...] = get_args(PictureScale)
+
 
 def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Min–max normalise each spectrum to 0…1, as in NeRF² pictures; a constant spectrum becomes zero.
-
-    All spectra of datasets are normalised here, and models are trained and scored on such spectra.
-    """
+    """Min–max normalise each spectrum to 0…1, as in NeRF² pictures; a constant spectrum becomes zero."""
     low = spectrum.min(axis=(-2, -1), keepdims=True)
     span = spectrum.max(axis=(-2, -1), keepdims=True) - low
     return (spectrum - low) / np.where(span > 0, span, 1)
@@ -28,31 +32,17 @@ def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "
 
 
 def grey_levels(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
-    """The nearest grey levels of a normalised spectrum.
-
-    >>> grey_levels(np.array([[0, 0.5, 1]])).tolist()
-    [[0, 128, 255]]
-    """
+    """The nearest grey levels of a normalised spectrum."""
     return np.round(np.clip(spectrum, 0, 1) * LARGEST_GREY).astype(np.uint8)
 
 
 def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """The normalised spectrum of an 8-bit picture: picture / 255, float32.
-
-    >>> spectrum_of(np.array([[0, 255]], np.uint8)).tolist()
-    [[0.0, 1.0]]
-    """
+    """The normalised spectrum of an 8-bit picture: picture / 255, float32."""
     return picture / np.float32(LARGEST_GREY)
 
 
 def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Check spectra that a user gave.
-
-    >>> check_spectra("truth", np.zeros((2, 90, 360), np.uint8))
-    Traceback (most recent call last):
-    ...
-    scenes.files.errors.ParameterError: truth: expected numbers from 0 to 1 (grey levels / 255), found uint8
-    """
+    """Check spectra that a user gave."""
     if np.ma.isMaskedArray(spectra):
         raise ParameterError(parameter, f"expected spectra of {ROWS} x {COLUMNS}, found a masked array")
     try:
@@ -88,9 +78,17 @@ def check_pictures(
 
 
 def evenly(values: Shaped[np.ndarray, "n *shape"], most: int) -> Shaped[np.ndarray, "m *shape"]:
-    """At most ``most`` of the values, spread evenly over all of them.
-
-    >>> evenly(np.arange(10), 3).tolist()
-    [0, 4, 9]
-    """
+    """At most ``most`` of the values, spread evenly over all of them."""
     return values[np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).astype(int))]
+
+
+def magnitudes(
+    spectra: Float[np.ndarray, "K 90 360"], scale: PictureScale, decibels: Float[np.ndarray, " K"] | None = None
+) -> Float[np.ndarray, "K 90 360"]:
+    """Turn pictures of a scale into normalised magnitudes."""
+    if scale == "magnitude":
+        return spectra
+    if scale == "power":
+        return np.sqrt(spectra)
+    assert decibels is not None
+    return normalise(10 ** ((spectra - 1) * decibels[:, None, None] / 20))

@@ -435,7 +435,7 @@ def test_steps_of_a_model_that_takes_none_are_refused(command, tiny, tmp_path):
 def test_a_baseline_is_added_to_an_experiment_with_its_training_time(command, tiny, tmp_path):
     words = ["compare", tiny, "-o", tmp_path / "out", "--budget", "0.001", "--models"]
     status, _, err = command(*words, "nearest")
-    assert status == 1 and "--budget: expected a model trained by steps, found nearest" in err
+    assert status == 1 and "--budget: expected none, since it does nothing for untrained methods (nearest)" in err
     assert command(*words, "mlp")[0] == 0
     assert command(*words, "nearest")[0] == 0
     lines = (tmp_path / "out" / "results.jsonl").read_text().splitlines()

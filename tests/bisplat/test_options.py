@@ -1,144 +1,189 @@
-"""Numbers on the command line: absurd ones are refused in one sentence that names the option, before any work."""
+"""Options by their declarations: each is described, takes numbers only, and is refused where it can do nothing."""
 
 from __future__ import annotations
 
+import argparse
+import re
 import sys
+import warnings
 
 import pytest
+import tyro
 
 from bisplat.__main__ import main
+from bisplat.commands.command_groups import COMMANDS
+from bisplat.commands.common_options import REGISTRY
 
-SIMULATE = "simulate lab -o out"
-TRAIN = "train nowhere -o out --model mlp"
-OWN = TRAIN.split()[:-1]
-COMPARE, SWEEP = "compare nowhere -o out", "sweep nowhere -o out --sizes 5"
-ABLATE, CROSSVALIDATE = "ablate nowhere -o out", "crossvalidate nowhere --scene lab"
-CALIBRATE = "calibrate closet nowhere -o out"
-PLAN = "plan nowhere -o out"
-CONVERT = "convert nowhere -o out"
+HUGE = "9" * 4000
 
-WHOLE = ("0", "-1", str(10**15), "9" * 4000)
-SEEDS = ("-1", str(2**32), str(2**63), "9" * 4000)
-NUMBERS = ("nan", "inf", "-inf", "-1", "1e300")
-
-REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
-    ("demo -o out", "-n"): WHOLE,
-    ("demo -o out", "--steps"): WHOLE,
-    (SIMULATE, "-n"): WHOLE,
-    (SIMULATE, "--seed"): SEEDS,
-    (SIMULATE, "--workers"): WHOLE,
-    (SIMULATE, "--max-depth"): ("-1", str(10**9)),
-    (SIMULATE, "--rays"): WHOLE,
-    (SIMULATE, "--patches"): WHOLE,
-    (SIMULATE, "--snr-db"): ("nan", "inf", "1e300", "-1e300"),
-    (SIMULATE, "--gain-error-db"): NUMBERS,
-    (SIMULATE, "--phase-error-deg"): NUMBERS,
-    (SIMULATE, "--phase-noise-deg"): NUMBERS,
-    (f"{SIMULATE} --engine fullwave", "--cell"): (*NUMBERS, "0", "1e-300"),
-    (TRAIN, "--seed"): SEEDS,
-    (TRAIN, "--steps"): WHOLE,
-    (TRAIN, "--batch-size"): WHOLE,
-    (TRAIN, "--learning-rate"): (*NUMBERS, "0"),
-    (TRAIN, "--weight-decay"): NUMBERS,
-    (TRAIN, "--full-resolution"): (*NUMBERS, "1.01"),
-    (COMPARE, "--budget"): (*NUMBERS, "0"),
-    (COMPARE, "--seeds"): WHOLE,
-    (SWEEP, "--budget"): (*NUMBERS, "0"),
-    (SWEEP, "--seeds"): WHOLE,
-    (SWEEP, "--sizes"): WHOLE,
-    (ABLATE, "--steps"): WHOLE,
-    (ABLATE, "--seeds"): WHOLE,
-    (ABLATE, "--primitives"): WHOLE,
-    (CROSSVALIDATE, "-n"): WHOLE,
-    (CROSSVALIDATE, "--seed"): SEEDS,
-    (CALIBRATE, "--position"): NUMBERS,
-    (CALIBRATE, "--rotation"): NUMBERS,
-    (CALIBRATE, "--materials"): NUMBERS,
-    (PLAN, "-n"): WHOLE,
-    (PLAN, "--seed"): SEEDS,
-    (PLAN, "--max-depth"): ("-1", str(10**9)),
+ABSURD: dict[str, dict[str, tuple[str, ...]]] = {
+    "demo -o out": {"-n": ("0", HUGE), "--steps": ("-1",)},
+    "simulate lab -o out": {
+        "-n": ("0", str(10**15)),
+        "--seed": ("-1", str(2**32), HUGE),
+        "--workers": ("0",),
+        "--max-depth": ("-1", str(10**9)),
+        "--rays": ("0", HUGE),
+        "--patches": ("0",),
+        "--snr-db": ("nan", "-1e300"),
+        "--gain-error-db": ("inf", "-1"),
+    },
+    "simulate lab -o out --engine fullwave": {"--cell": ("nan", "-1", "0", "1e-300")},
+    "train nowhere -o out --model mlp": {
+        "--seed": ("-1", str(2**63)),
+        "--steps": ("0", HUGE),
+        "--batch-size": ("0",),
+        "--learning-rate": ("nan", "0", "1e300"),
+        "--full-resolution": ("1.01",),
+    },
+    "compare nowhere -o out": {"--budget": ("nan", "0", "1e300"), "--seeds": ("0", HUGE)},
+    "sweep nowhere -o out --sizes 5": {"--budget": ("-1",), "--sizes": ("0", HUGE)},
+    "ablate nowhere -o out": {"--steps": ("0",), "--seeds": ("-1",), "--primitives": ("0",)},
+    "crossvalidate nowhere --scene lab": {"-n": ("0",), "--seed": ("-1",)},
+    "calibrate closet nowhere -o out": {"--position": ("nan", "-1"), "--materials": ("inf",)},
+    "plan nowhere -o out": {"-n": ("0", HUGE), "--seed": ("-1",), "--max-depth": ("-1",)},
 }
-"""A command, an option of it, and values that the option cannot have."""
+"""Of each call: values that its options cannot have, which it says before it looks for anything else."""
 
-NAMES = {"-n": ("-n: ", "--spectra: ", "--positions: ")}
+IDLE: dict[str, tuple[str, ...]] = {
+    "scene closet": ("--unit mm", "--up y", "--list", "--gateway 1 1 1", "--own-material wet=15,2,0.1"),
+    "scene wall.obj --list": ("--output out", "--walls as-drawn", "--array 4x4"),
+    "simulate closet -o out": ("--field data", "--gpu", "--diffuse", "--patches 9"),
+    "simulate data -o out": ("-n 5", "--seed 3", "--snr-db 10", "--cell 0.05", "--engine fullwave", "--array 2x2"),
+    "simulate closet -o out --engine fullwave": ("--max-depth 2", "--no-los"),
+    "simulate closet -o out --engine fullwave --field data": ("--cell 0.05", "--gpu", "--workers 2"),
+    "simulate closet -o out --positions places.csv": ("-n 2", "--placement grid"),
+    "simulate closet -o out --max-depth 0": ("--rays 9", "--patches 9"),
+    "rssi closet -o out --gateways nowhere.yml --positions places.csv": ("-n 2", "--placement grid"),
+    "dataset nowhere --frequency 1e9 --array 4x4@0.5 -o out --moving both": ("--gateway 1 1 1",),
+    "check data": ("--guard 1", "--seed 1"),
+    "train data -o out --preset paper": ("--model mlp",),
+    "train data -o out": ("--trainer devices=2", "--no-find-phases", "--steps 9", "--budget 1"),
+    "train data -o out --model mlp": ("--no-find-phases", "--bypass bst", "--scene closet"),
+    "train data -o out --model mlp --budget 1": ("--steps 9",),
+    "train data -o out --model nerf2": ("--full-resolution 1",),
+    "evaluate heard -o out": ("--dataset data", "--no-ceiling", "--locate", "--budget 1"),
+    "evaluate links -o out": ("--scene closet",),
+    "evaluate mlp": ("--output out", "--model mlp", "--further-gateways mlp"),
+    "compare data -o out": ("--given 3", "--scene closet"),
+    "compare data -o out --models nearest": ("--steps 5", "--budget 1"),
+    "compare data -o out --models mlp --steps 5": ("--budget 1",),
+    "compare heard": ("--steps 5", "--test-rooms 1", "--test-spectra 3", "--budget 1", "--over-band"),
+    "compare links": ("--scene closet",),
+    "compare places": ("--over-band", "--split random", "--guard 1", "--scene closet"),
+    "compare places --models mean": ("--budget 1",),
+    "sweep heard -o out --sizes 3": ("--init mlp", "--steps 5"),
+    "locate heard -o out.csv": ("--pictures data", "--level 1", "--region 0 0 0 1 1 1"),
+    "locate heard -o out.csv --heard nowhere": ("--split random",),
+    "locate links -o out.csv --heard nowhere": ("--level 1",),
+    "locate data -o out.csv": ("--heard nowhere", "--level 3"),
+    "locate mlp --pictures data -o out.csv": ("--region 0 0 0 1 1 1", "--boresight 1 0 0"),
+    "plan heard -o out.csv": ("--max-depth 1",),
+    "plan mlp -o out.csv": ("--no-los",),
+    "calibrate closet heard -o out": ("--rotation 1", "--carrier 0.1", "--array 2x2"),
+    "calibrate closet data -o out": ("--seed 1",),
+}
+"""Of each call: options that do nothing in it."""
+
+
+def _parser(command: str) -> argparse.ArgumentParser:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return tyro.extras.get_parser(COMMANDS[command], registry=REGISTRY)
+
+
+def _named(action: argparse.Action) -> str:
+    return " ".join([*action.option_strings, str(action.metavar)])
 
 
 @pytest.fixture
-def refuse(tmp_path, monkeypatch, capsys):
-    """Function: arguments -> the one sentence on stderr; nothing was written."""
+def refused(tmp_path, monkeypatch, capsys):
+    """Function: words, exit status -> stderr. Nothing was written, and there is no traceback."""
     monkeypatch.chdir(tmp_path)
+    for marker in ("heard/gateway_rssi.csv", "links/csidata.npy", "places/rooms.json", "data/spectrum/x", "wall.obj"):
+        (tmp_path / marker).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / marker).write_text("")
+    (tmp_path / "mlp").mkdir()
+    (tmp_path / "places.csv").write_text("x,y,z\n1,1,1\n1,1,1.2\n")
+    before = set(tmp_path.rglob("*"))
 
-    def run(*arguments: str) -> str:
-        monkeypatch.setattr(sys, "argv", ["bisplat", *arguments])
+    def run(words: list[str], status: int = 1) -> str:
+        monkeypatch.setattr(sys, "argv", ["bisplat", *words])
         with pytest.raises(SystemExit) as end:
             main()
         out, err = capsys.readouterr()
-        assert end.value.code == 1 and out == "" and not list(tmp_path.iterdir())
-        assert err.startswith("bisplat: ") and err.count("\n") == 1 and err.strip().isprintable()
-        return err.removeprefix("bisplat: ")
+        assert end.value.code == status and out == "" and set(tmp_path.rglob("*")) == before, err
+        assert "Traceback" not in err
+        if status == 1:
+            assert err.startswith("bisplat: ") and err.count("\n") == 1 and err.strip().isprintable() and len(err) < 600
+        return err
 
     return run
 
 
-@pytest.mark.parametrize(("command", "option"), REFUSED)
-def test_absurd_numbers(command, option, refuse):
-    for value in REFUSED[command, option]:
-        sentence = refuse(
-            *command.split(),
-            f"{option}={value}" if option.startswith("--") else option,
-            *(() if option.startswith("--") else (value,)),
-        )
-        assert sentence.startswith(NAMES.get(option, f"{option}: ")), sentence
-        assert "expected" in sentence and "found" in sentence and len(sentence) < 300, sentence
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_option_is_described(command):
+    for action in _parser(command)._actions:
+        text = re.sub(r"\((default|required|optional).*?\)", "", str(action.help or "")).strip()
+        assert len(text) > 3, _named(action)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_numbers_are_written_with_the_digits_0_to_9(command, refused):
+    """Python's int and float also read 1_0 and digits of other scripts."""
+    actions = _parser(command)._actions
+    needed = [words for action in actions if action.required for words in _words(action, "nowhere")]
+    for action in actions:
+        kinds = str(action.metavar)
+        if action.option_strings and not action.required and re.search("INT|FLOAT", kinds) and "STR" not in kinds:
+            said = " ".join(refused([command, *needed, *_words(action, "1_0")], status=2).split())
+            assert "1_0" in said and action.option_strings[0] in said
+
+
+def _words(action: argparse.Action, text: str) -> list[str]:
+    """An option with as many values as it takes; numbers among them are 1, unless the text is one."""
+    metavars = str(action.metavar).split()
+    count = action.nargs if isinstance(action.nargs, int) else 1
+    values = ["1" if text == "nowhere" and re.search("INT|FLOAT", each) else text for each in metavars][:count]
+    return [*action.option_strings[:1], *(values or [text])]
+
+
+@pytest.mark.parametrize("call", ABSURD)
+def test_absurd_numbers(call, refused):
+    for option, values in ABSURD[call].items():
+        for value in values:
+            words = [f"{option}={value}"] if option.startswith("--") else [option, value]
+            sentence = refused([*call.split(), *words])
+            assert option == "-n" or sentence.startswith(f"bisplat: {option}: "), sentence
+            assert "expected" in sentence and "found" in sentence, sentence
+
+
+@pytest.mark.parametrize("call", IDLE)
+def test_option_that_does_nothing_is_refused(call, refused):
+    for option in IDLE[call]:
+        name = option.split()[0].replace("--no-", "--")
+        assert refused([*call.split(), *option.split()]).startswith(f"bisplat: {name}: expected ")
 
 
 @pytest.mark.parametrize(
-    ("arguments", "word"),
+    ("call", "word"),
     [
-        ((*CONVERT.split(), "--elevations", "0", "nan", "--azimuths", "0", "359"), "--elevations: "),
-        ((*CONVERT.split(), "--azimuths", "10", "10"), "--azimuths: "),
-        ((*SWEEP.split(), "6", "5"), "--sizes: expected different"),
-        ((*TRAIN.split(), "--bypass", "x" * 10_000), "--bypass: "),
-        ((*COMPARE.split(), "--models", "x" * 10_000), "--models: "),
-        ((*OWN, "nerf"), "found 'nerf'; did you mean \"nerf2\"?"),
-        (
-            (*OWN, "no_module:Model"),
-            "--model: expected a class at no_module:Model",
-        ),
-        (
-            (*OWN, "json:JSONDecoder"),
-            "expected a subclass of bisplat.SpectrumModel",
-        ),
-        ((*ABLATE.split(), "--models"), "--models: expected at least one"),
-        ((*COMPARE.split(), "--models", "\x1b[2J:x" * 1000), "--models: "),
-        ((*SIMULATE.split(), "--cell", "1"), "--cell: expected the engine fullwave, found rays"),
-        ((*TRAIN.split(), "--scene", "closet"), "--scene: expected an option of the model mlp"),
-        ((*SIMULATE.split(), "--ray", f"127.0.0.1:{'9' * 1000}"), "--ray: "),
-        (("simulate", "x" * 200, "-o", "out"), "unknown scene"),
-        (("scene", "x.obj", "--material", "y" * 10_000), "--material: expected NAME=MATERIAL"),
-        (("locate", "x" * 5000, "--pictures", "y" * 5000, "-o", "out.csv"), "xxx…xxx"),
-        (("evaluate", "no\nwhere\x1b[2J"), r"no\nwhere\x1b[2J"),
+        ("scene wall.obj --material a=wood --material b=wood", "--material: expected once, with all its values"),
+        ("train data -o out --model mlp --option pixel=9", "--option: pixel: expected an option of the model mlp"),
+        ("train data -o out --model mlp --option pixels", "--option: expected NAME=VALUE"),
+        ("train data -o out --model nerf", "found 'nerf'; did you mean \"nerf2\"?"),
+        ("train data -o out --model no_module:Model", "--model: expected a class at no_module:Model"),
+        ("compare data --models nearest", "-o: expected a folder for the results"),
+        ("evaluate heard", "expected -o FOLDER for the report"),
+        (f"compare data -o out --models {'x' * 10_000}", "--models: "),
+        ("evaluate no\nwhere\x1b[2J", r"no\nwhere\x1b[2J"),
     ],
+    ids=lambda text: text[:40],
 )
-def test_other_texts(arguments, word, refuse):
-    sentence = refuse(*arguments)
-    assert word in sentence and len(sentence) < 600
+def test_other_texts(call, word, refused):
+    assert word in refused(call.split(" "))
 
 
-@pytest.mark.parametrize("option", ["--seed", "--learning-rate", "--weight-decay"])
-@pytest.mark.parametrize("text", ["1_0", "１", "1:30", "0x1", "٣"])
-def test_numbers_are_written_with_the_digits_0_to_9(option, text, monkeypatch, capsys):
-    """Python's float and int read the first two and the last."""
-    monkeypatch.setattr(sys, "argv", ["bisplat", *TRAIN.split(), option, text])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    said = " ".join(capsys.readouterr().err.split())
-    assert ended.value.code == 2 and option in said and text in said
-
-
-def test_the_parsers_errors_escape_control_characters(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["bisplat", *TRAIN.split(), "--split=\x1b[2J"])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    said = capsys.readouterr().err
-    assert ended.value.code == 2 and "\x1b" not in said and r"\x1b[2J" in said
+def test_the_parsers_errors_escape_control_characters(refused):
+    said = refused(["train", "data", "-o", "out", "--split=\x1b[2J"], status=2)
+    assert "\x1b" not in said and r"\x1b[2J" in said

@@ -65,12 +65,6 @@ def test_list_names_what_has_no_material_and_rules_that_never_count(run):
     assert 'the material rule "door=wood" matches no object' in err
 
 
-@pytest.mark.parametrize("option", [["-o", "x"], PLACE, ["--pattern", "tr38901"], ["--force"]])
-def test_list_refuses_what_it_has_no_use_for(run, option):
-    status, out, err = run("room.xml", "--list", *option)
-    assert status == 1 and out == "" and "expected none beside --list" in err
-
-
 def test_own_material_and_what_was_assumed(run, tmp_path):
     words = ("--own-material", "absorber=1.2,0.3,0.1", "--frequency", "3.5 GHz", "-o", "room", *PLACE)
     status, _, err = run("room.xml", *words)
@@ -149,13 +143,3 @@ def test_wrong_values(run, case, tmp_path):
 def test_a_mesh_without_antennas_is_told_of_the_list(run):
     status, _, err = run("room.xml")
     assert status == 1 and "needs --output, --gateway, --boresight, --region-min, --region-max; --list alone" in err
-
-
-@pytest.mark.parametrize(
-    "option", ["--unit mm", "--up z", "--shift 0 0 0", "--list", "--material a=b", "--walls as-drawn"]
-)
-def test_options_of_an_import_are_refused_for_a_scene(run, option):
-    status, out, err = run("closet", *option.split())
-    assert (
-        status == 1 and out == "" and f"{option.split()[0]}: expected a file to import, found the scene closet" in err
-    )

@@ -23,8 +23,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly
 
-COARSE = 5
-"""Step of the angles that are tried first, degrees. Around the best one, whole degrees are tried."""
+COARSE = 5  # step of the angles that are tried first, degrees. Around the best one, whole degrees are tried.
 
 CLEAR = 0.25
 """Least gain of the log-likelihood of each response over that of walls along the axes. For less, walls are not turned:
@@ -32,11 +31,7 @@ most descriptions of rooms have them along the axes, and an angle that is a few 
 
 
 def angle_of_walls(likelihood: Callable[[int], float]) -> int:
-    """The angle of perpendicular walls from the x axis, degrees, 0…89.
-
-    >>> angle_of_walls(lambda degrees: -abs(degrees - 31) / 30), angle_of_walls(lambda degrees: -abs(degrees - 3) / 30)
-    (31, 0)
-    """
+    """The angle of perpendicular walls from the x axis, degrees, 0…89."""
     tried = {degrees: likelihood(degrees) for degrees in range(0, 90, COARSE)}
     best = max(tried, key=tried.__getitem__)
     for each in range(best - COARSE + 1, best + COARSE):
@@ -47,11 +42,7 @@ def angle_of_walls(likelihood: Callable[[int], float]) -> int:
 
 
 def frame_of_walls(degrees: int) -> Float[np.ndarray, "3 3"]:
-    """The rotation matrix from the world frame to a frame whose axes run along the walls and up.
-
-    >>> (frame_of_walls(90) @ [0, 1, 0]).round(3).tolist()
-    [1.0, 0.0, 0.0]
-    """
+    """The rotation matrix from the world frame to a frame whose axes run along the walls and up."""
     return Rotation.from_euler("z", -degrees, degrees=True).as_matrix()
 
 
@@ -66,8 +57,7 @@ def in_frame(dataset: Dataset, frame: Float[np.ndarray, "3 3"]) -> Dataset:
     )
 
 
-FITTED_ON = 128
-"""Largest number of known spectra, evenly spread, in which the images are found."""
+FITTED_ON = 128  # largest number of known spectra, evenly spread, in which the images are found
 
 LEAST_TURNED, TURNED_ON, PLACES = 200, 400, 8
 """Least and largest number of responses, of evenly spread spectra, that tell the angle of the walls, but at least those
@@ -115,17 +105,12 @@ class ImageField(PredictsResponses):
         return self._of_images(positions @ self.frame.T) + self.power.sqrt() * self.rest.responses(positions)
 
     def _of_images(self, places: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """The sum over the images at places in the frame of the walls, compiled in inference mode on the CPU."""
-        if runs_compiled(places):
-            from learn.models.images.quick_images import sum_of_waves  # compiles, which training does not need
-
-            elements = (self.middles + self.signs * self.offsets[:, None]).movedim(1, 0)
-            of_images = elements.numpy(), self.amplitudes.numpy(), float(self.wavelength)
-            found = sum_of_waves(places.numpy(), *of_images)
-            return torch.view_as_real(torch.from_numpy(found)).float()
-        real, imaginary = image_waves(places, self.middles, self.signs, self.offsets, self.wavelength)
-        x, y = self.amplitudes.unbind(dim=1)  # real numbers, since ONNX has no complex ones
-        return torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1)
+        """The sum over the images at places in the frame of the walls; a prediction has double precision for phases."""
+        numbers = (places, self.middles, self.signs, self.offsets, self.wavelength, self.amplitudes)
+        *of_waves, amplitudes = (each.double() for each in numbers) if runs_compiled(places) else numbers
+        real, imaginary = image_waves(*of_waves)
+        x, y = amplitudes.unbind(dim=1)  # real numbers, since ONNX has no complex ones
+        return torch.stack([real @ x - imaginary @ y, real @ y + imaginary @ x], dim=-1).float()
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Variance of e relative to the power of the responses. The amplitudes count as known."""

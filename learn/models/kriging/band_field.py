@@ -25,8 +25,7 @@ FITTED_TO = 64
 WEAKEST, BELOW_NOISE = 1e-8, 1e-2
 """Components over frequency below this share of the power, or this share of the noise, are left out."""
 
-AT_ONCE = 32
-"""Positions that ``at`` predicts at once."""
+AT_ONCE = 32  # positions that ``at`` predicts at once
 
 
 class BandField(KrigedField):
@@ -68,7 +67,6 @@ class BandField(KrigedField):
         self.register_buffer("deviations", torch.zeros(0))
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Keep the known responses over the band, and find the powers of delays and the covariance over positions."""
         known = np.unique(known)
         assert dataset.band_responses is not None and dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
@@ -104,7 +102,6 @@ class BandField(KrigedField):
         )
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """As for ``KrigedField``."""
         assert dataset.band_responses is not None
         self._keep(dataset.positions[known], dataset.band_responses[known], known.astype(float))
 
@@ -147,7 +144,7 @@ class BandField(KrigedField):
     def at(
         self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None = None
     ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]:
-        """Responses as for ``band_responses``, and the standard deviation of their real and imaginary parts."""
+        """Responses, and the standard deviation of their real and imaginary parts."""
         responses, variance = self.with_variance(positions, left_out)
         of_level = on_curve(variance, self.variances.double().numpy(), self.deviations.double().numpy())
         return responses, float(self.level) * of_level
@@ -209,7 +206,6 @@ class BandField(KrigedField):
         self.variances, self.deviations = torch.from_numpy(variances).float(), torch.from_numpy(deviations).float()
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As for ``KrigedField``, also for the number of components and subcarriers that the file has."""
         components = state_dict.get("components", self.components)
         if components.ndim != 3 or components.shape[2] != 2 or not components.numel():
             raise RuntimeError(f"components of shape {tuple(components.shape)}")

@@ -10,14 +10,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Complex, Float
 
-FINER = 8
-"""Delays of the profile, per subcarrier."""
-
-STEPS = 300
-"""Steps of the fit of the profile."""
-
-LEAST_NOISE = 1e-8
-"""Smallest power of the noise, as a share of the mean power of the responses."""
+FINER = 8  # delays of the profile, per subcarrier
+STEPS = 300  # steps of the fit of the profile
+LEAST_NOISE = 1e-8  # smallest power of the noise, as a share of the mean power of the responses
 
 
 def fit_delay_powers(
@@ -50,11 +45,6 @@ def white_noise(rows: Complex[np.ndarray, "n A N"]) -> float:
 
     Of the eigenvalues of the rows' covariance, the smallest ones that are alike are the noise. Their number is that of
     the shortest description [wax1985].
-
-    >>> generator = np.random.default_rng(0)
-    >>> drawn = generator.standard_normal((2, 500, 1, 8)) * 0.1
-    >>> round(white_noise(1 + drawn[0] + 1j * drawn[1]), 3)
-    0.02
     """
     responses = rows.reshape(-1, rows.shape[2])
     values = np.linalg.eigvalsh(responses.T @ responses.conj() / max(len(responses), 1))
@@ -68,11 +58,7 @@ def white_noise(rows: Complex[np.ndarray, "n A N"]) -> float:
 
 
 def delay_paths(count: int, delays: int) -> Complex[np.ndarray, "N M"]:
-    """Responses f at N subcarriers of one path each of M delays, spread evenly over one over the subcarriers' distance.
-
-    >>> np.angle(delay_paths(3, 8)[:, 1], deg=True).round().tolist()
-    [0.0, -45.0, -90.0]
-    """
+    """Responses f at N subcarriers of one path each of M delays, evenly spread over 1 / distance of subcarriers."""
     return np.exp(-2j * np.pi * np.outer(np.arange(count), np.arange(delays)) / delays)
 
 

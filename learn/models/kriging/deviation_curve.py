@@ -6,37 +6,27 @@ than those of a normal distribution. So the variance only sorts predictions, and
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 from scipy.optimize import isotonic_regression
-from torch import Tensor
 
 from simulate.spectra.spectrum import evenly
 
-SHARE, NORMAL = 0.9, 1.6449
-"""Share of the errors that lie within ``NORMAL`` deviations, as in a normal distribution."""
+SHARE, NORMAL = 0.9, 1.6449  # share of the errors that lie within ``NORMAL`` deviations, as in a normal distribution
 
 KNOTS, LEAST_IN_KNOT = 8, 10
 """Largest number of groups of predictions of like variance, and the least number of predictions in one of several."""
 
 
 def size_of(errors: Float[np.ndarray, "*n P"]) -> Float[np.ndarray, "*n"]:
-    """The standard deviation of a normal distribution that has as many errors within its 90 % interval.
-
-    >>> bool(abs(size_of(0.2 * np.random.default_rng(0).normal(size=100_000)) - 0.2) < 0.002)
-    True
-    """
+    """The standard deviation of a normal distribution that has as many errors within its 90 % interval."""
     return np.quantile(np.abs(errors), SHARE, axis=-1) / NORMAL
 
 
 def normal_curve(noise: float) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """The curve of a normal distribution: of the real and the imaginary part, half of the variance and of the noise.
-
-    >>> [each.round(3).tolist() for each in normal_curve(0.02)]
-    [[0.0, 1.0], [0.1, 0.714]]
-    """
+    """The curve of a normal distribution: of the real and the imaginary part, half of the variance and of the noise."""
     return np.array([0.0, 1.0]), np.sqrt(np.array([noise, 1 + noise]) / 2)
 
 
@@ -71,46 +61,26 @@ def on_curve(
     return np.sqrt(np.interp(variance, variances, np.square(deviations)))
 
 
-LEFT_OUT = 48
-"""Largest number of known positions, evenly spread, that are predicted from the others."""
+LEFT_OUT = 48  # largest number of known positions, evenly spread, that are predicted from the others
 
 RADII = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 """Known positions nearer than each of these radii are left out with them, wavelengths."""
 
-LEAST_LEFT = 8
-"""A prediction from fewer positions than this tells nothing, unless no more are known."""
-
-LEAST_KNOWN = 3
-"""With fewer known positions, the covariance tells the deviations."""
+LEAST_LEFT = 8  # a prediction from fewer positions than this tells nothing, unless no more are known
+LEAST_KNOWN = 3  # with fewer known positions, the covariance tells the deviations
 
 FOLDS, FOLDED = 5, 300
 """If few positions are known, a covariance fitted to all of them predicts them too well. They are then divided into
 parts, and each part is predicted with a covariance fitted without it. There are FOLDED // n parts for n known
 positions, at most FOLDS; if these are fewer than 2, the covariance is not fitted again."""
 
-FITTED = "shares", "length", "drift", "nugget", "noises"
-"""What the fit of the covariance sets."""
-
-
-class Field(Protocol):
-    """What is needed of a field of responses over a band; ``BandField`` describes each."""
-
-    places: Tensor
-    wavelength: Tensor
-    level: Tensor
-    noise: float
-
-    def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None: ...
-
-    def with_variance(
-        self, positions: Float[np.ndarray, "K 3"], left_out: Int[np.ndarray, " K"] | None, radius: float
-    ) -> tuple[Complex[np.ndarray, "K elements subcarriers"], Float[np.ndarray, " K"]]: ...
+FITTED = "shares", "length", "drift", "nugget", "noises"  # what the fit of the covariance sets
 
 
 def left_out_curve(
-    field: Field, responses: Complex[np.ndarray, "n elements subcarriers"]
+    field: Any, responses: Complex[np.ndarray, "n elements subcarriers"]
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """The deviations of a field over its kriging variance, as for ``rising_curve``.
+    """The deviations of a ``BandField`` over its kriging variance, as for ``rising_curve``.
 
     Known positions are predicted from others near and far. So the curve is right between them and beside them, however
     near to one another they are.
@@ -133,7 +103,7 @@ def left_out_curve(
 
 
 def _left_out(
-    field: Field, members: Int[np.ndarray, " n"], responses: Complex[np.ndarray, "N elements subcarriers"]
+    field: Any, members: Int[np.ndarray, " n"], responses: Complex[np.ndarray, "N elements subcarriers"]
 ) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m P"]]:
     """Variances and errors (real and imaginary parts) of known positions predicted from those beyond each radius."""
     places, variances, errors = field.places.numpy(), [], []

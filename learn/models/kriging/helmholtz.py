@@ -9,21 +9,20 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
+from torch.nn.functional import embedding_bag
 
-from learn.baselines.neighbours import NEIGHBOURS
 from learn.models.base import Beamformed, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import RetrievedOnce
-from learn.models.kriging.stacking import LEAST_DISTANCE, best_mixture, by_distance
+from learn.models.kriging.stacking import best_mixture, by_distance, nearest_known
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
-OF_BAND = "band.field."
-"""Where the names of the buffers of the field over the band begin, in a file of weights."""
+OF_BAND = "band.field."  # where the names of the buffers of the field over the band begin, in a file of weights
 
 PIECE = 16
 """Number of spectra that are interpolated at a time and added to those of responses. Kriging takes some MB for each."""
@@ -34,10 +33,10 @@ class HelmholtzField(SpectrumModel):
 
     ``S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r)``
 
-    ``KrigedField`` interpolates S_responses and S_spectra, and ``SmoothField`` interpolates S_smooth. S_distance is the
-    mean of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the
-    pictures where this improves the prediction (``fit_to_pictures``). If the receiver moves, the fifth way krigs the
-    one field that the elements of the array sample at all its known places (``OneField``).
+    ``KrigedField`` interpolates S_responses and S_spectra, ``SquaredExponentialField`` S_smooth. S_distance is the mean
+    of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the pictures
+    where this improves the prediction (``fit_to_pictures``). If the receiver moves, the fifth way krigs the one field
+    that the elements of the array sample at all its known places (``MovingArrayField``).
 
     Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
     says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
@@ -58,10 +57,7 @@ class HelmholtzField(SpectrumModel):
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predict spectra, and the interpolated responses if the model interpolates any.
-
-        The spectra are those of the responses only if no other way has a weight.
-        """
+        """Predict spectra, and interpolated responses if any; the spectra are theirs if no other way has a weight."""
         of_responses = next((way for way in ("field", "responses") if way in self._used), None)
         if of_responses is None:
             return self(positions), None
@@ -85,23 +81,18 @@ class HelmholtzField(SpectrumModel):
         known = field.all_known_spectra()
         for way, weight in self._used.items():
             if way == "inverse-distance" and known is not None:
-                from learn.models.kriging.quick_nearest import (
-                    add_mean_of_nearest,  # compiles, which training does not need
-                )
-
-                of_known = field.places.numpy(), known.numpy(), weight, min(NEIGHBOURS, len(known)), LEAST_DISTANCE
-                add_mean_of_nearest(spectra, positions.numpy(), *of_known)
+                near, shares = nearest_known(distances(positions, field.places))
+                of_known = embedding_bag(near, known.flatten(1), per_sample_weights=weight * shares, mode="sum")
+                spectra += of_known.view(spectra.shape).numpy()
             elif way != "responses":
                 for start in range(0, len(positions), PIECE):
                     piece = slice(start, start + PIECE)
                     spectra[piece] += weight * self._by(way, positions[piece]).numpy()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the weighted mean."""
         return _sum({way: self._by(way, positions) for way in self._used}, self._used)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        """As for ``SpectrumModel``."""
         return _sum({way: self._by(way, positions, pixels) for way in self._used}, self._used)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
@@ -139,7 +130,7 @@ class HelmholtzField(SpectrumModel):
         self._fit_band(dataset, known)
 
     def _fit_band(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Fit the field over the band, if the dataset has one. Return what was found, to be added to a sentence."""
+        """Fit the field over the band, if the dataset has one, and say what was found."""
         if dataset.band_responses is None:
             return ""
         field = self._empty_band()
@@ -153,14 +144,12 @@ class HelmholtzField(SpectrumModel):
 
     @property
     def _built(self) -> Built:
-        """What the fields are built with."""
         return Built(self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength))
 
     def _fits(self, dataset: Dataset) -> FieldFits:
         return FieldFits(self._built, dataset, self._retrieved)
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
-        """Use these weights, and keep only the fields that are needed."""
         self.weights = torch.tensor([weights.get(way, 0.0) for way in WAYS])
         self._used = {way: weights[way] for way in WAYS if way in weights}
         # In the order in which a file is read, since inverse-distance weighting uses the first field.
@@ -170,7 +159,6 @@ class HelmholtzField(SpectrumModel):
     def _by(
         self, way: str, positions: Float[Tensor, "B 3"], pixels: Quadrature | None = None
     ) -> Float[Tensor, "B H W"]:
-        """Spectra predicted by one way, whole or at a few pixels."""
         if way in self.fields:
             model: Any = self.fields[way]
             return model(positions) if pixels is None else model.coarse(positions, pixels)
@@ -192,9 +180,6 @@ class HelmholtzField(SpectrumModel):
         self.band = nn.ModuleDict({"field": self._empty_band()} if of_band else {})
         if of_band:
             self.band["field"].load_state_dict(of_band)
-        weights = state_dict.get("weights", self.weights)
-        if 0 < len(weights) < len(WAYS):  # an older version knew fewer ways
-            state_dict = {**state_dict, "weights": torch.cat([weights, weights.new_zeros(len(WAYS) - len(weights))])}
         loaded = super().load_state_dict(state_dict, strict, assign)
         self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
         missing = self._used.keys() - fields.keys() - {"inverse-distance"}

@@ -22,12 +22,8 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 
 
-class SmoothField(KrigedField):
-    """Kriging of spectra by the squared exponential ``e^(−|Δ|²/2ℓ²)``, without waves.
-
-    Where known positions are many wavelengths apart, nothing can follow the waves between them. The spectra's slow
-    change over metres can still be interpolated.
-    """
+class SquaredExponentialField(KrigedField):
+    """Kriging of spectra by the squared exponential ``e^(−|Δ|²/2ℓ²)``, where nothing can follow the waves."""
 
     neighbours = 64
 
@@ -46,15 +42,13 @@ class SmoothField(KrigedField):
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> tuple[Float[Tensor, "*b n m"], None]:
-        """The squared exponential, times the drift's factor."""
         return torch.exp(-(separations.distances / length).square() / 2) * fading, None
 
 
-SAMPLES = 256
-"""Number of nearest samples from which a prediction is made, in whole arrays."""
+SAMPLES = 256  # number of nearest samples from which a prediction is made, in whole arrays
 
 
-class OneField(KrigedField):
+class MovingArrayField(KrigedField):
     """Interpolates the field of a fixed transmitter, from its samples at all elements and all known places of an array.
 
     If the receiver moves, all elements sample one field: y_m(r) = y(r + d_m), with the offset d_m of element m from the
@@ -69,7 +63,6 @@ class OneField(KrigedField):
         self.register_buffer("offsets", torch.zeros(len(self._elements), 3))
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """As for ``KrigedField``. The elements are turned as the dataset's gateway is."""
         super().keep(dataset, known)
         self.offsets = torch.from_numpy(Rotation.from_quat(dataset.gateway_orientation).apply(self._elements)).float()
 
@@ -79,7 +72,7 @@ class OneField(KrigedField):
         self.shares, self.length, self.drift, self.nugget = of.shares, of.length, of.drift, of.nugget
 
     def _of_samples(self) -> KrigedField:
-        """The same field as sampled by a single element, which stands at all places of the elements in turn."""
+        """The same field, sampled by a single element that stands at all places of the elements in turn."""
         single = Beamformer(PlanarArray(1, 1), self._grid)
         found = KrigedField(self.region.numpy(), single, float(self.wavelength), "responses")
         found.places = (self.places[:, None] + self.offsets).flatten(0, 1)
@@ -87,7 +80,7 @@ class OneField(KrigedField):
         found.values, found.mean = self.values.reshape(-1, 2), torch.zeros(2)
         return found
 
-    def _quickly(self, positions: Float[Tensor, "B 3"]) -> None:
+    def _compiled_for(self, positions: Float[Tensor, "B 3"]) -> None:
         """None: the compiled loop krigs each element by itself."""
 
     def beamformed(self) -> None:
@@ -104,8 +97,7 @@ WAYS = {
 }
 """Names of the ways of interpolation, for the user."""
 
-OF_RESPONSES = "field", "responses", "phases"
-"""Ways by which responses are interpolated."""
+OF_RESPONSES = "field", "responses", "phases"  # ways by which responses are interpolated
 
 
 class Built(NamedTuple):
@@ -128,9 +120,9 @@ def empty_field(way: str, built: Built) -> KrigedField:
     """A field of one way, without known spectra."""
     built = built._replace(region=built.region.copy())  # else the buffers of several fields would share memory
     if way == "smooth-spectra":
-        return SmoothField(*built)
+        return SquaredExponentialField(*built)
     if way == "field":
-        return OneField(*built)
+        return MovingArrayField(*built)
     return KrigedField(*built, "responses" if way in OF_RESPONSES else "spectra")
 
 
@@ -145,7 +137,6 @@ class FieldFits:
     def fitted(
         self, way: str, known: Int[np.ndarray, " n"], report: Report, of_spectra: KrigedField | None = None
     ) -> KrigedField:
-        """A field of one way, fitted to known spectra."""
         field = empty_field(way, self.built)
         field.report = report  # type: ignore[method-assign]
         if way != "phases":

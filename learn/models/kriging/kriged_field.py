@@ -13,7 +13,7 @@ from torch import Tensor
 
 from learn.models.base import Beamformed, Kept, runs_compiled
 from learn.models.geometry import distances, evenly_spread_directions
-from learn.models.kriging.interpolating_model import KnownSpectra
+from learn.models.kriging.interpolating_model import InterpolatingModel
 from learn.models.kriging.vecchia import fit_covariance
 from learn.models.kriging.wave_covariance import Separations, between_rows, leg_times, with_turned_rows
 from learn.models.quadrature import Quadrature
@@ -23,16 +23,15 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
 if TYPE_CHECKING:
-    from learn.models.kriging.quick_kriging import QuickKriging
+    from learn.models.kriging.compiled_kriging import CompiledKriging
 
-DIRECTIONS = 100
-"""Number of directions of the plane waves, spread evenly over the sphere."""
+DIRECTIONS = 100  # number of directions of the plane waves, spread evenly over the sphere
 
 Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
 
 
-class KrigedField(KnownSpectra):
+class KrigedField(InterpolatingModel):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
     By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
@@ -78,7 +77,7 @@ class KrigedField(KnownSpectra):
     ):
         super().__init__(region, beamformer, wavelength, of == "responses")
         self.register_buffer("offsets", torch.zeros(1, 3), persistent=False)
-        self._quick: Kept[QuickKriging] = Kept()
+        self._compiled: Kept[CompiledKriging] = Kept()
         # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
@@ -94,7 +93,6 @@ class KrigedField(KnownSpectra):
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
 
     def _maximise_likelihood(self) -> None:
-        """Set the s, ℓ, T and ν to the most likely ones."""
         what = "responses" if self.of_responses else "spectra"
         fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
 
@@ -109,10 +107,7 @@ class KrigedField(KnownSpectra):
         return self.interpolated(positions, columns=columns)[1]
 
     def _rows(self, members: Int[Tensor, "*b n"], columns: Columns = EVERY) -> Float[Tensor, "*b N C"]:
-        """The rows that kriging sums with real weights: the samples' values minus the mean, and for responses also −jy.
-
-        A member has a sample for each of ``offsets``.
-        """
+        """The rows that kriging sums with real weights: values minus the mean, and for responses also −jy."""
         values = self.values[:, columns][members].float() - self.mean[columns]
         values = values.unflatten(-1, (len(self.offsets), -1)).flatten(-3, -2)
         return with_turned_rows(values) if self.of_responses else values
@@ -155,18 +150,13 @@ class KrigedField(KnownSpectra):
         return real if imaginary is None else between_rows(real, imaginary)
 
     def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
-        """The factor ``e^(−separation/scale)`` of κ (its square in ``|κ|²`` for spectra), for a separation in space or
-        time.
-        """
+        """The factor ``e^(−separation/scale)`` of κ in space or time; its square in ``|κ|²`` for spectra."""
         return torch.exp(-separation / scale * (1 if self.of_responses else 2))
 
     def expected_fading(
         self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"], left_out: Int[Tensor, " B"] | None = None
     ) -> Float[Tensor, "B n"]:
-        """Expected factor ``e^(−τ/T)`` of κ (its square in ``|κ|²`` for spectra) between new and known positions.
-
-        The time of a new position is unknown; ``leg_times`` tells the probable ones.
-        """
+        """``fading`` between new and known positions, expected over the probable times of the new (``leg_times``)."""
         if len(self.places) - (left_out is not None) < 2:
             return torch.ones_like(near, dtype=positions.dtype)
         if left_out is None:
@@ -201,48 +191,41 @@ class KrigedField(KnownSpectra):
         return values, (1 - (weights * cross_covariance).sum(dim=1)).mean(dim=-1).clamp(0, 1)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary), up to one common factor; only if responses are interpolated.
-
-        In inference mode on the CPU, a compiled loop computes them (``QuickKriging``).
-        """
-        quick = self._quickly(positions)
+        """Element responses y, if these are interpolated; by a compiled loop in inference mode on the CPU."""
+        quick = self._compiled_for(positions)
         if quick is None:
             return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
         return torch.view_as_real(torch.from_numpy(quick.responses(positions.numpy(), self.neighbours)))
 
-    def _quickly(self, positions: Float[Tensor, "B 3"]) -> QuickKriging | None:
+    def _compiled_for(self, positions: Float[Tensor, "B 3"]) -> CompiledKriging | None:
         """What interpolates responses quickly. None: nothing does, or their gradient is needed."""
         if not runs_compiled(positions) or not self.of_responses:
             return None
-        from learn.models.kriging.quick_kriging import QuickKriging  # compiles, which training does not need
+        from learn.models.kriging.compiled_kriging import CompiledKriging  # compiles, which training does not need
 
         known = self.places, self.times, self.values, self.mean, self.directions, self.wavelength
         made_of = *known, self.shares, self.length, self.drift, self.nugget
-        return self._quick.of(made_of, lambda: QuickKriging(*made_of))
+        return self._compiled.of(made_of, lambda: CompiledKriging(self))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predict spectra, and the responses from which they are computed if these are interpolated."""
         if not self.of_responses:
             return self(positions), None
         responses = self.responses(positions)
         return self.beamforming(responses), responses
 
     def beamformed(self) -> Beamformed | None:
-        """As for ``SpectrumModel``, if responses are interpolated."""
         return Beamformed(self.responses, self.beamforming) if self.of_responses else None
 
     def forward(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
     ) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: that of the interpolated responses, or the interpolated spectrum."""
         if self.of_responses and left_out is None:
             return self.beamforming(self.responses(positions))
         return self._as_spectra(self.interpolated(positions, left_out)[0])
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        """As for ``SpectrumModel``; of spectra only these pixels are interpolated."""
         if self.of_responses:
             return self.beamforming.coarse(self.responses(positions), pixels)
         columns = torch.from_numpy((pixels.rows[:, None] * COLUMNS + pixels.columns).ravel()).to(positions.device)
@@ -250,7 +233,6 @@ class KrigedField(KnownSpectra):
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As for ``KnownSpectra``."""
         loaded = super().load_state_dict(state_dict, strict, assign)
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
             raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")

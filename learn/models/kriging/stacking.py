@@ -1,7 +1,4 @@
-"""Stacking [wolpert1992]: weights of several interpolators, chosen by how well these predict left-out known spectra.
-
-Kriging and inverse-distance weighting can leave out a known spectrum at no cost, since neither has to be fitted again.
-"""
+"""Stacking [wolpert1992]: weights of several interpolators, chosen by how well these predict left-out known spectra."""
 
 from __future__ import annotations
 
@@ -22,14 +19,9 @@ from learn.models.kriging.kriged_field import KrigedField
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import evenly, spectrum_of
 
-QUARTERS = 4
-"""Number of rounds in the choice of weights. Weights are multiples of one over this number."""
-
-LEAST_GAIN = 0.003
-"""A smaller gain in mean SSIM can be due to chance."""
-
-LEAST_DISTANCE = 1e-9
-"""Metres; weights do not grow nearer to a known position."""
+QUARTERS = 4  # number of rounds in the choice of weights. Weights are multiples of one over this number.
+LEAST_GAIN = 0.003  # a smaller gain in mean SSIM can be due to chance
+LEAST_DISTANCE = 1e-9  # metres; weights do not grow nearer to a known position
 
 
 def best_weights(
@@ -37,13 +29,8 @@ def best_weights(
 ) -> tuple[dict[str, float], float]:
     """Weights of predictions, and the mean SSIM of their weighted mean, by greedy selection [caruana2004].
 
-    Each round adds the prediction that raises the mean SSIM of the mean most; the same one can be added again. Gains
-    below ``LEAST_GAIN`` do not count: neither that of a mean over a single prediction, nor that of a prediction over an
-    earlier one.
-
-    >>> truth = np.tile(np.linspace(0, 1, 360), (1, 90, 1))
-    >>> best_weights({"right": truth, "flat": np.zeros_like(truth)}, truth)
-    ({'right': 1.0}, 1.0)
+    Each round adds the prediction that raises the mean SSIM of the mean most; the same one can be added again. A gain
+    below ``LEAST_GAIN`` does not count, of a mean over a single prediction or of a prediction over an earlier one.
     """
     total, counts, score = np.zeros_like(truth), dict.fromkeys(predicted, 0), 0.0
     single, single_score = "", 0.0
@@ -61,11 +48,16 @@ def best_weights(
     return {name: count / QUARTERS for name, count in counts.items() if count}, score
 
 
-def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
-    """Mean of the nearest known spectra, weighted by 1 / distance."""
+def nearest_known(distance: Float[Tensor, "B n"]) -> tuple[Int[Tensor, "B m"], Float[Tensor, "B m"]]:
+    """The nearest known spectra, and their weights, 1 / distance."""
     distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
     weights = 1 / distance.clamp_min(LEAST_DISTANCE)
-    weights = weights / weights.sum(dim=1, keepdim=True)
+    return near, weights / weights.sum(dim=1, keepdim=True)
+
+
+def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
+    """Mean of the nearest known spectra, weighted by 1 / distance."""
+    near, weights = nearest_known(distance)
     return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
 
 
@@ -87,8 +79,7 @@ def left_out_by_kriging(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> 
     return predicted
 
 
-LEFT_OUT = 64
-"""Largest number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
+LEFT_OUT = 64  # largest number of known spectra, evenly spread, that each way of interpolation predicts from the others
 
 FOLDS, FOLDED = 8, 300
 """If few spectra are known, a covariance fitted to all of them predicts them too well. A way that is even then worse
@@ -111,7 +102,6 @@ class Mixture(NamedTuple):
     score: float  # that of the mixture
 
     def __str__(self) -> str:
-        """A sentence for the user."""
         ordered = sorted(self.weights.items(), key=lambda item: -item[1])
         parts = [f"{weight:.0%} {WAYS[way]}" for way, weight in ordered]
         found = ", ".join(f"{way} {value:.3f}" for way, value in self.scores.items())
@@ -160,11 +150,7 @@ def best_mixture(fits: FieldFits, known: Int[np.ndarray, " n"], report: Report) 
 def _with_others_phases(
     fits: FieldFits, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int, report: Report
 ) -> Float[np.ndarray, "L 90 360"]:
-    """Some known spectra, each predicted from others whose phases were found without it.
-
-    With several folds, every part of the known spectra is predicted from the other parts. With one fold, the
-    left-out spectra are predicted from all others.
-    """
+    """Some known spectra, each predicted from others whose phases were found without it, by parts if there are any."""
     predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
     for fold in range(folds):
         report("score by phases", fold, folds)
@@ -180,12 +166,7 @@ def _with_others_phases(
 
 
 def _of_folds(
-    way: str,
-    fits: FieldFits,
-    known: Int[np.ndarray, " n"],
-    left_out: Int[np.ndarray, " L"],
-    folds: int,
-    report: Report,
+    way: str, fits: FieldFits, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int, report: Report
 ) -> Float[np.ndarray, "L 90 360"]:
     """As ``left_out_by_kriging``, with covariances that are fitted without the part that they predict."""
     predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)

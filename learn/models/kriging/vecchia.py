@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import count
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Inexact, Int
 from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
-from torch import Tensor
 
 from learn.models.geometry import distances
-from learn.models.kriging.wave_covariance import Separations
 from simulate.spectra.spectrum import evenly
 
-FITTED_ON = 200
-"""Largest number of terms of the likelihood, evenly spread over the known positions in random order."""
+FITTED_ON = 200  # largest number of terms of the likelihood, evenly spread over the known positions in random order
 
 FAR = 1e6
 """Metres. In the likelihood, a known position with too few predecessors gets additional neighbours at multiples of this
@@ -28,44 +24,17 @@ EVENNESS = 0.03
 """Weight of the penalty −mean(log s_j), which is added to the negative mean log-likelihood. With it, directions that
 the spectra do not determine keep equal shares."""
 
-ITERATIONS = 60
-"""Largest number of iterations of the likelihood's optimiser."""
-
-DRIFT_MOST = 1e9
-"""Upper bound of the drift T, in spectra; a larger T would not change any prediction."""
+ITERATIONS = 60  # largest number of iterations of the likelihood's optimiser
+DRIFT_MOST = 1e9  # upper bound of the drift T, in spectra; a larger T would not change any prediction
 
 NUGGET_LEAST = 1e-6
 """Lower bound of the nugget ν, relative to the variance; it keeps the covariance of two spectra at one position
 invertible."""
 
 
-class Kriged(Protocol):
-    """What the likelihood needs of a field of known spectra; ``KrigedField`` describes each."""
-
-    places: Tensor
-    times: Tensor
-    first_length: float
-    shares: Tensor
-    length: Tensor
-    drift: Tensor
-    nugget: Tensor
-
-    def products(self, members: Int[Tensor, " n"]) -> Inexact[Tensor, "n n"]: ...
-
-    def separations(self, a: Tensor, b: Tensor) -> Separations: ...
-
-    def fading(self, separation: Tensor, scale: Tensor) -> Tensor: ...
-
-    def kappa(
-        self, separations: Separations, fading: Tensor, shares: Tensor, length: Tensor
-    ) -> tuple[Tensor, Tensor | None]: ...
-
-
 @threadpool_limits.wrap(1)  # with such small matrices, several threads would mostly wait for each other
-def fit_covariance(
-    field: Kriged, neighbours_most: int, report: Callable[[int, int], None] = lambda done, most: None
-) -> None:
-    """Set the s, ℓ, T and ν of a field to those that maximise Vecchia's likelihood of its known spectra."""
+def fit_covariance(field: Any, neighbours_most: int, report: Callable[[int, int], None] = lambda *_: None) -> None:
+    """Set the s, ℓ, T and ν of a ``KrigedField`` to those that maximise Vecchia's likelihood of its known spectra."""
     report(0, ITERATIONS)
     iteration = count(1)
     # Vecchia's likelihood: the known positions are put into a random order, and each is predicted from the nearest

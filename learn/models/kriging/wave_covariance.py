@@ -18,12 +18,7 @@ from learn.models.geometry import distances
 
 
 class Separations:
-    """The separations Δ = a − b of places, as covariances need them. What does not depend on a fit is computed once.
-
-    >>> wave, shares = Separations(torch.zeros(1, 3), torch.ones(1, 3), torch.eye(3)), torch.tensor([1.0, 0, 0])
-    >>> [round(float(each), 2) for each in wave.wave_sum(shares)]  # e^{−j}
-    [0.54, -0.84]
-    """
+    """The separations Δ = a − b of places, as covariances need them. What does not depend on a fit is computed once."""
 
     def __init__(self, a: Float[Tensor, "*b n 3"], b: Float[Tensor, "*b m 3"], wavenumbers: Float[Tensor, "3 J"]):
         self.distances: Float[Tensor, "*b n m"] = distances(a, b)
@@ -67,11 +62,10 @@ positions."""
 def leg_times(
     positions: Float[Tensor, "B 3"], places: Float[Tensor, "n 3"], times: Float[Tensor, " n"]
 ) -> tuple[Float[Tensor, "B L"], Float[Tensor, "B L"]]:
-    """When new positions may have been passed on the path through known ones.
+    """When new positions may have been passed on the legs between consecutive known ones, and how probable each is.
 
-    A position is assumed to lie on one of the legs between consecutive known positions. The probability of a leg is its
-    duration times the density, at the position, of a three-dimensional normal distribution around the leg's straight
-    line.
+    The probability of a leg is its duration times the density, at the position, of a three-dimensional normal
+    distribution around the leg's straight line.
     """
     legs, leg_duration = places.diff(dim=0), times.diff()
     from_leg_start = positions[:, None] - places[:-1]

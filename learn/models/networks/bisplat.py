@@ -22,23 +22,15 @@ from learn.models.splatting.splat import Splats, splat
 from scenes.files.errors import ParameterError, shown
 from simulate.spectra.beamformer import Beamformer
 
-COARSE_FRACTION = 0.3
-"""Fraction of the primitives that are coarse, the first ones; the others are fine."""
-
-COARSE_DEPTHS, FINE_DEPTHS = (20.0, 50.0), (1.0, 20.0)
-"""Ranges of the initial depths, without unit."""
-
-NEAR, FAR = 0.1, 100.0
-"""Depths at which z_norm is 0 and 1: z_norm = (d − 0.1) / (100 − 0.1) in the paper."""
-
-SCALE_MIN, SCALE_MAX = 2.0, 10.0
-"""s_min and s_max, degrees; the paper gives no values."""
+COARSE_FRACTION = 0.3  # fraction of the primitives that are coarse, the first ones; the others are fine
+COARSE_DEPTHS, FINE_DEPTHS = (20.0, 50.0), (1.0, 20.0)  # ranges of the initial depths, without unit
+NEAR, FAR = 0.1, 100.0  # depths at which z_norm is 0 and 1: z_norm = (d − 0.1) / (100 − 0.1) in the paper
+SCALE_MIN, SCALE_MAX = 2.0, 10.0  # s_min and s_max, degrees; the paper gives no values
 
 SCALE_LEAST, SCALE_MOST = 0.5, 60.0
 """Bounds of a primitive's standard deviation, degrees: half a pixel, and a sixth of a turn."""
 
-INITIAL_OPACITY = 0.3
-"""Initial opacity of every primitive."""
+INITIAL_OPACITY = 0.3  # initial opacity of every primitive
 
 
 class Primitives(nn.Module):
@@ -105,8 +97,7 @@ def bilinear_weights(
     ``w_ij = max(0, 1 − d_φ/Δφ) · max(0, 1 − |θ_i − θ_j|/Δθ)``, with the periodic ``d_φ = min(|φ_i − φ_j|, 360° −
     |…|)``, on a √N_c × √N_c grid with Δφ = 360°/√N_c and Δθ = 90°/√N_c.
 
-    The paper does not give the grid's offset in elevation. Here the grid points are the centres of the cells,
-    θ_j = (j + ½)Δθ. With θ_j = jΔθ, a primitive at boresight would have no weight at all.
+    The paper does not give θ_j. Here it is (j + ½)Δθ: with jΔθ, a primitive at boresight would have no weight at all.
     """
     side = side_of(clusters)
     step_azimuth, step_elevation = 360 / side, 90 / side
@@ -144,7 +135,6 @@ class BilinearSpatialTransformer(nn.Module):
         elevation: Float[Tensor, " N_p"],
         *encodings: Float[Tensor, "#B #N_p _inputs"],
     ) -> Float[Tensor, "B N_p width"] | Interpolated:
-        """Features of the primitives at (azimuth, elevation), degrees, with the encodings GS-PE and TX-PE."""
         local = self.project(*encodings)
         if self.transformer is None:
             return local
@@ -206,7 +196,6 @@ class BiSplatWRF(SplatModel):
         return list(self.primitives.parameters())
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
-        """The primitives as they are blended for each transmitter position."""
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
@@ -241,7 +230,7 @@ class BiSplatWRF(SplatModel):
         return splat(*self.splats(positions), self.azimuths, self.elevations)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: ``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
+        """``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
         return power(self.field(positions))
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:

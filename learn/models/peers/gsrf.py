@@ -1,8 +1,4 @@
-"""GSRF [yang2025]: Gaussians in space with complex signals, drawn on a sphere around the transmitter.
-
-The settings are those of the authors' code, from which no lines are taken. The documentation, Other authors' models,
-lists every setting, theirs and ours.
-"""
+"""GSRF [yang2025]: Gaussians in space with complex signals, drawn on a sphere around the transmitter."""
 
 from __future__ import annotations
 
@@ -18,27 +14,20 @@ from learn.models.quadrature import composite_loss
 from learn.models.splatting.splat import Conic, directions, neighbour_distance, rotation_matrix, splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
-PUBLISHED = 3000
-"""Number of Gaussians."""
+PUBLISHED = 3000  # number of Gaussians
 
 EXTENT, LEAST_HALF = 2.72, 1.0
 """Gaussians start in a box so many times as large as that of the training positions, half of which counts as at least a
 metre along each axis."""
 
-DEGREE = 9
-"""Degree of the expansion of a Gaussian's signal over directions: 100 complex numbers."""
+DEGREE = 9  # degree of the expansion of a Gaussian's signal over directions: 100 complex numbers
 
 FIRST_SIGNAL, FIRST_ATTENUATION = 0.0928, 0.1
 """Standard deviation of the first coefficients, and attenuation of all Gaussians at the start."""
 
-RADIUS = 0.307
-"""Radius of the sphere around the transmitter, metres."""
-
-NEAREST = 1.5 * RADIUS
-"""Gaussians nearer to the transmitter are not seen, metres."""
-
-LEAST_COSINE = 0.02
-"""Least cosine of an elevation in the width of a Gaussian along azimuth."""
+RADIUS = 0.307  # radius of the sphere around the transmitter, metres
+NEAREST = 1.5 * RADIUS  # Gaussians nearer to the transmitter are not seen, metres
+LEAST_COSINE = 0.02  # least cosine of an elevation in the width of a Gaussian along azimuth
 
 PLACE_PACE, MEAN_PACE, REST_PACE, ATTENUATION_PACE, SCALE_PACE, ROTATION_PACE = 0.8, 1.0, 0.193, 4.2, 0.5, 0.39
 """Learning rates relative to that of the coefficient of degree 0, 2.7e-3. The optimiser has one rate. A parameter that
@@ -47,8 +36,7 @@ is used times its pace moves as if it had its own."""
 SSIM_WEIGHT, FOURIER_WEIGHT = 0.366, 0.1915
 """Weights of 1 − SSIM and of the squared difference of Fourier transforms in the loss; L1 has the rest."""
 
-LEAST_POWER = 1e-8
-"""Added to |F|² before the root, whose derivative is infinite at 0."""
+LEAST_POWER = 1e-8  # added to |F|² before the root, whose derivative is infinite at 0
 
 
 class GSRF(SplatModel):
@@ -93,7 +81,6 @@ class GSRF(SplatModel):
         return [self.place, self.scale_raw, self.quaternion, self.attenuation_raw, self.coefficients]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the blended complex signals."""
         middle = self.region.mean(dim=0)
         away = PLACE_PACE * self.place - (positions - middle)[:, None]
         far = torch.linalg.vector_norm(away, dim=-1)
@@ -136,12 +123,8 @@ class GSRF(SplatModel):
 def legendre_fourier(direction: Float[Tensor, "*batch 3"], degree: int) -> Complex[Tensor, "*batch terms"]:
     """``Y_lm(u) = √((2l + 1) (l − |m|)! / 4π (l + |m|)!) P_l^|m|(u_z) e^{jmφ}``, times (−1)^m for m < 0.
 
-    These are all terms with l ≤ degree and −l ≤ m ≤ l. The associated Legendre functions P have the Condon-Shortley
-    phase; m rises fastest, l slowest.
-
-    >>> found = legendre_fourier(torch.tensor([0.0, 0.0, 1.0]), 1)
-    >>> [round(abs(each), 3) for each in found.tolist()]
-    [0.282, 0.0, 0.489, 0.0]
+    The terms are those of l ≤ degree and −l ≤ m ≤ l; m rises fastest. The associated Legendre functions P have the
+    Condon-Shortley phase.
     """
     x, y, z = direction.unbind(-1)
     turn = torch.complex(x, y)  # e^{jφ} times the sine of the polar angle

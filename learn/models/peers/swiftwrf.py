@@ -1,8 +1,4 @@
-"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
-
-The sizes and activations are those of the authors' code, from which no lines are taken. The documentation, Other
-authors' models, lists every setting, theirs and ours.
-"""
+"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position."""
 
 from __future__ import annotations
 
@@ -20,11 +16,8 @@ from learn.models.quadrature import Quadrature
 from learn.models.splatting.splat import splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
-PUBLISHED = 10_000
-"""Number of Gaussians of the authors' runs."""
-
-WIDTH, LAYERS = 156, 8
-"""Width and number of layers of the deformation network."""
+PUBLISHED = 10_000  # number of Gaussians of the authors' runs
+WIDTH, LAYERS = 156, 8  # width and number of layers of the deformation network
 
 PLACE_OCTAVES, POSITION_OCTAVES = 10, 6
 """Octaves of the encodings of a Gaussian's place and of the transmitter's position."""
@@ -32,14 +25,12 @@ PLACE_OCTAVES, POSITION_OCTAVES = 10, 6
 SMALLEST_SCALE = 0.5
 """Added to the diagonal of a Gaussian's Cholesky factor, degrees, with the published number of Gaussians."""
 
-NARROWEST = 0.05
-"""Least diagonal of a Cholesky factor, degrees; no pixel sees a narrower Gaussian."""
+NARROWEST = 0.05  # least diagonal of a Cholesky factor, degrees; no pixel sees a narrower Gaussian
 
 FAINT = 1e-9
 """Opacity of every Gaussian in the renderer, so small that Π (1 − FAINT) is 1 and alpha blending becomes addition."""
 
-LEAST_POWER = 1e-12
-"""Keeps the derivative of |F| finite where F is zero."""
+LEAST_POWER = 1e-12  # keeps the derivative of |F| finite where F is zero
 
 
 class SwiftWRF(SplatModel):
@@ -71,7 +62,6 @@ class SwiftWRF(SplatModel):
         return [self.place, self.cholesky, self.opacity, self.coefficient]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the sum of the deformed Gaussians."""
         return self._spectra(positions, self.azimuths, self.elevations)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
@@ -88,13 +78,7 @@ class SwiftWRF(SplatModel):
         elevation = 45 * (place[..., 1] + 1)
         weight = (self.opacity + fade[..., 0])[..., None] * (self.coefficient + change)
         field = splat_by_conic(
-            azimuth,
-            elevation,
-            (a, b, c),
-            torch.full_like(azimuth, FAINT),
-            weight / FAINT,
-            azimuths,
-            elevations,
+            azimuth, elevation, (a, b, c), torch.full_like(azimuth, FAINT), weight / FAINT, azimuths, elevations
         )
         return clipped_magnitude(field)
 
@@ -128,9 +112,5 @@ class DeformationNetwork(SkipNetwork):
 
 
 def clipped_magnitude(field: Float[Tensor, "B H W 2"]) -> Float[Tensor, "B H W"]:
-    """Magnitude of a field whose real and imaginary part are clipped to 0…1: at most √2.
-
-    >>> clipped_magnitude(torch.tensor([[[[0.3, 0.4], [-5.0, 7.0]]]])).round(decimals=3).tolist()
-    [[[0.5, 1.0]]]
-    """
+    """Magnitude of a field whose real and imaginary part are clipped to 0…1: at most √2."""
     return power(field.clamp(0, 1)).clamp_min(LEAST_POWER).sqrt()

@@ -1,8 +1,4 @@
-"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position.
-
-The sizes, activations and relative learning rates are those of the authors' code, from which no lines are taken. The
-documentation, Other authors' models, lists every setting, theirs and ours.
-"""
+"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position."""
 
 from __future__ import annotations
 
@@ -19,8 +15,7 @@ from learn.models.quadrature import composite_loss
 from learn.models.splatting.splat import conic_of_axes, directions, neighbour_distance, rotation_matrix, splat_by_conic
 from simulate.spectra.beamformer import Beamformer
 
-PUBLISHED = 200_000
-"""Number of Gaussians at the start of the authors' runs."""
+PUBLISHED = 200_000  # number of Gaussians at the start of the authors' runs
 
 WIDTH, LAYERS, AGAIN = 256, 8, 5
 """Width and number of layers of the deformation network, and the number of the layer that sees the inputs again."""
@@ -28,27 +23,17 @@ WIDTH, LAYERS, AGAIN = 256, 8, 5
 PLACE_OCTAVES, POSITION_OCTAVES, POSITION_FEATURES = 10, 6, 90
 """Octaves of a Gaussian's place and of the transmitter's position, and size of what two layers make of the latter."""
 
-SPREAD = 20.0
-"""Standard deviation of the first places along each axis, metres."""
-
-FIRST_OPACITY = 0.1
-"""Opacity of all Gaussians at the start."""
-
-ZONAL = 0.28209479
-"""Spherical harmonic of degree 0, 1 / (2 √π), the unit of a Gaussian's signal."""
-
-BLUR = 0.3
-"""Added to the variances on the plane, square degrees: no Gaussian is narrower than about a pixel."""
-
-NEAREST = 0.2
-"""Gaussians that come closer to the gateway are not seen, metres."""
+SPREAD = 20.0  # standard deviation of the first places along each axis, metres
+FIRST_OPACITY = 0.1  # opacity of all Gaussians at the start
+ZONAL = 0.28209479  # spherical harmonic of degree 0, 1 / (2 √π), the unit of a Gaussian's signal
+BLUR = 0.3  # added to the variances on the plane, square degrees: no Gaussian is narrower than about a pixel
+NEAREST = 0.2  # gaussians that come closer to the gateway are not seen, metres
 
 SIGNAL_PACE, OPACITY_PACE, SCALE_PACE, ROTATION_PACE = 3.1, 31.0, 6.2, 1.2
 """Learning rates relative to that of the network and of the places, 8e-4. The optimiser has one rate. A parameter that
 is used times its pace moves as if it had its own."""
 
-SSIM_WEIGHT = 0.2
-"""Weight of 1 − SSIM in the loss."""
+SSIM_WEIGHT = 0.2  # weight of 1 − SSIM in the loss
 
 
 class WRFGSPlus(SplatModel):
@@ -89,7 +74,6 @@ class WRFGSPlus(SplatModel):
         return [self.place, self.scale_raw, self.quaternion, self.opacity_raw, self.signal]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the blended signals of all Gaussians."""
         order = torch.argsort(self.place.detach().square().sum(-1))
         place = self.place[order]
         turn, stretch, dynamic = self.deformation(place.detach(), positions - self.region.mean(dim=0))

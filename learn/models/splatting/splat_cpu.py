@@ -28,8 +28,7 @@ from simulate.parallel.compiled import ONE_KERNEL, compiled
 CUTOFF = 1e-8
 """A primitive is left out where its Gaussian is below this; the field's error is below CUTOFF · Σ|o_i c_i|."""
 
-LEVEL = -2 * math.log(CUTOFF)
-"""Squared Mahalanobis distance at which a Gaussian equals ``CUTOFF``."""
+LEVEL = -2 * math.log(CUTOFF)  # squared Mahalanobis distance at which a Gaussian equals ``CUTOFF``
 
 
 @compiled(inline="always")

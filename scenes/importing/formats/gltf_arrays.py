@@ -1,4 +1,4 @@
-"""Read the arrays of a glTF file: buffers inside and beside it, accessors with strides, normalised and sparse ones."""
+"""Read the arrays of a glTF file: buffers inside and beside it, accessors with strides and normalised ones."""
 
 from __future__ import annotations
 
@@ -39,29 +39,14 @@ class Arrays:
 
     def _read(self, accessor: Accessor, label: str) -> np.ndarray:
         shape = (accessor.count,) if accessor.type == "SCALAR" else (accessor.count, COMPONENTS[accessor.type])
-        if accessor.buffer_view is not None:
-            view, offset = accessor.buffer_view, accessor.byte_offset
-            values = self._table(view, offset, shape, accessor.component_type, label)
-        elif accessor.sparse is not None:
-            values = np.zeros(shape, _type(accessor.component_type, label))
-        else:
+        if accessor.sparse is not None:
+            raise InputError(f"{label}: expected a plain array, found a sparse one; export without sparse accessors")
+        if accessor.buffer_view is None:
             raise InputError(
                 f"{label}: expected plain geometry, found none; if it is compressed by {COMPRESSION[0]}, export it "
                 "uncompressed"
             )
-        if accessor.sparse is not None:
-            sparse = accessor.sparse
-            at = (sparse.count,)
-            rows = self._table(
-                sparse.indices.buffer_view, sparse.indices.byte_offset, at, sparse.indices.component_type, label
-            )
-            if (rows >= accessor.count).any():
-                raise InputError(f"{label}.sparse: expected indices below {accessor.count}, found {rows.max()}")
-            changed = self._table(
-                sparse.values.buffer_view, sparse.values.byte_offset, at + shape[1:], accessor.component_type, label
-            )
-            values = values.copy()
-            values[rows.astype(int)] = changed
+        values = self._table(accessor.buffer_view, accessor.byte_offset, shape, accessor.component_type, label)
         if accessor.normalized and values.dtype.kind in "iu":
             return np.maximum(values / np.iinfo(values.dtype).max, -1)
         return values

@@ -1,7 +1,6 @@
 """Read glTF 2.0: the triangles of the nodes of a scene, with names and materials.
 
-trimesh skips triangle fans, does not convert normalised integers, ignores instances, skins and morph targets, and names
-parts of several materials at random. pygltflib reads the JSON, which ``gltf_header`` checks as well, but no arrays.
+trimesh skips fans, normalised integers and instances, and names parts of several materials at random.
 """
 
 from __future__ import annotations
@@ -34,9 +33,7 @@ from scenes.importing.formats.gltf_header import (
     pick,
     read_header,
 )
-from scenes.importing.formats.gltf_pose import morphed, skinned
 from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_corners, require_ordinary
-from scenes.importing.formats.strips import fan_triangles, strip_triangles
 from scenes.scene.description import MOST_TRIANGLES
 
 Vertices = Float[np.ndarray, "V 3"]
@@ -49,21 +46,17 @@ Places = Float[np.ndarray, "n 4 4"]
 
 
 def read_gltf(data: bytes, path: Path) -> MeshFile:
-    """Read the triangles of a glTF file's scene, with a part for each node and material.
-
-    Skins and morph targets are applied as in the pose at rest. Where a node mirrors its mesh, the outer sides of the
-    triangles stay outside.
-    """
+    """Read the triangles of a glTF file's scene, with a part for each node and material."""
     header, binary = read_header(data, str(path))
     check_sizes(header, str(path), 2 * LARGEST_FILE, MOST_TRIANGLES)
     arrays = Arrays(header, binary, path)
     parts: list[MeshPart] = []
     with np.errstate(all="ignore"):  # numbers that are not finite are refused
-        places = node_places(header, str(path))
+        places = _node_places(header, str(path))
         for index in sorted(places):
             name = node_name(header, index)
             parts += parts_of_node(name, name, _meshes(index, places, arrays, f"{path}: {shown(name)}"))
-    return MeshFile(parts, tuple(left_out(header, places)), header.asset.generator)
+    return MeshFile(parts, tuple(_left_out(header, places)), header.asset.generator)
 
 
 def _meshes(index: int, places: dict[int, np.ndarray], arrays: Arrays, label: str) -> dict[str | None, Trimesh]:
@@ -73,30 +66,39 @@ def _meshes(index: int, places: dict[int, np.ndarray], arrays: Arrays, label: st
         return {}
     mesh = pick(header.meshes, node.mesh, arrays.source, "meshes")
     by_material: dict[str | None, list[tuple[Vertices, Faces]]] = defaultdict(list)
-    for part in filter(has_triangles, mesh.primitives):
+    for part in filter(_has_triangles, mesh.primitives):
+        _require_plain(node, part, node.weights or mesh.weights, label)
         positions = arrays.read(part.attributes["POSITION"], "VEC3")
         faces = _faces(part, len(positions), arrays, label)
         require_corners(faces, len(positions), label)
         used, corners = np.unique(faces, return_inverse=True)
         faces = corners.reshape(-1, 3)
-        vertices = morphed(positions[used].astype(float), used, part, node.weights or mesh.weights, arrays)
+        vertices = positions[used].astype(float)
         require_ordinary(vertices, label)
-        if node.skin is not None and "JOINTS_0" in part.attributes:
-            vertices = skinned(vertices, used, part, node.skin, places, arrays, label)
-        else:
-            vertices, faces = repeat(vertices, faces, places[index] @ instance_places(node, arrays, label))
+        vertices, faces = _repeat(vertices, faces, places[index] @ _instance_places(node, arrays, label))
         require_ordinary(vertices, label)
         by_material[_material(part, arrays)].append((vertices, faces))
     return {material: _joined(pieces) for material, pieces in by_material.items()}
 
 
+def _require_plain(node: Node, part: Primitive, weights: list[float], label: str) -> None:
+    """Refuse what moves triangles or draws them in a way that is rare in models of places."""
+    found = "triangles in strips" if part.mode == STRIP else None
+    found = "a mesh with morph targets" if part.targets and any(weights) else found
+    found = "a mesh with a skin" if node.skin is not None else found
+    if found is not None:
+        raise InputError(
+            f"{label}: expected plain triangles, found {found}; make plain triangles of it in the program that wrote "
+            "the file (in Blender: Object > Convert > Mesh), and export again"
+        )
+
+
 def _faces(part: Primitive, count: int, arrays: Arrays, label: str) -> Faces:
     """Return the triangles of a primitive as vertex numbers."""
     corners = np.arange(count) if part.indices is None else arrays.read(part.indices, "SCALAR").astype(int)
-    if part.mode == STRIP:
-        return strip_triangles(corners)
     if part.mode == FAN:
-        return fan_triangles(corners)
+        second = np.arange(1, max(len(corners) - 1, 1))
+        return corners[np.stack([0 * second, second, second + 1], axis=1)]
     if len(corners) % 3:
         raise InputError(f"{label}: expected three corners for each triangle, found {len(corners)} corners")
     return corners.reshape(-1, 3)
@@ -115,12 +117,12 @@ def _joined(pieces: list[tuple[Vertices, Faces]]) -> Trimesh:
     return Trimesh(np.concatenate([vertices for vertices, _ in pieces]), np.concatenate(faces), process=False)
 
 
-def has_triangles(part: Primitive) -> bool:
+def _has_triangles(part: Primitive) -> bool:
     """Whether a primitive is not of points or lines."""
     return part.mode not in POINTS_AND_LINES and "POSITION" in part.attributes
 
 
-def left_out(header: Header, places: Container[int]) -> Iterator[str]:
+def _left_out(header: Header, places: Container[int]) -> Iterator[str]:
     """Yield a sentence for each kind of thing that is not read."""
     without, elsewhere, unknown = [], [], dict[str, str]()
     parents = {child: index for index, node in enumerate(header.nodes) if index in places for child in node.children}
@@ -131,7 +133,7 @@ def left_out(header: Header, places: Container[int]) -> Iterator[str]:
         if index not in places:
             elsewhere.append(name)
             continue
-        if not all(map(has_triangles, header.meshes[node.mesh].primitives)):
+        if not all(map(_has_triangles, header.meshes[node.mesh].primitives)):
             without.append(name)
         above = [header.nodes[each] for each in _ancestors(parents, index)]
         unknown |= {extension: name for each in (node, *above) for extension in _extensions(header, each)}
@@ -173,11 +175,8 @@ def _list(names: list[str]) -> str:
     return ", ".join(named(name) for name in names[:LISTED]) + more
 
 
-def node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4"]]:
-    """Return the transforms to the world of the nodes of the scene, by their numbers.
-
-    The scene is the default one, or else the first; without any, all nodes without a parent are taken.
-    """
+def _node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4"]]:
+    """Places in the world of the nodes of the default scene, or of the first, or below all without a parent."""
     if header.scenes:
         roots = pick(header.scenes, header.scene, source, "scenes").nodes
     else:
@@ -199,7 +198,7 @@ def node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4
     raise InputError(f"{source}: expected nodes at most {DEEPEST} levels deep, found more")
 
 
-def instance_places(node: Node, arrays: Arrays, label: str) -> Places:
+def _instance_places(node: Node, arrays: Arrays, label: str) -> Places:
     """Return the places of a node's instances relative to the node; one place if it has none."""
     kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
     entries = instances(node, label)
@@ -212,7 +211,7 @@ def instance_places(node: Node, arrays: Arrays, label: str) -> Places:
     return _transforms(moves, turns, scales, label)
 
 
-def repeat(
+def _repeat(
     vertices: Float[np.ndarray, "V 3"], faces: Integer[np.ndarray, "F 3"], places: Places
 ) -> tuple[np.ndarray, np.ndarray]:
     """Put triangles at several places. Mirrored ones are turned over (glTF 2.0, section 3.7.4)."""

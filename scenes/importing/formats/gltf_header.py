@@ -39,23 +39,6 @@ IRRELEVANT = (
 """Beginnings of the names of extensions that do not change triangles."""
 
 
-class SparseIndices(Struct, rename="camel"):
-    buffer_view: Count
-    component_type: Count
-    byte_offset: Count = 0
-
-
-class SparseValues(Struct, rename="camel"):
-    buffer_view: Count
-    byte_offset: Count = 0
-
-
-class Sparse(Struct):
-    count: Count
-    indices: SparseIndices
-    values: SparseValues
-
-
 class Accessor(Struct, rename="camel"):
     count: Count
     type: str
@@ -63,7 +46,7 @@ class Accessor(Struct, rename="camel"):
     buffer_view: Count | None = None
     byte_offset: Count = 0
     normalized: bool = False
-    sparse: Sparse | None = None
+    sparse: Any = None
 
 
 class View(Struct, rename="camel"):
@@ -112,11 +95,6 @@ class Node(Struct):
     extensions: Extensions = {}
 
 
-class Skin(Struct, rename="camel"):
-    joints: list[Count]
-    inverse_bind_matrices: Count | None = None
-
-
 class Root(Struct):
     nodes: list[Count] = []
 
@@ -146,7 +124,6 @@ class Header(Struct, rename="camel"):
     meshes: list[Mesh] = []
     materials: list[Material] = []
     nodes: list[Node] = []
-    skins: list[Skin] = []
     scenes: list[Root] = []
     scene: Count = 0
     animations: list[Any] = []

@@ -39,14 +39,7 @@ class MeshFile:
 
 
 def parts_of_node(node: str, otherwise: str, meshes: Mapping[str | None, Trimesh]) -> list[MeshPart]:
-    """Name the parts of a node.
-
-    >>> glass, brick = Trimesh(), Trimesh()
-    >>> [part.name for part in parts_of_node("Facade", "house", {"glass": glass, "brick": brick})]
-    ['Facade/glass', 'Facade/brick']
-    >>> parts_of_node("", "house", {"glass": glass})[0].name
-    'house'
-    """
+    """Name the parts of a node."""
     name = node or otherwise
     return [
         MeshPart(f"{name}/{material}" if material is not None and len(meshes) > 1 else name, mesh, node, material)

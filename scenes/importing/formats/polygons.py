@@ -63,15 +63,7 @@ def cut_polygons(
     sizes: Integer[np.ndarray, " P"],
     label: str,
 ) -> Cut:
-    """Cut polygons into triangles.
-
-    A square with a notch at corner 1, and a triangle. A fan from corner 0 would fill the notch:
-
-    >>> outline = np.array([[4, 0, 0], [2, 2, 0], [4, 4, 0], [0, 4, 0], [0, 0, 0.0]])
-    >>> cut = cut_polygons(outline, np.array([0, 1, 2, 3, 4, 0, 1, 2]), np.array([5, 3]), "a.obj")
-    >>> cut.triangles.tolist(), cut.polygons.tolist()
-    ([[4, 0, 1], [1, 2, 3], [1, 3, 4], [0, 1, 2]], [0, 0, 0, 1])
-    """
+    """Cut polygons into triangles."""
     require_few(int(np.sum(sizes - 2)), label)
     if len(sizes) and sizes.max() > MOST_CORNERS:
         raise InputError(f"{label}: expected polygons of at most {MOST_CORNERS} corners, found one of {sizes.max()}")
@@ -109,10 +101,7 @@ def cut_polygons(
 
 
 def _from_lowest_corner(faces: Integer[np.ndarray, "P 4"], vertices: Float[np.ndarray, "V 3"]) -> np.ndarray:
-    """Quadrilaterals that begin at the corner with the lowest x (then y, then z).
-
-    So the two sides of a surface that is drawn from both sides get the same triangles, and are found to be one.
-    """
+    """Quadrilaterals from their lowest corner on, so that one drawn from both sides gets the same triangles twice."""
     places, rows, lowest = vertices[faces], np.arange(len(faces)), np.zeros(len(faces), int)
     for corner in range(1, 4):
         one, other = places[rows, corner], places[rows, lowest]
@@ -179,10 +168,7 @@ def _turns(polygon: Float[np.ndarray, "n 2"], point: Float[np.ndarray, " 2"]) ->
 
 
 def _with_all_corners(ears: Integer[np.ndarray, "t 3"], size: int) -> Integer[np.ndarray, "t 3"]:
-    """Split triangles at the corners on straight edges, which ear clipping skips.
-
-    A neighbour may have a corner there, and the surface would no longer be closed.
-    """
+    """Split triangles at the corners on straight edges, which ear clipping skips: a neighbour may end there."""
     used = np.zeros(size, bool)
     used[ears] = True
     if used.all():

@@ -94,12 +94,8 @@ def strongest_first(batches: Iterable[Multipath]) -> list[TracedPath]:
     return sorted(found, key=lambda path: -abs(path.response))
 
 
-class Course(NamedTuple):
-    """Where paths run. The attributes are those of ``Multipath``."""
-
-    vertices: Float[np.ndarray, "paths n+2 3"]
-    objects: Int[np.ndarray, "paths n"]
-    kinds: Int[np.ndarray, "paths n"]
+Course = tuple[Float[np.ndarray, "paths n+2 3"], Int[np.ndarray, "paths n"], Int[np.ndarray, "paths n"]]
+"""Where paths run: ``vertices``, ``objects`` and ``kinds`` of ``Multipath``."""
 
 
 class Solution(NamedTuple):

@@ -114,7 +114,7 @@ def _course(
     kinds[:, :count] = Interaction.REFLECTION
     vertices = np.concatenate([starts[:, None], *[ends[:, None]] * (depth + 1)], axis=1)
     vertices[:, 1 : count + 1] = ways.vertices.transpose(2, 0, 1)
-    return Course(vertices, objects, kinds)
+    return vertices, objects, kinds
 
 
 PASSES = 4

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 
-from simulate.rays.core.electric_field import Field, across, component, composed, path_amplitudes, turned
+from simulate.rays.core.electric_field import Field, across, component, composed, turned
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
-from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.chain_geometry import PathGeometry
 from simulate.rays.diffraction.diffraction_points import REACH
@@ -65,22 +63,6 @@ def behind_edge(
 
 def _vectors(values: Float[np.ndarray, "paths 3"]) -> mi.Vector3f:
     return mi.Vector3f(np.ascontiguousarray(values.T, dtype=np.float32))
-
-
-def diffracted_amplitudes(
-    surfaces: Surfaces,
-    edges: Edges,
-    sources: Antennas,
-    targets: Antennas,
-    geometry: PathGeometry,
-    first_edge: int,
-) -> Complex[np.ndarray, " paths"]:
-    """The amplitude of each path between its source and its target, 0 if it is blocked."""
-    at_edges = {
-        first_edge + number: partial(behind_edge, surfaces, edges, geometry, number)
-        for number in range(len(geometry.edges))
-    }
-    return path_amplitudes(surfaces, sources, targets, geometry, at_edges)
 
 
 def transition_pairs(

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.positions.placement import free_positions
+from simulate.rays.core.electric_field import AtEdge, path_amplitudes
 from simulate.rays.core.multipath import Course, Interaction, Solution, largest_shares
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflection_chains import Chains, plane_sequences, reflected
@@ -22,7 +23,7 @@ from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.arms import Arms, ends_of, reaches
 from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, NO_LINKS, DiffractedChains, chains_of, links_between
-from simulate.rays.diffraction.edge_fields import diffracted_amplitudes
+from simulate.rays.diffraction.edge_fields import behind_edge
 from simulate.rays.diffraction.edges import Edges, diffracting_edges, foremost
 from simulate.spectra.spectrum import evenly
 
@@ -146,12 +147,19 @@ def diffracted(
                 geometry = combinations.geometry(paths, start)
                 target, chain, source = paths[0] + start, paths[1], paths[2]
                 amplitudes = [
-                    diffracted_amplitudes(each, edges, sources, targets, geometry, int(shape[0])) for each in surfaces
+                    path_amplitudes(each, sources, targets, geometry, _at_edges(each, edges, geometry, int(shape[0])))
+                    for each in surfaces
                 ]
                 starts, ends = sources.positions[source], targets.positions[target]
                 course = partial(_course, geometry, starts, ends, edge_scene, int(shape[0]), int(shape[1]))
                 wavelengths = [each.wavelength for each in surfaces]
                 yield Solution(number[chain], target, source, geometry.travelled, amplitudes, wavelengths, course)
+
+
+def _at_edges(surfaces: Surfaces, edges: Edges, geometry: PathGeometry, first_edge: int) -> dict[int, AtEdge]:
+    """What happens to the field at each edge of paths, by its number among the interactions."""
+    numbers = range(len(geometry.edges))
+    return {first_edge + number: partial(behind_edge, surfaces, edges, geometry, number) for number in numbers}
 
 
 def _course(
@@ -170,4 +178,4 @@ def _course(
     kinds = np.full(objects.shape, int(Interaction.REFLECTION))
     kinds[:, at_edges] = Interaction.DIFFRACTION
     vertices = np.concatenate([starts[:, None], geometry.vertices.transpose(2, 0, 1), ends[:, None]], axis=1)
-    return Course(vertices, objects, kinds)
+    return vertices, objects, kinds

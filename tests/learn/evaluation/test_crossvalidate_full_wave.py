@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchmarks.ledger.exact_fields import free_space_response
 from benchmarks.ledger.rays_against_full_wave import compare_engines, compare_on_plane, compare_responses, draw_plane
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.training.train import train
@@ -17,8 +18,7 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset import Dataset
-from simulate.fullwave import run_cost, run_plan
-from simulate.fullwave.dipole import free_space_response
+from simulate.fullwave import all_elements, run_plan
 from simulate.fullwave.stored_field import StoredField
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
@@ -43,7 +43,7 @@ def in_free_space():
         return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_cost, "stored_field", field)
+        patch.setattr(all_elements, "stored_field", field)
         yield
 
 

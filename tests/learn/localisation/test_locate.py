@@ -12,7 +12,7 @@ from skimage.io import imsave
 
 import bisplat
 from bisplat.commands.evaluation_commands import evaluate as evaluate_command
-from bisplat.commands.uses_commands import locate as locate_command
+from bisplat.commands.locate_command import locate as locate_command
 from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.localisation import fingerprints
 from learn.localisation import locate as locate_module

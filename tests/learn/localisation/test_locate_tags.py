@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from bisplat.commands.uses_commands import locate as locate_command
+from bisplat.commands.locate_command import locate as locate_command
 from learn.localisation.direct_path import DirectPath
 from learn.localisation.locate_tags import locate_tags
 from learn.localisation.located_places import read_places

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from trimesh import Trimesh
 
-import bisplat
 from scenes.files.errors import ParameterError
-from scenes.importing.drawn_walls import counted_twice, drawn_walls
+from scenes.importing.drawn_walls import counted_twice, drawn_twice, drawn_walls
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SceneObject
@@ -62,16 +62,6 @@ def test_rooms_houses_and_metal_do_not_count_twice():
     assert counted_twice(scene) == []
 
 
-def test_faces_drawn_twice_are_said():
-    twin = SceneObject("paint", WALL.mesh, "concrete")
-    assert (
-        "12 triangles lie exactly on another one, such as in wall, paint"
-        in drawn_walls(small_scene(replace(WALL, thickness=0.05), replace(twin, thickness=0.05)), "as-drawn").warnings[
-            -1
-        ]
-    )
-
-
 def imported(path, **options):
     gateway = Gateway((0.5, 2.0, 1.5), facing((1, 0, 0)))
     region = Transmitter((4.0, 1.0, 0.5), (5.0, 3.0, 1.5))
@@ -91,15 +81,6 @@ def test_import_makes_sheets_unless_told_otherwise(tmp_path):
     assert any("--walls as-sheets" in sentence for sentence in report.warnings)
     with pytest.raises(ParameterError, match="walls: expected as-sheets or as-drawn, found 'sheets'"):
         imported(path, walls="sheets")
-
-
-def test_imported_scene_follows_its_frequency(tmp_path):
-    path = tmp_path / "wall.ply"
-    path.write_bytes(box((3, 1, 0), (3.2, 3, 2.8)).export(file_type="ply"))
-    written = bisplat.write_scene(imported(path, frequency=2.4e9)[0], tmp_path / "scene")
-    written.write_text(written.read_text().replace("frequency: 2400000000.0", "frequency: 28 GHz"))
-    scene = bisplat.load_scene(written)
-    assert scene.materials["concrete"] == p2040_material("concrete", 28e9) and scene.objects[0].thickness == 0.2
 
 
 INNER = box((-2, -2, 0.3), (4, 2, 2.7))
@@ -165,3 +146,33 @@ def test_a_wall_of_quadrilaterals_that_is_drawn_from_both_sides_is_told(back, tm
     (tmp_path / "house.obj").write_text("\n".join(["o Wall", *corners, "f 1 2 3 4", f"f {back}"]))
     _, report = imported(tmp_path / "house.obj")
     assert any("2 triangles lie exactly on another one" in each for each in report.warnings)
+
+
+SHEET = sheet((1, -1, 0.1), (0, 2, 0), (0, 0, 2))
+
+
+def test_twins_are_counted_within_and_between_objects():
+    turned = Trimesh(SHEET.vertices + 1e-6, SHEET.faces[:, ::-1], process=False)
+    both_sides = Trimesh(SHEET.vertices, np.vstack([SHEET.faces, SHEET.faces[:, [2, 0, 1]]]), process=False)
+    beside = SHEET.copy().apply_translation((0.01, 0, 0))
+    objects = [
+        SceneObject(name, mesh, "concrete") for name, mesh in (("wall", SHEET), ("paint", turned), ("other", beside))
+    ]
+    assert drawn_twice(small_scene(*objects)) == {("wall", "paint"): 2}
+    assert drawn_twice(small_scene(SceneObject("wall", both_sides, "concrete"))) == {("wall", "wall"): 2}
+
+
+def test_metal_on_metal_is_one_conductor():
+    scene = small_scene(*(SceneObject(name, box((1, 1, 0.1), (2, 2, 1)), "metal") for name in "ab"))
+    assert drawn_twice(scene) == {}
+    coated = (*scene.objects[:-1], replace(scene.objects[-1], material="concrete"))
+    assert drawn_twice(replace(scene, objects=coated)) == {("a", "b"): 12}
+
+
+def test_triangles_with_the_same_centre_are_no_twins():
+    angles = np.linspace(0, 2 * np.pi, 3, endpoint=False)
+    meshes = []
+    for turn in np.linspace(0, 2, 50):
+        corners = np.stack([2 + np.cos(angles + turn), np.sin(angles + turn), np.ones(3)], axis=1)
+        meshes.append(Trimesh(corners.round(3), [[0, 1, 2]], process=False))
+    assert drawn_twice(small_scene(*(SceneObject(f"t{k}", mesh, "concrete") for k, mesh in enumerate(meshes)))) == {}

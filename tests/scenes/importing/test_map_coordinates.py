@@ -56,12 +56,6 @@ def test_the_shift_that_the_refusal_proposes_works(room):
     np.testing.assert_allclose(scene.gateway.position - scene.bounds[0], GATEWAY.position, atol=1e-8)
 
 
-def test_a_wrong_shift_is_corrected(room):
-    antennas = {"gateway": in_map_coordinates(GATEWAY), "transmitter": in_map_coordinates(REGION)}
-    with pytest.raises(InputError, match=r"--shift -691237 -5334569 -516 moves"):
-        import_scene(room(UTM), RULES, shift=(691234, 5334567, 0), **antennas)
-
-
 def test_antennas_elsewhere_have_to_be_given_in_the_same_coordinates(room):
     with pytest.raises(
         InputError, match=r"give the gateway and the region in the same coordinates; then --shift -691237"

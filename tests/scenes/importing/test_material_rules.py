@@ -65,11 +65,6 @@ def test_the_name_of_the_file_comes_last():
     assert chosen("block=brick", "roof=wood") == ["brick", "brick", "brick", "wood"]
 
 
-def test_a_name_may_contain_an_equals_sign():
-    part = ImportedPart("a=b", MESH, "a=b")
-    assert chosen("a=b=wood", file=ImportedFile(Path("x.obj"), [part], "z")) == ["wood"]
-
-
 IN_FILES = {
     "concrete": "concrete",
     "Concrete": "concrete",

@@ -9,10 +9,10 @@ from trimesh import Trimesh
 from scenes.files.errors import InputError
 from scenes.importing.imported_file import ImportedFile, ImportedPart
 from scenes.importing.mesh_import import import_scene
-from scenes.importing.up_axis import Y_UP_TO_Z_UP, facing_areas, up_doubt, up_evidence
+from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt, up_evidence
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
-from scenes.scene.shapes import box, sheet, union
+from scenes.scene.shapes import box, sheet
 from scenes.storage.scene_yaml import BUILT_IN
 
 SIZE = np.array([6.0, 5.0, 2.8])
@@ -92,12 +92,6 @@ def test_a_roof_may_slope_and_a_slab_may_be_thick():
 def test_materials_in_the_file_are_names_too():
     part = ImportedPart("elm__1", sheet((0, 0, 0), (40, 0, 0), (0, 0, 40)), "elm__1", "mat-itu_very_dry_ground")
     assert doubt([part], suffix=".xml").decisive
-
-
-def test_facing_areas_add_up_to_the_area():
-    mesh = union(box((0, 0, 0), (1, 2, 3)), sheet((0, 0, 0), (6, 0, 0), (0, 3, -2)))
-    np.testing.assert_allclose(facing_areas(mesh).sum(), mesh.area)
-    np.testing.assert_allclose(facing_areas(box((0, 0, 0), (1, 2, 3))), [12, 6, 4])
 
 
 @pytest.mark.parametrize("name", BUILT_IN)

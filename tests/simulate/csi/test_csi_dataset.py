@@ -2,7 +2,6 @@
 
 import json
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -223,28 +222,3 @@ def test_other_kinds_are_named(folder, tmp_path):
 def test_check_warns_of_oddities(change, warning, folder):
     change(folder)
     assert warning in "\n".join(bisplat.check(folder).warnings)
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        *("train mimo -o out", "ablate mimo -o out", "convert mimo -o out", "responses mimo"),
-        *("simulate mimo -o out", "export mimo --deepmimo out", "export mimo --hdf5 out"),
-        *("calibrate closet mimo -o out", "check mimo --split random"),
-    ],
-)
-def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, capsys):
-    from bisplat.__main__ import main
-
-    monkeypatch.chdir(folder.parent)
-    monkeypatch.setattr(sys, "argv", ["bisplat", *command.split()])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert stop.value.code == 1
-    assert re.fullmatch(  # train makes the path absolute
-        r"bisplat: \S*mimo: expected a dataset of spectra, found channels over subcarriers \(CSI\), which bisplat "
-        r"check describes and bisplat compare, sweep and evaluate take; if their positions are known, bisplat "
-        r"locate and view take them, and bisplat dataset turns them into spectra\n",
-        capsys.readouterr().err,
-    )
-    assert not Path("out").exists()

@@ -1,6 +1,5 @@
 """The NeRF² folder: what we write is what the published loaders read, and bad input gets one plain sentence."""
 
-import json
 import struct
 from pathlib import Path
 
@@ -170,32 +169,23 @@ BAD = {
     "no pictures": (without_pictures, ["spectrum", "00001.png", "none"]),
     "no gateway": (without("gateway_info.yml"), ["gateway_info.yml", "no such file"]),
     "no training index": (without("train_index.txt"), ["train_index.txt", "no such file"]),
-    "no test index": (without("test_index.txt"), ["test_index.txt", "no such file"]),
     "picture's size": (showing(Image.fromarray(GREY.T)), ["00002.png", "360 × 90", "90 × 360"]),
     "coloured picture": (showing(Image.new("RGB", (360, 90))), ["00002.png", "8-bit grey", "mode RGB"]),
-    "16-bit picture": (showing(Image.fromarray(GREY.astype(np.uint16))), ["00002.png", "8-bit grey", "mode I;16"]),
     "truncated picture": (cut("spectrum/00002.png", 0.5), ["00002.png", "whole PNG", "damaged"]),
     "picture that is text": (holding("spectrum/00002.png", "no"), ["00002.png", "whole PNG", "damaged"]),
     "picture not there": (holding("test_index.txt", "00002\n00009\n"), ["test_index.txt, row 2", "00009"]),
     "index not padded": (holding("test_index.txt", "2\n"), ["test_index.txt, row 1", "found '2'"]),
-    "index that is no text": (holding("test_index.txt", b"\xff\xfe\x00"), ["test_index.txt", "found"]),
     "same name twice": (holding("test_index.txt", "00003\n"), ["test_index.txt", "00003", "both"]),
     "position not a number": (line(3, "1,nan,2"), ["tx_pos.csv", "position 2 (line 3)", "1,nan,2"]),
-    "position infinite": (line(3, "1,inf,2"), ["tx_pos.csv", "position 2 (line 3)", "1,inf,2"]),
-    "position of letters": (line(4, "1,two,3"), ["tx_pos.csv", "position 3 (line 4)", "1,two,3"]),
     "position of two columns": (line(5, "1,2"), ["tx_pos.csv", "position 4 (line 5)", "1,2"]),
     "positions without header": (line(1, None), ["tx_pos.csv", "line 1", "x,y,z"]),
-    "positions of no text": (holding("tx_pos.csv", b"\xff\xfe\x00"), ["tx_pos.csv", "found"]),
     "fewer rows than pictures": (line(6, None), ["tx_pos.csv", "5 pictures", "4 rows", "00005.png"]),
     "quaternion not unit": (with_orientation(0, 0, 1, 1), ["gateway_info.yml", "gateway1", "unit", "1.414"]),
-    "gateway without position": (holding("gateway_info.yml", "gateway1: {}"), ["gateway_info.yml", "position"]),
     "gateway that is no YAML": (holding("gateway_info.yml", "a: [b"), ["gateway_info.yml", "gateway1"]),
     "too few channels": (with_responses((4, 16)), ["channels.npz", "5 positions", "(4, 16)"]),
-    "too many channels": (with_responses((6, 16)), ["channels.npz", "5 positions", "(6, 16)"]),
     "channels of another array": (with_responses((5, 9)), ["channels.npz", "16 elements", "(5, 9)"]),
     "truncated channels": (cut("channels.npz", 0.5), ["channels.npz", "npz", "found"]),
     "metadata that is no JSON": (holding("metadata.json", "{"), ["metadata.json", "JSON", "found"]),
-    "metadata that is a list": (holding("metadata.json", "[]"), ["metadata.json", "mapping", "found"]),
     "array of metadata": (holding("metadata.json", '{"array": {"cols": 4}}'), ["metadata.json", "columns", "cols"]),
 }
 
@@ -228,12 +218,6 @@ def test_every_problem_is_reported_not_only_the_first(folder):
         read_dataset(folder)
 
 
-def test_folder_that_is_not_there_is_one_problem(tmp_path):
-    assert inspect(tmp_path / "none").problems == [
-        f"{tmp_path / 'none'}: expected a dataset folder, found nothing there"
-    ]
-
-
 def test_picture_cut_anywhere_is_refused(tmp_path):
     """Never a traceback of the picture library, never half a picture."""
     path = tmp_path / "00001.png"
@@ -262,12 +246,6 @@ def test_band_that_metadata_does_not_state_is_a_warning(folder):
     assert "array band in channels.npz is not read" in warning
     write_metadata(folder / "metadata.json", METADATA | {"band": {"bandwidth": 2e7, "subcarriers": 3}})
     assert inspect(folder).warnings == [] and inspect(folder).dataset.band_responses.shape == (COUNT, 16, 3)
-
-
-def test_metadata_keeps_names_that_are_not_ascii(folder):
-    write_metadata(folder / "metadata.json", {"scene": "Büro"})
-    assert "Büro" in (folder / "metadata.json").read_text()
-    assert json.loads((folder / "metadata.json").read_text()) == {"scene": "Büro"}
 
 
 def test_measured_rfid_dataset_reads():

@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.dataset.index_files import read_index
-from simulate.dataset.picture_files import picture_files, read_any_picture, read_picture
+from simulate.dataset.picture_files import read_any_picture, read_picture
 from simulate.exchange.convert import convert
-from simulate.exchange.reading_options import Conversion
 from simulate.positions import positions as given_positions
 from simulate.positions.positions import FARTHEST, check_points, read_points
 from tests import corpus
@@ -108,11 +107,6 @@ def test_names_of_pictures(name, word, folder):
     refused(lambda: read_dataset(folder), word)
 
 
-def test_digits_of_other_scripts_are_no_picture(folder):
-    (folder / "spectrum" / "٣.png").write_bytes(b"")
-    assert [path.stem for path in picture_files(folder / "spectrum")] == NAMES
-
-
 def test_a_folder_of_pictures_that_links_to_itself(folder):
     (folder / "spectrum").rename(folder / "away")
     (folder / "spectrum").symlink_to("spectrum")
@@ -126,11 +120,6 @@ def test_a_million_repeated_names_count_once(folder):
     assert "train_index.txt names 999998 spectra more than once; each counts once" in found.warnings
     with pytest.raises(InputError, match="expected each name once, found 00001 more than once"):
         read_index(folder / "train_index.txt", found.dataset.names)
-
-
-def test_a_name_in_both_index_files(folder):
-    write_index(folder / "test_index.txt", NAMES[2:])
-    refused(lambda: read_dataset(folder), "00003 in both")
 
 
 def test_too_many_positions(folder, monkeypatch):
@@ -165,9 +154,3 @@ def test_convert_of_an_index_of_5000_digits(folder, tmp_path):
     (folder / "train_index.txt").write_text("1" * 5000)
     refused(lambda: convert(folder, tmp_path / "new"), "found other words")
     assert [path.name for path in tmp_path.iterdir()] == ["data"]
-
-
-@pytest.mark.parametrize("ends", [(0, float("nan")), (float("inf"), 0), (30, 30), (0, 1e9)])
-def test_convert_between_ends_that_are_none(ends, folder, tmp_path):
-    with pytest.raises(ParameterError, match="elevations: expected"):
-        convert(folder, tmp_path / "new", Conversion(elevations=ends, azimuths=(0, 359)))

@@ -131,13 +131,6 @@ def test_command_replaces_retrieved_responses_only_by_force_and_recorded_ones_ne
         responses(folder, force=True)
 
 
-def test_recorded_responses_are_not_replaced(folder):
-    write_responses(folder / "channels.npz", np.ones((COUNT + 1, 16)))
-    with pytest.raises(InputError, match="found recorded ones"):
-        retrieve(read_dataset(folder))
-    assert read_dataset(folder).responses is not None
-
-
 def test_responses_recorded_with_a_phase_of_each_position_are_not_replaced(tmp_path):
     """They count as retrieved, since their phases cannot be compared, but no picture gives them back."""
     array = bisplat.PlanarArray()

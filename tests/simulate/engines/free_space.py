@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from jaxtyping import Complex, Float
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import require_within
 from scenes.scene.description import Scene
 from simulate.engines.engine import Engine, ResponseSource, Setting
-from simulate.fullwave.dipole import free_space_response
 from simulate.parallel.machines import Machines
 
 if TYPE_CHECKING:

@@ -15,13 +15,10 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.rays_engine import Rays
 from simulate.exchange import deepmimo_export as module
 from simulate.exchange.deepmimo_export import export_deepmimo
-from simulate.exchange.deepmimo_scenario import PathList, sorted_by_receiver
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays import diffuse_reflection
-from simulate.rays.core.multipath import Interaction
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.ray_tracer import rt
 from simulate.rays.tracer import Tracer
 from tests.folders import contents
 from tests.small_scene import small_scene
@@ -143,30 +140,11 @@ def test_line_of_sight_comes_first_and_then_the_strongest(exported):
         assert (np.diff(rest) <= 0).all() and np.isfinite(power[: len(rest)]).all()
 
 
-def test_line_of_sight_comes_first_even_if_it_is_weak():
-    """DeepMIMO takes a position for one without line of sight otherwise."""
-    responses, codes = np.array([0.1, 0.3j, -0.2, 0.5]), np.array([0.0, 1.0, 4.0, 11.0])
-    ways, points = np.ones((4, 3)), np.zeros((4, 2, 3))
-    paths = PathList(np.array([1, 1, 1, 0]), responses, np.ones(4), ways, ways, codes, points)
-    assert sorted_by_receiver(paths).codes.tolist() == [11, 0, 1, 4]
-
-
 def test_files_do_not_depend_on_how_many_positions_are_traced_at_once(plain, tmp_path, monkeypatch):
     export_deepmimo(plain, tmp_path / "once")
     monkeypatch.setattr(module, "AT_ONCE", 2)
     export_deepmimo(read_dataset(plain), tmp_path / "again")
     assert contents(tmp_path / "once") == contents(tmp_path / "again")
-
-
-def test_interactions_are_numbered_as_the_ray_tracer_numbers_them():
-    theirs = rt.InteractionType
-    assert {each: int(each) for each in Interaction} == {
-        Interaction.NONE: theirs.NONE,
-        Interaction.REFLECTION: theirs.SPECULAR,
-        Interaction.SCATTERING: theirs.DIFFUSE,
-        Interaction.TRANSMISSION: theirs.REFRACTION,
-        Interaction.DIFFRACTION: theirs.DIFFRACTION,
-    }
 
 
 def test_position_without_paths_and_a_place_without_any(plain, tmp_path):

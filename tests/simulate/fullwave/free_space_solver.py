@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
-from simulate.fullwave.dipole import GAIN, free_space_response
+from simulate.fullwave.dipole import GAIN
 from simulate.fullwave.solver import BandField, SourceField
 from simulate.fullwave.yee_grid import numerical_frequency
 

@@ -1,14 +1,13 @@
 """The solver's responses against exact solutions of Maxwell's equations, in domains of a few wavelengths."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad_vec
 from scipy.special import j0
 
-from benchmarks.ledger.half_plane import half_plane_response
+from benchmarks.ledger.exact_fields import free_space_response, half_plane_response
 from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
@@ -17,12 +16,10 @@ from scenes.scene.orientation import facing
 from scenes.scene.permittivity import relative_permittivity
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
-from simulate.rays.core.propagation import Propagation
-from simulate.rays.tracer import Tracer
 
 FREQUENCY = 915e6
 CELL = 0.02
@@ -197,23 +194,3 @@ def test_slab_transmits_as_the_formula_says(thickness, tmp_path):
     height = positions[:, 0] - element_positions(scene.gateway, scene.wavelength)[0][0]
     assert error(found, direct(scene, positions)) > 0.1
     assert error(found, through_plane_waves(scene, positions, height, transmission(thickness))) < 0.03
-
-
-@pytest.mark.slow
-def test_rays_through_a_slab_have_its_phase():
-    """At some metres, where they are exact: as the ray tracer has it, unlike Sionna's that counts the slab twice."""
-    turned = (0.0, 0.0, -np.sqrt(0.5), np.sqrt(0.5))  # its y axis along x
-    gateway = Gateway((-1.5, 0.0, 0.0), turned, rows=1, columns=1, pattern="dipole")
-    region = ((1.0, 1.5, 1.5), (2.0, 2.5, 2.5))
-    scene = place(gateway, region, wall(STONE, 0.053), far_sheet(50), far_sheet(-50), material=STONE)
-    scene = replace(scene, transmitter=replace(scene.transmitter, orientation=ALONG_X))
-    positions = np.random.default_rng(0).uniform(*region, (20, 3))
-    expected = through_plane_waves(scene, positions, positions[:, 0] + 1.5, transmission(0.053))
-
-    def rays(**settings: bool) -> np.ndarray:
-        return Tracer(scene, Propagation(max_depth=1, diffraction=False, rays=1000, **settings)).responses(positions)[
-            :, 0
-        ]
-
-    assert error(rays(), expected) < 0.06
-    assert error(rays(slab_phase=False), expected) > 0.5

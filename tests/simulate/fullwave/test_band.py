@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
@@ -13,7 +14,7 @@ from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.fullwave.pulse import FourierSums, Pulse, spectrum
 from simulate.fullwave.run_plan import BandPlan, Plan
 from simulate.fullwave.stored_field import MARGIN, read_stored_field

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.ledger.half_plane import half_plane_green, half_plane_response
+from benchmarks.ledger.exact_fields import free_space_response, half_plane_green, half_plane_response
 from simulate.fullwave.cells import BLOCK, SHEET, beside_edges
-from simulate.fullwave.dipole import free_space_response
 
 FREQUENCY = 915e6
 UP = np.array([0.0, 0.0, 1.0])

@@ -6,19 +6,18 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from threading import Event
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.checks.occupancy import element_positions
 from scenes.files import optional_packages
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
-from simulate.fullwave import all_elements, element_fields, gprmax
-from simulate.fullwave.dipole import free_space_response
+from simulate.fullwave import all_elements, element_fields
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from tests.simulate.fullwave.free_space_solver import FreeSpaceSolver, floor_and_two_elements, replace_solver
@@ -109,22 +108,6 @@ def test_settings_that_do_not_fit_are_refused_before_anything_is_written(scene, 
     with pytest.raises(InputError, match="expected the folder of a finished simulation with --engine fullwave"):
         simulate(scene, tmp_path / "a", n=4, engine="fullwave", field=tmp_path)
     assert not (tmp_path / "a").exists()
-
-
-def test_gpu_is_asked_of_the_solver(scene, monkeypatch, tmp_path):
-    commands = []
-
-    def start(command, **_):
-        assert "gprMax" in command
-        commands.append(command)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(gprmax, "subprocess", SimpleNamespace(Popen=start, PIPE=None, STDOUT=None))
-    with pytest.raises(KeyboardInterrupt):
-        simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, gpu=True)
-    assert commands and all(command[-1] == "-gpu" for command in commands)
-    with pytest.raises(ParameterError, match="gpu: expected none, or the engine fullwave"):
-        simulate(scene, tmp_path / "rays", n=4, gpu=True)
 
 
 def test_what_differs_in_the_scene_of_a_field_is_named(scene, solver, tmp_path):

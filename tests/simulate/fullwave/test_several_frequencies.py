@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
@@ -14,7 +15,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.fullwave.frequency_groups import LARGEST_DIFFERENCE, LEAST_LEVEL, frequency_groups
 from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.run_plan import BandPlan, Plan
@@ -63,13 +64,6 @@ def test_materials_and_the_pulse_limit_what_one_run_solves(scene):
     assert len(groups) == 2
     levels = [Pulse(group.scene.frequency).level(each) for group in groups for each in group.frequencies]
     assert LEAST_LEVEL <= min(levels) < 0.2
-
-
-def test_other_conductors_need_another_run(scene):
-    """A loss of a thousand is that of a conductor; it falls with the frequency."""
-    salty = RadioMaterial("concrete", 5.0, 1000 * 2 * np.pi * 915.5e6 * 8.854e-12, 0.1)
-    scenes = [replace(scene, frequency=each, materials={"concrete": salty}) for each in (914e6, 915e6, 916e6)]
-    assert [each.frequencies for each in frequency_groups(scenes, 0.01)] == [[916e6], [914e6, 915e6]]
 
 
 def test_pulse_serves_frequencies_where_its_spectrum_is_weak(tmp_path):

@@ -1,7 +1,5 @@
 """A simulated folder: valid, the same bytes however often it was interrupted, never a mix of two requests."""
 
-import errno
-import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +12,9 @@ import simulate.rays.expected_correlation
 import simulate.rays.tracer
 from scenes.files import atomic
 from scenes.files.errors import InputError
-from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import inspect
 from simulate.engines.rays_engine import Rays
-from simulate.generation import dataset_parts as written_parts
+from simulate.generation import dataset_parts
 from simulate.generation import generate as module
 from simulate.generation.dataset_parts import make_part, picture_names
 from simulate.generation.generate import generate
@@ -132,7 +129,7 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     folder = tmp_path / "dataset"
     with monkeypatch.context() as patch:
         killed_at(
-            patch, written_parts, "write_atomically", pictures + pictures // 2
+            patch, dataset_parts, "write_atomically", pictures + pictures // 2
         )  # a part's responses after its two pictures
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, folder)
@@ -255,16 +252,6 @@ def test_lost_scene_and_changed_positions_of_a_finished_dataset_are_made_again(l
     assert contents(folder) == before
 
 
-def test_second_process_is_refused_while_the_first_one_simulates(request_of, tmp_path, quick):
-    folder = tmp_path / "dataset"
-    folder.mkdir()
-    with locked(folder), pytest.raises(InputError, match=rf"{folder}: .* process {os.getpid()} .* is writing to"):
-        generate(request_of, folder)
-    generate(request_of, folder)
-    with locked(folder):
-        generate(request_of, folder)  # a finished dataset is only looked at
-
-
 def other(request: Request, what: str) -> Request:
     if what == "seed":
         return replace(request, seed=4)
@@ -292,44 +279,6 @@ def test_names_have_five_digits_or_as_many_as_needed():
     assert picture_names(99_999)[-1] == "99999"
     assert picture_names(100_000)[0] == "000001"
     assert picture_names(100_000)[-1] == "100000"
-
-
-@pytest.fixture
-def full_disk(monkeypatch):
-    """Function: let the disk be full after so many bytes."""
-
-    def full(after: int) -> None:
-        written = [0]
-        original = atomic.os.fsync
-
-        def fsync(number):
-            written[0] += atomic.os.fstat(number).st_size
-            if written[0] > after:
-                raise OSError(errno.ENOSPC, "No space left on device")
-            original(number)
-
-        monkeypatch.setattr(atomic.os, "fsync", fsync)
-
-    return full
-
-
-@pytest.mark.parametrize("after", [0, 3000, 20_000, 40_000])
-def test_full_disk_leaves_no_half_file_and_more_room_finishes_the_job(
-    after, request_of, tmp_path, monkeypatch, quick, full_disk
-):
-    generate(request_of, tmp_path / "whole")
-    with monkeypatch.context():
-        full_disk(after)
-        with pytest.raises(OSError, match="No space left") as error:
-            generate(request_of, tmp_path / "full")
-        assert error.value.filename.startswith(str(tmp_path / "full"))  # the command's sentence names it
-        assert not list((tmp_path / "full").rglob("*.tmp"))
-        monkeypatch.undo()
-    monkeypatch.setattr(module, "PART", 2)
-    monkeypatch.setattr(simulate.rays.tracer, "Tracer", Quick)
-    monkeypatch.setattr(simulate.rays.expected_correlation, "expected_correlation", lambda *arguments: None)
-    generate(request_of, tmp_path / "full")
-    assert contents(tmp_path / "full") == contents(tmp_path / "whole")
 
 
 def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, tmp_path):

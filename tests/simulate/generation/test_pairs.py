@@ -22,6 +22,7 @@ from simulate.dataset.dataset_writer import write_positions
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.convert import convert
 from simulate.exchange.csi_export import export_csi
+from simulate.exchange.reading_options import Conversion
 from simulate.generation.dataset_parts import part_by_worker
 from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import request_for, simulate

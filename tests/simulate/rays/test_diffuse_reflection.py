@@ -15,7 +15,7 @@ from simulate.generation.reciprocity import element_offsets
 from simulate.rays import diffuse_reflection
 from simulate.rays.core.multipath import Interaction
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.sionna_solver import fields
+from simulate.rays.sionna_solver import path_responses
 from simulate.rays.tracer import Tracer
 
 POSITIONS = np.array([[-3.0, 0.3, 1.2], [-2.4, -0.5, 0.8], [-3.6, 0.8, 0.6]])
@@ -63,7 +63,7 @@ def test_power_is_sionnas(turned, polarization):
     )
     for position in POSITIONS[:1]:
         ((_, targets, buffer),) = theirs._solver._shot(theirs.middle, theirs._targets(position[None]))
-        responses = fields(theirs.ray_scene, buffer, theirs.middle, targets).responses
+        responses = path_responses(theirs.ray_scene, buffer, theirs.middle, targets).responses
         expected: dict[tuple, float] = defaultdict(float)
         for types, response in zip(buffer.interaction_types.numpy().tolist(), responses, strict=True):
             expected[tuple(types)] += abs(response) ** 2

@@ -7,10 +7,11 @@ import pytest
 from scipy.constants import c, epsilon_0
 from scipy.spatial.transform import Rotation
 
+from benchmarks.ledger.exact_fields import free_space_response
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import sheet
-from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.dipole import element_direction, transmitter_direction
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from simulate.spectra.angular_grid import AngularGrid

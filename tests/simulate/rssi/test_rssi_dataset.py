@@ -74,8 +74,7 @@ HEAD = "door,7\n"
 ROWS = "-48,-61\n-60,-100\n-52,-100\n-70,-99\n-100,-40\n"
 
 MISTAKES = {
-    "semicolons": ("gateway_rssi.csv", (HEAD + ROWS).replace(",", ";"), "separated by commas, found semicolons"),
-    "tabs": ("gateway_rssi.csv", (HEAD + ROWS).replace(",", "\t"), "separated by commas, found tabs"),
+    "semicolons": ("gateway_rssi.csv", (HEAD + ROWS).replace(",", ";"), "separated by commas, found others"),
     "decimal commas": (
         "gateway_rssi.csv",
         HEAD + "-48,5,-61,5\n",
@@ -87,12 +86,9 @@ MISTAKES = {
         HEAD + ROWS + "-3,-4\n",
         "a row for each of the 5 positions .* found 6 rows",
     ),
-    "an empty line": ("gateway_rssi.csv", HEAD + "\n" + ROWS, "found an empty line"),
     "no rows": ("gateway_rssi.csv", HEAD, "expected at least one row of powers after the header"),
     "no header": ("gateway_rssi.csv", ROWS, "line 1: expected a header with the name of each gateway, found '-48,-61'"),
     "an empty cell": ("gateway_rssi.csv", HEAD + "-48,\n" + ROWS[8:], 'position 1 .*, "7": .* -100 where nothing was'),
-    "nan": ("gateway_rssi.csv", HEAD + "nan,-1\n" + ROWS[8:], "expected a power in dBm, .* found 'nan'"),
-    "a word": ("gateway_rssi.csv", HEAD + "-48 dBm,-1\n" + ROWS[8:], "found '-48 dBm'"),
     "milliwatts": (
         "gateway_rssi.csv",
         HEAD + "1e-5,2e-6\n" * 5,
@@ -121,18 +117,11 @@ MISTAKES = {
         "- [0, 0, 1]\n",
         "the position .* of each gateway by its name, found",
     ),
-    "two coordinates": ("gateway_position.yml", "door: [0, 0]\n'7': [1, 1, 1]\n", 'door": expected a list of 3'),
-    "far away": ("gateway_position.yml", "door: [0, 0, 1e9]\n'7': [1, 1, 1]\n", 'door"'),
     "positions in another order": ("tx_pos.csv", "y,x,z\n1,2,3\n", "expected the header x,y,z"),
     "a position too few": ("tx_pos.csv", "x,y,z\n1,2,3\n", "a row for each of the 1 positions of tx_pos.csv, found 5"),
     "numbered from 1": ("test_index.txt", "3\n5\n", r"row 2: .* from 0 to 4, found '5'; the first position has the nu"),
-    "names of pictures": ("test_index.txt", "00002.png\n", "row 1: expected a whole number from 0 to 4"),
-    "pairs": ("test_index.txt", "2 0\n3 1\n", "row 1: expected a whole number from 0 to 4, found '2 0'"),
-    "no test": ("test_index.txt", "", "found an empty file"),
     "in both": ("test_index.txt", "0\n2\n", "not in train_index.txt, found 0 in both"),
-    "a floor in watts": ("metadata.json", '{"receiver": {"floor_dbm": "low"}}', "floor_dbm: expected a number"),
     "a floor below the mark": ("metadata.json", '{"receiver": {"floor_dbm": -120}}', "floor_dbm: .* at least -100"),
-    "no frequency": ("metadata.json", '{"frequency_hz": 2.4}', "frequency_hz: expected hertz"),
 }
 
 
@@ -169,13 +158,10 @@ def test_other_folders_are_refused(tmp_path, folder):
     ("changed", "message"),
     [
         ({"rssi_dbm": POWERS.T}, "rssi_dbm: expected powers of 5 positions × 2 gateways, found 2 × 5: transpose"),
-        ({"rssi_dbm": 10 ** (POWERS / 10)}, "rssi_dbm: .* which look like linear powers|rssi_dbm: expected"),
         ({"rssi_dbm": -POWERS}, "rssi_dbm: .* all positive: is the minus sign missing"),
-        ({"rssi_dbm": POWERS + 120}, "rssi_dbm: expected powers of at most 60 dBm|all positive"),
         ({"rssi_dbm": np.where(np.isnan(POWERS), np.inf, POWERS)}, "rssi_dbm: expected finite powers, or NaN"),
         ({"rssi_dbm": POWERS * 1j}, "rssi_dbm: .* found complex128 numbers"),
         ({"positions": PLACES[:4]}, r"rssi_dbm: expected powers of 4 positions × 2 gateways, found shape \(5, 2\)"),
-        ({"gateways": {"door": (0, 0, 2)}}, r"rssi_dbm: expected powers of 5 positions × 1 gateways"),
         ({"gateways": {"door": (0, 0), "7": (1, 1, 1)}}, 'gateways: expected a position x, y, z of "door"'),
         ({"gateways": {" ": (0, 0, 1), "7": (1, 1, 1)}}, "gateways: expected a gateway's name"),
         ({"gateways": [(0, 0, 2), (1, 1, 1)]}, "gateways: expected the position of each gateway by its name"),
@@ -194,11 +180,6 @@ def test_powers_at_the_mark_count_as_not_received(tmp_path, capsys):
     made = bisplat.write_rssi(tmp_path / "x", PLACES[:2], [[-100.0, -50], [-103, -60]], GATEWAYS, 2.4e9)
     assert np.isnan(made.rssi_dbm[:, 0]).all()
     assert "2 powers of -100 dBm or less count as not received" in capsys.readouterr().err
-
-
-def test_one_position_has_no_index_files(tmp_path):
-    bisplat.write_rssi(tmp_path / "x", PLACES[:1], [[-40.0, -50]], GATEWAYS, 2.4e9)
-    assert not (tmp_path / "x" / "train_index.txt").exists()
 
 
 def test_check_describes_the_folder(folder, capsys):
@@ -238,7 +219,6 @@ def test_check_tells_the_exponent_of_the_distance(tmp_path):
         (lambda places, powers: (places, -130 - powers), "rise with the distance"),
         (lambda places, powers: (places, powers * [1, np.nan]), "gateway 7 received nothing"),
         (lambda places, powers: (places, powers * np.nan), "no gateway has received anything"),
-        (lambda places, powers: (places, powers * 0 - 50), "gateways door, 7 received the same power from everywhere"),
         (lambda places, powers: (places, powers + 40), "lie above 0 dBm, which NeRF² reads as amplitudes above 1"),
         (lambda places, powers: (places, np.where(np.arange(60)[:, None] < 3, np.nan, powers)), "3 of 60 positions"),
     ],
@@ -271,28 +251,3 @@ def test_hdf5_has_all(folder, tmp_path):
         assert [name.decode() for name in file["gateway_names"]] == read.gateway_names
         assert (file.attrs["floor_dbm"], file.attrs["frequency_hz"]) == (-99, 2.4e9)
         assert list(file["test_index"]) == list(read.test)
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        *("train hall -o out", "ablate hall -o out", "convert hall -o out", "responses hall"),
-        *("simulate hall -o out", "export hall --deepmimo out"),
-        "check hall --split random",
-    ],
-)
-def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, capsys):
-    from bisplat.__main__ import main
-
-    monkeypatch.chdir(folder.parent)
-    monkeypatch.setattr(sys, "argv", ["bisplat", *command.split()])
-    with pytest.raises(SystemExit):
-        main()
-    printed = capsys.readouterr()
-    assert re.fullmatch(  # train makes the path absolute
-        r"bisplat: \S*hall: expected a dataset of spectra, found received powers \(RSSI\), which bisplat check "
-        r"describes and bisplat compare, sweep, evaluate, locate, plan, coverage, calibrate, view and export --hdf5 "
-        r"take\n",
-        printed.err,
-    )
-    assert not Path("out").exists()

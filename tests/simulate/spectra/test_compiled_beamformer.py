@@ -1,7 +1,5 @@
 """Quick spectra are those of the beamformer, for every kind of array and grid, at every number of spectra."""
 
-from dataclasses import replace
-
 import numba
 import numpy as np
 import pytest
@@ -99,7 +97,3 @@ def test_an_array_in_metres_has_as_few_functions_as_the_planar_array():
     metres = ElementArray(planar.positions * 0.125).at(299_792_458 / 0.125)
     pair = [compiled_beamformer(Beamformer(array))._functions.shape[1] for array in (planar, metres)]
     assert pair == [16, 16]
-
-
-def test_equal_beamformers_share_the_functions():
-    assert compiled_beamformer(Beamformer()) is compiled_beamformer(replace(Beamformer()))

@@ -8,9 +8,8 @@ from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.explanation import explain
-from simulate.spectra.lags import LagSpace
-from simulate.spectra.picture_scale import decibel_residual, magnitudes, power_residual
-from simulate.spectra.spectrum import normalise, picture, spectrum_of
+from simulate.spectra.lags import LagSpace, decibel_residual, median_residual, power_residual
+from simulate.spectra.spectrum import magnitudes, normalise, picture, spectrum_of
 
 
 def spectra_of(beamformer: Beamformer, count: int = 6) -> np.ndarray:
@@ -60,7 +59,7 @@ def test_power_of_an_array_is_not_taken_for_the_magnitude_of_a_larger_one():
     """The square of a spectrum of 4 × 4 elements has the lags of 7 × 7."""
     small, large = Beamformer(), Beamformer(PlanarArray(7, 7))
     pictures = picture(spectra_of(small) ** 2)
-    assert explanation.median_residual(spectrum_of(pictures), large, "magnitude") < 0.6
+    assert median_residual(spectrum_of(pictures), large, "magnitude") < 0.6
     assert power_residual(LagSpace.of(small), spectrum_of(pictures)).max() < 0.35
 
 

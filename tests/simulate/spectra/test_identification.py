@@ -6,7 +6,7 @@ import pytest
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import METADATA_GRID, identify, stated_array, stated_grid
+from simulate.spectra.identification import identify, stated_array, stated_grid
 from simulate.spectra.spectrum import picture
 
 
@@ -69,8 +69,7 @@ def test_what_is_stated_is_taken_and_the_rest_is_found():
     assert (found.source, found.grid_source, found.beamformer) == ("fitted", "metadata", truth)
 
 
-def test_simulated_folder_of_version_01_has_rows_from_1_degree():
-    array = {"array": {"spacing": 0.45}}
-    assert stated_array(array) == PlanarArray(spacing=0.45) and stated_grid(array) is None
-    assert stated_grid(array | {"scene_file": "scene/scene.yaml"}) == METADATA_GRID
-    assert stated_array({"scene": "lab"}) is None
+def test_what_metadata_does_not_state_is_none():
+    assert stated_array({"array": {"spacing": 0.45}}) == PlanarArray(spacing=0.45)
+    assert stated_array({"scene": "lab"}) is None and stated_grid({"scene": "lab"}) is None
+    assert stated_grid({"grid": {"elevation_first_deg": 1.0}}) == AngularGrid(1.0)

@@ -9,7 +9,8 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.lags import EXAMINED, fit_grids, fit_lags, lag_functions, lag_vectors
+from simulate.spectra.identification import fit_grids
+from simulate.spectra.lags import EXAMINED, fit_lags, lag_functions, lag_vectors
 from simulate.spectra.spectrum import evenly, normalise, picture, spectrum_of
 
 MEASURED = Path(__file__).parents[4] / "shared" / "data" / "rfid-s23-160"

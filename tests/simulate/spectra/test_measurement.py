@@ -69,14 +69,6 @@ def test_all_elements_have_the_same_noise_however_unlike_their_signals():
     assert (np.abs(noise) ** 2).mean(axis=0) == pytest.approx(np.full(4, 0.1), rel=0.08)
 
 
-def test_noise_level_is_that_of_the_ideal_responses():
-    """Gains of ± 10 dB move the signal, not the noise."""
-    noise = Measurement(snr_db=10).apply(ones(500), np.arange(500), 2) - 1
-    without = Measurement(gain_error_db=10).apply(ones(500), np.arange(500), 2)
-    both = Measurement(snr_db=10, gain_error_db=10).apply(ones(500), np.arange(500), 2)
-    assert both - without == pytest.approx(noise)
-
-
 def test_gains_spread_normally_in_db_and_leave_the_phase():
     measured = Measurement(gain_error_db=1.5).apply(ones(1, 20_000), np.arange(1), 1)[0]
     assert kstest(20 * np.log10(np.abs(measured)) / 1.5, "norm").pvalue > PLAUSIBLE
@@ -98,14 +90,6 @@ def test_errors_of_gain_and_phase_are_the_array_s_own():
     assert len(set(error[0].round(6))) == 16
     other = Measurement(gain_error_db=1, phase_error_deg=10).apply(y, np.arange(50), 5) / y
     assert np.abs(other[0] - error[0]).min() > 1e-3
-
-
-def test_gain_and_phase_of_an_element_are_drawn_independently():
-    measured = Measurement(gain_error_db=1, phase_error_deg=10, phase_noise_deg=0).apply(
-        ones(1, 20_000), np.arange(1), 0
-    )
-    gain, phase = np.log(np.abs(measured[0])), np.angle(measured[0])
-    assert abs(np.corrcoef(gain, phase)[0, 1]) < 0.03
 
 
 def test_phase_noise_is_new_for_every_element_and_every_spectrum():
@@ -134,28 +118,12 @@ def test_what_a_spectrum_gets_depends_on_its_number_alone():
     assert (ALL.apply(y, numbers + 1, 5) != whole).all()
 
 
-def test_a_seed_is_a_receiver():
-    y = responses(3)
-    again = Measurement(**EFFECTS).apply(y, np.arange(3), 5)
-    other = Measurement(**EFFECTS).apply(y, np.arange(3), 6)
-    assert (again == ALL.apply(y, np.arange(3), 5)).all()
-    assert (other != again).all()
-
-
 def test_draws_of_one_effect_do_not_depend_on_the_others():
     """y' of all effects is the product of the three errors, each by itself, plus the noise by itself."""
     y, numbers = ones(20), np.arange(20)
     alone = {name: Measurement(**{name: value}).apply(y, numbers, 5) for name, value in EFFECTS.items()}
     errors = alone["gain_error_db"] * alone["phase_error_deg"] * alone["phase_noise_deg"]
     assert ALL.apply(y, numbers, 5) == pytest.approx(errors + alone["snr_db"] - 1)
-
-
-def test_draws_are_not_those_of_positions_or_split():
-    """These come from the bare seed, which to NumPy is the same as [seed, 0, 0]."""
-    bare = np.random.default_rng(5).standard_normal(16)
-    for name in ("phase_error_deg", "phase_noise_deg"):
-        phase = np.angle(Measurement(**{name: 1.0}).apply(ones(1), np.arange(1), 5))
-        assert np.abs(np.degrees(phase[0]) - bare).min() > 1e-6
 
 
 def test_ideal_receiver_changes_no_bit():
@@ -167,14 +135,6 @@ def test_ideal_receiver_changes_no_bit():
     assert {field.name for field in fields(Measurement)} == {*EFFECTS}
 
 
-@pytest.mark.parametrize("kind", [np.complex64, np.complex128])
-def test_responses_keep_their_kind_and_the_given_ones_are_left_alone(kind):
-    y = responses(4).astype(kind)
-    before = y.copy()
-    assert ALL.apply(y, np.arange(4), 5).dtype == kind
-    assert (y == before).all()
-
-
 def test_spectrum_of_nothing_stays_nothing():
     assert not ALL.apply(np.zeros((1, 16), np.complex64), np.arange(1), 5).any()
     assert ALL.apply(np.zeros((0, 16), np.complex64), np.arange(0), 5).shape == (0, 16)
@@ -184,12 +144,8 @@ def test_spectrum_of_nothing_stays_nothing():
     ("wrong", "parameter"),
     [
         ({"snr_db": math.nan}, "snr_db"),
-        ({"snr_db": math.inf}, "snr_db"),
         ({"gain_error_db": -0.1}, "gain_error_db"),
-        ({"gain_error_db": math.inf}, "gain_error_db"),
-        ({"phase_error_deg": math.nan}, "phase_error_deg"),
         ({"phase_error_deg": -1}, "phase_error_deg"),
-        ({"phase_noise_deg": -5}, "phase_noise_deg"),
         ({"phase_noise_deg": math.nan}, "phase_noise_deg"),
     ],
 )
@@ -200,10 +156,6 @@ def test_impossible_receiver_is_refused_in_one_sentence(wrong, parameter):
     assert message.startswith(f"{parameter}: expected ")
     assert message.endswith(f", found {next(iter(wrong.values()))}")
     assert "\n" not in message
-
-
-def test_negative_snr_is_allowed():
-    assert not Measurement(snr_db=-3).off
 
 
 def test_power_in_free_space_is_friis_plus_array_gain():
@@ -226,13 +178,6 @@ def test_power_has_a_floor():
     assert LEAST_POWER_DB == -200
     assert beamformer.power_db(1e-4 * np.ones(16))[60, 0] == pytest.approx(-200, abs=1e-9)
     assert beamformer.power_db(np.zeros((2, 16))) == pytest.approx(np.full((2, 90, 360), -200.0), abs=1e-9)
-
-
-def test_power_of_a_batch_is_twenty_log_of_its_spectra():
-    y = responses(6).reshape(2, 3, 16)
-    power = Beamformer().power_db(y)
-    assert power.shape == (2, 3, 90, 360)
-    assert 10 ** (power / 20) == pytest.approx(Beamformer().spectrum(y))
 
 
 def test_power_file_holds_float32_decibels_row_by_row(tmp_path):

@@ -79,16 +79,6 @@ f 1 2 3
     ]
 
 
-def test_object_and_group_are_not_confused_with_an_object_of_both_names():
-    file = read(f"{SQUARE}o a\ng b\nf 1 2 3\no a_b\ng\nf 1 2 3 4\n")
-    assert described(file) == [("a_b", "a_b", None, 2), ("a_b", "a_b", None, 4)]
-
-
-def test_file_without_objects_is_split_by_materials_under_its_own_name():
-    file = read(f"{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n")
-    assert [part.name for part in file.parts] == ["room/a", "room/b"]
-
-
 def test_what_is_left_out_is_named():
     file = read(
         f"{SQUARE}f 1 2 3 4\nl 1 2\nl 2 3\np 1\nf 1 2\nsurf 0 1 0 1 1 2\ncall other.obj\nfaces 1 2 3\nvn 0 0 1\n"
@@ -114,11 +104,6 @@ def test_header_is_the_comments_before_the_first_vertex():
     assert (
         read(f"# Blender 4.2.0\n# www.blender.org\n{SQUARE}# later\nf 1 2 3").header == "Blender 4.2.0\nwww.blender.org"
     )
-
-
-def test_coordinates_keep_double_precision():
-    (part,) = read("v 691608.123456 5334758.654321 0\nv 691609 5334758 0\nv 691608 5334759 0\nf 1 2 3\n").parts
-    assert part.mesh.vertices[0].tolist() == [691608.123456, 5334758.654321, 0]
 
 
 def test_a_comment_that_ends_in_a_backslash_has_no_further_line():

@@ -68,11 +68,6 @@ def test_bent_polygons_are_cut_and_named():
     assert result.remarks()[0].startswith("1 polygon was cut as if flat, although the corners are far from a plane")
 
 
-def test_corners_on_one_line_make_triangles_without_area():
-    mesh, result = cut(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0.0]]))
-    assert len(mesh.faces) == 2 and mesh.area == 0 and not result.crossing  # the import counts and drops them
-
-
 def test_a_box_whose_sides_have_corners_on_their_edges_is_closed():
     """Each side is an octagon, and ear clipping alone would skip the corners in the middle of the edges."""
     solid = box((0, 0, 0), (2, 2, 2))

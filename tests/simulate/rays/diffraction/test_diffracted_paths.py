@@ -164,13 +164,6 @@ def test_responses_do_not_depend_on_the_batch(tracer, screen_scene, monkeypatch)
     assert (tracer.responses(positions[::-1])[::-1] == whole).all()
 
 
-def test_chains_found_before_give_the_same_responses(tracer, screen_scene):
-    positions = np.random.default_rng(1).uniform(*screen_scene.transmitter.region, (3, 3))
-    assert (
-        Tracer(screen_scene, FOLLOWED, found=tracer.found).responses(positions) == tracer.responses(positions)
-    ).all()
-
-
 def test_diffraction_brings_the_closet_near_the_full_wave_field():
     scene = closet()
     positions = np.random.default_rng(0).uniform(*scene.transmitter.region, (40, 3))

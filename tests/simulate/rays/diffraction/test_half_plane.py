@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.ledger.half_plane import half_plane_response
+from benchmarks.ledger.exact_fields import half_plane_response
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial

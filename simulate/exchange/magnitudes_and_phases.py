@@ -1,4 +1,4 @@
-"""Responses recorded as magnitudes and phases. Their units are told by the arrays' names, or else by their values."""
+"""Responses that are recorded as magnitudes and phases, in arrays or columns whose names tell the unit."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import re
 
 import numpy as np
 
+from scenes.files.errors import InputError
 from simulate.exchange.array_files import Arrays
 
 MAGNITUDES = (
-    *("magnitude", "magnitudes", "amplitude", "amplitudes", "mag", "abs", "power_db", "gain_db", "power_dbm"),
-    *("rssi_dbm", "rssi"),
+    *("magnitude", "magnitudes", "amplitude", "amplitudes", "mag", "abs", "mag_db", "power_db", "gain_db"),
+    *("power_dbm", "rssi_dbm", "rssi"),
 )
 PHASES = ("phase", "phases", "phase_rad", "phase_deg", "angle", "angles", "angle_rad", "angle_deg")
 """Usual names, without regard to case. Of several, the first is taken."""
@@ -20,24 +21,18 @@ OF_ELEMENT = re.compile(
 )
 """The name of the column of one element: a usual name with its number, such as mag0, phase_deg_3 or rssi1_dbm."""
 
-ABOVE_A_TURN = 2 * np.pi + 1e-6
+TURN = 2 * np.pi + 1e-6
 """Radians."""
 
 
 def has_phases(arrays: Arrays) -> bool:
-    """Whether a recording has complex numbers, or an array that is named after phases.
-
-    >>> has_phases({"mag1": np.ones(2), "phase1": np.ones(2)}), has_phases({"rssi1": np.ones(2)})
-    (True, False)
-    """
+    """Whether a recording has complex numbers, or an array that is named after phases."""
     named = any(name.lower() in PHASES or _of_element(name)[0] in PHASES for name in arrays)
     return named or any(np.iscomplexobj(each) for each in arrays.values())
 
 
 def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] | None:
-    """Responses from an array of magnitudes and one of phases of the same shape; None if there are none.
-
-    Instead of an array, a table may have a column for each element, in the order of their numbers.
+    """Responses from an array of magnitudes and one of phases, or from columns of them; None if there are none.
 
     >>> said = []
     >>> found = {"RSSI": np.array([-6.0206, 0.0]), "phase_deg": np.array([0.5, 1.0])}
@@ -48,9 +43,7 @@ def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] |
     ['took RSSI for decibels, as its name says', 'took phase_deg for degrees, as its name says']
     """
     columns = _columns_of_elements(arrays)
-    listed = {name: f"{names[0]} to {names[-1]}" for name, names in columns.items()}
-    stacked = {name: np.stack([arrays[each] for each in names], axis=1) for name, names in columns.items()}
-    arrays = stacked | arrays
+    arrays = {name: np.stack([arrays[each] for each in names], axis=1) for name, names in columns.items()} | arrays
     by_name = {each.lower(): each for each in arrays}
     sizes = [by_name[each] for each in MAGNITUDES if each in by_name]
     angles = [by_name[each] for each in PHASES if each in by_name]
@@ -59,9 +52,10 @@ def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] |
     numbers = [[_of_element(each)[1] for each in columns[name]] for name in (sizes[0], angles[0]) if name in columns]
     if len(numbers) == 2 and numbers[0] != numbers[1]:
         return None
-    for taken, others in ((sizes[0], sizes[1:]), (angles[0], angles[1:])):
+    for taken, *others in (sizes, angles):
         if others:
             said.append(f"took {taken} and left out {', '.join(others)}")
+    listed = {name: f"{names[0]} to {names[-1]}" for name, names in columns.items()}
     called = " and ".join(listed.get(each, each) for each in (sizes[0], angles[0]))
     return called, _magnitudes(sizes[0], arrays, said) * np.exp(1j * _radians(angles[0], arrays, said))
 
@@ -89,17 +83,19 @@ def _columns_of_elements(arrays: Arrays) -> dict[str, list[str]]:
 
 def _magnitudes(name: str, arrays: Arrays, said: list[str]) -> np.ndarray:
     size = arrays[name].astype(float)
-    named = name.lower().startswith("rssi") or name.lower().endswith(("_db", "_dbm"))
-    if not named and not (size < 0).any():
-        return size
-    said.append(f"took {name} for decibels, {'as its name says' if named else 'since some are negative'}")
-    return 10 ** (size / 20)
+    if name.lower().startswith("rssi") or name.lower().endswith(("_db", "_dbm")):
+        said.append(f"took {name} for decibels, as its name says")
+        return 10 ** (size / 20)
+    if (size < 0).any():
+        raise InputError(f"{name}: expected magnitudes, found negative numbers; if they are decibels, name it mag_db")
+    return size
 
 
 def _radians(name: str, arrays: Arrays, said: list[str]) -> np.ndarray:
     angle = arrays[name].astype(float)
-    named = name.lower().endswith("_deg")
-    if not named and (name.lower().endswith("_rad") or not np.nanmax(np.abs(angle)) > ABOVE_A_TURN):
-        return angle
-    said.append(f"took {name} for degrees, {'as its name says' if named else 'since some are above 2π'}")
-    return np.radians(angle)
+    if name.lower().endswith("_deg"):
+        said.append(f"took {name} for degrees, as its name says")
+        return np.radians(angle)
+    if not name.lower().endswith("_rad") and np.nanmax(np.abs(angle)) > TURN:
+        raise InputError(f"{name}: expected radians within a turn, found others; name it phase_deg or phase_rad")
+    return angle

@@ -11,20 +11,32 @@ The equations are those of ``KrigedField`` and ``leg_times``, in double precisio
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float
-from torch import Tensor
 
-from learn.models.kriging.quick_nearest import keep_smallest
 from learn.models.kriging.wave_covariance import LEGS, leg_shapes
 from simulate.parallel.compiled import SUMS, compiled, in_threads
 
-TASK = 8
-"""Number of positions that a thread takes at a time."""
+TASK = 8  # number of positions that a thread takes at a time
 
 RARE = 1e-10
 """Probability, relative to that of the most probable leg, below which a leg does not change single precision."""
+
+
+@compiled(inline="always")
+def keep_smallest(cost, index, costs, indices, kept):
+    """Insert a cost into the ascending ``costs`` [most], of which ``kept`` are in use. Return how many then are."""
+    most = len(costs)
+    if kept == most and not cost < costs[most - 1]:
+        return kept
+    place = min(kept, most - 1)
+    while place > 0 and cost < costs[place - 1]:
+        costs[place], indices[place] = costs[place - 1], indices[place - 1]
+        place -= 1
+    costs[place], indices[place] = cost, index
+    return min(kept + 1, most)
 
 
 @compiled(nogil=True, fastmath=SUMS, error_model="numpy")
@@ -123,32 +135,20 @@ def _krige(positions, places, times, cosines, sines, legs, values, wavenumbers, 
             responses[k, m] = complex(real, imaginary)
 
 
-class QuickKriging:
-    """Interpolates responses between known ones."""
+class CompiledKriging:
+    """Interpolates responses between the known ones of a ``KrigedField``."""
 
-    def __init__(
-        self,
-        places: Float[Tensor, "n 3"],
-        times: Float[Tensor, " n"],
-        values: Float[Tensor, "n 2*elements"],
-        mean: Float[Tensor, " 2*elements"],
-        directions: Float[Tensor, "J 3"],
-        wavelength: Float[Tensor, ""],
-        shares: Float[Tensor, " J"],
-        length: Float[Tensor, ""],
-        drift: Float[Tensor, ""],
-        nugget: Float[Tensor, ""],
-    ):
+    def __init__(self, field: Any):
         # Of single precision, as a file of weights keeps them, so that a loaded model predicts the same.
-        of_law = wavelength, shares, length, drift, nugget
+        of_law = field.wavelength, field.shares, field.length, field.drift, field.nugget
         per_period, powers, *scales = (each.float().double().numpy() for each in of_law)
-        known, at = places.double().numpy(), times.double().numpy()
-        wavenumbers = 2 * np.pi / per_period * directions.double().numpy()
+        known, at = field.places.double().numpy(), field.times.double().numpy()
+        wavenumbers = 2 * np.pi / per_period * field.directions.double().numpy()
         phases = known @ wavenumbers.T
-        numbers = (values.float() - mean).double().unflatten(1, (-1, 2)).numpy()
+        numbers = (field.values.float() - field.mean).double().unflatten(1, (-1, 2)).numpy()
         waves, legs = (np.cos(phases), np.sin(phases)), leg_shapes(known, at)
         self._known = known, at, *waves, legs, numbers, wavenumbers, powers, np.array(scales)
-        self._mean = mean.double().unflatten(0, (-1, 2)).numpy() @ [1, 1j]
+        self._mean = field.mean.double().unflatten(0, (-1, 2)).numpy() @ [1, 1j]
 
     def responses(self, positions: Float[np.ndarray, "K 3"], neighbours: int) -> Complex[np.ndarray, "K elements"]:
         """Interpolated responses, in the units of the known ones."""

@@ -1,15 +1,4 @@
-"""Exact field of a dipole beside a conducting half-plane, a reference for tests of diffraction.
-
-The half-plane is x = 0, y < 0, and its edge is the z axis. A dipole parallel to the edge has a Hertz vector along z,
-which vanishes on the plane. Macdonald [macdonald1915] solved this case ([bowman1969], chapter 8). With the distances R
-from the source and R′ from its image,
-
-    G = g(R, m) − g(R′, m′),
-    g(R, m) = k/(8πj) · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,
-    m = 2k √(ρρ₀) cos((φ − φ₀)/2),   m′ = 2k √(ρρ₀) cos((φ + φ₀)/2),
-
-where ρ is the distance from the edge and φ the angle from the half-plane. The index 0 marks those of the source.
-"""
+"""Exact responses between short dipoles, in free space and beside a conducting half-plane."""
 
 from __future__ import annotations
 
@@ -24,10 +13,46 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.fullwave.dipole import GAIN
 
 
+def free_space_response(
+    source: Float[np.ndarray, " 3"],
+    direction: Float[np.ndarray, " 3"],
+    positions: Float[np.ndarray, "K 3"],
+    transmitter: Float[np.ndarray, " 3"],
+    frequency: float,
+) -> Complex[np.ndarray, " K"]:
+    """Response between two short dipoles in free space, near field included (Balanis, Antenna Theory, chapter 4).
+
+    It is y = 1.5 λ / (−jωμ₀) · E·q / Iℓ, with the direction q of the transmitter's dipole and
+
+    E = −jωμ₀ Iℓ e^{−jkr}/4πr · [(p − u u·p)(1 + 1/jkr + 1/(jkr)²) − 2 u u·p (1/jkr + 1/(jkr)²)]
+
+    with the direction p of the source's dipole and the unit vector u from the source to the position.
+    """
+    wavelength = SPEED_OF_LIGHT / frequency
+    distance = np.linalg.norm(positions - source, axis=1)
+    unit = (positions - source) / distance[:, None]
+    along = unit @ direction
+    inverse = 1 / (2j * np.pi / wavelength * distance)
+    near = inverse + inverse**2
+    across = direction @ transmitter - (unit @ transmitter) * along
+    field = across * (1 + near) - 2 * (unit @ transmitter) * along * near
+    return GAIN * wavelength / (4 * np.pi * distance) * np.exp(-2j * np.pi * distance / wavelength) * field
+
+
 def half_plane_response(
     source: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"], frequency: float
 ) -> Complex[np.ndarray, " K"]:
     """Response between short dipoles along z beside the conducting half-plane x = 0, y < 0.
+
+    Its edge is the z axis. A dipole parallel to the edge has a Hertz vector along z, which vanishes on the plane.
+    Macdonald [macdonald1915] solved this case ([bowman1969], chapter 8). With the distances R from the source and R′
+    from its image,
+
+        G = g(R, m) − g(R′, m′),
+        g(R, m) = k/(8πj) · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,
+        m = 2k √(ρρ₀) cos((φ − φ₀)/2),   m′ = 2k √(ρρ₀) cos((φ + φ₀)/2),
+
+    where ρ is the distance from the edge and φ the angle from the half-plane. The index 0 marks those of the source.
 
     It is y = 1.5 λ (1 + ∂²/∂z² / k²) G, and ``|y|²`` is the channel gain.
 

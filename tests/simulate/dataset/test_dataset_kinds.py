@@ -1,7 +1,6 @@
 """A folder of another kind than a command takes is named, with the commands that take it."""
 
 import re
-from types import SimpleNamespace
 
 import pytest
 
@@ -10,10 +9,12 @@ from learn.evaluation.check import check
 from learn.training.config import read_config
 from scenes.files.errors import InputError
 from simulate.csi.csi_dataset import read_csi
-from simulate.dataset import dataset_kinds as folder_kinds
+from simulate.dataset import dataset_kinds
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.exchange.convert import convert
 from simulate.rssi.rssi_dataset import read_rssi
 
-MARKS = SimpleNamespace(powers=folder_kinds.POWERS, channels=folder_kinds.CHANNELS, rooms=folder_kinds.ROOMS)
+POWERS, CHANNELS, ROOMS = dataset_kinds.POWERS, dataset_kinds.CHANNELS, dataset_kinds.ROOMS
 
 
 @pytest.fixture
@@ -30,9 +31,9 @@ def folder(tmp_path):
 @pytest.mark.parametrize(
     ("mark", "found"),
     [
-        (MARKS.powers, r"received powers \(RSSI\), which .* compare, .* and export --hdf5 take"),
-        (MARKS.channels, r"channels over subcarriers \(CSI\), which .* compare, sweep and evaluate take"),
-        (MARKS.rooms, "several rooms, .* bisplat compare takes them together"),
+        (POWERS, r"received powers \(RSSI\), which .* compare, .* and export --hdf5 take"),
+        (CHANNELS, r"channels over subcarriers \(CSI\), which .* compare, sweep and evaluate take"),
+        (ROOMS, "several rooms, .* bisplat compare takes them together"),
         ("spectrum", "spectra"),
     ],
 )
@@ -40,20 +41,24 @@ def test_what_is_found_is_named_wherever_another_kind_is_expected(folder, mark, 
     place = folder(mark)
     with pytest.raises(InputError, match=f"expected a run folder made by bisplat train, found {found}"):
         read_config(place)
-    if mark != MARKS.powers:
+    if mark != "spectrum":
+        for read in (read_dataset, lambda place: convert(place, place / "out")):
+            with pytest.raises(InputError, match=f"expected a dataset of spectra, found {found}"):
+                read(place)
+    if mark != POWERS:
         with pytest.raises(InputError, match=rf"expected received powers \(gateway_rssi\.csv\), found {found}"):
             read_rssi(place)
-    if mark != MARKS.channels:
+    if mark != CHANNELS:
         with pytest.raises(InputError, match=rf"expected channels \(csidata\.npy\), found {found}"):
             read_csi(place)
 
 
 def test_every_command_that_takes_a_folder_exists():
-    named = (folder_kinds.TAKE_POWERS, folder_kinds.TAKE_CHANNELS, folder_kinds.TAKE_PLACED_CHANNELS)
+    named = (dataset_kinds.TAKE_POWERS, dataset_kinds.TAKE_CHANNELS, dataset_kinds.TAKE_PLACED_CHANNELS)
     for words in named:
         assert set(re.findall("[a-z]{3,}", words.replace(" and ", ", ").replace("--hdf5", ""))) <= set(COMMANDS)
 
 
 def test_rooms_are_a_problem_that_check_names(folder):
-    (problem,) = check(folder(MARKS.rooms)).problems
+    (problem,) = check(folder(ROOMS)).problems
     assert "expected a dataset of spectra, found several rooms, each of which is a dataset of spectra" in problem

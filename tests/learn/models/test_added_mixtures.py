@@ -1,17 +1,13 @@
-"""Mixtures with inverse-distance weighting by a compiled loop are those of PyTorch."""
+"""Mixtures that predictions add up piece by piece are those of the model."""
 
 import numpy as np
 import pytest
 import torch
 
-from learn.baselines.neighbours import NEIGHBOURS
-from learn.models.geometry import distances
-from learn.models.kriging import interpolating_model as known_spectra
+from learn.models.kriging import interpolating_model
 from learn.models.kriging.helmholtz import HelmholtzField
-from learn.models.kriging.interpolators import SmoothField
+from learn.models.kriging.interpolators import SquaredExponentialField
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.quick_nearest import add_mean_of_nearest
-from learn.models.kriging.stacking import LEAST_DISTANCE, by_distance
 from learn.training.prediction import predicted
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH
 
@@ -31,22 +27,9 @@ def known(field: KrigedField, count: int) -> KrigedField:
     return field
 
 
-@pytest.mark.parametrize("count", [1, 5, 8, 30])
-def test_means_are_those_of_the_reference(count):
-    field = known(KrigedField(*BUILT, "responses"), count)
-    positions = torch.cat([field.places, torch.rand(9, 3)])
-    with torch.inference_mode():
-        expected = by_distance(field, distances(positions, field.places)).numpy()
-        of_known = field.all_known_spectra().numpy()
-    found = np.ones_like(expected)
-    given = positions.numpy(), field.places.numpy(), of_known, 0.25, min(NEIGHBOURS, count), LEAST_DISTANCE
-    add_mean_of_nearest(found, *given)
-    np.testing.assert_allclose(found, 1 + 0.25 * expected, atol=1e-6)
-
-
 def model_of(weights: dict[str, float]) -> HelmholtzField:
     model = HelmholtzField(*BUILT)
-    fields = {"responses": KrigedField(*BUILT, "responses"), "smooth-spectra": SmoothField(*BUILT)}
+    fields = {"responses": KrigedField(*BUILT, "responses"), "smooth-spectra": SquaredExponentialField(*BUILT)}
     model._set(weights, {way: known(field, 30) for way, field in fields.items() if way in weights})
     return model.eval()
 
@@ -61,7 +44,7 @@ MIXTURES = [
 @pytest.mark.parametrize("weights", MIXTURES)
 @pytest.mark.parametrize("kept", [2000, 0])
 def test_predictions_are_those_of_the_model(weights, kept, monkeypatch):
-    monkeypatch.setattr(known_spectra, "KEPT", kept)
+    monkeypatch.setattr(interpolating_model, "KEPT", kept)
     model, positions = model_of(weights), np.random.default_rng(0).uniform(0, 3, (19, 3))
     assert model.beamformed() is not None
     with torch.no_grad():
