@@ -590,8 +590,6 @@ NOT_CALLED = {
     "Dataset": "made by simulate and read_dataset",
     "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
     "CsiDataset": "made by read_csi",
-    "FittedPowers": "made by fit_powers",
-    "CoverageMap": "made by coverage_map",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",
