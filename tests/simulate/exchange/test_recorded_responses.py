@@ -379,7 +379,7 @@ def test_columns_alike_and_of_several_units_are_refused(tmp_path, header):
 
 
 def test_element_positions_in_a_text_file(tmp_path):
-    from bisplat.commands.array_option import array_option
+    from bisplat.commands.scene_changes import array_option
 
     (tmp_path / "layout.txt").write_text("0 1\n2 3\n")
     with pytest.raises(
@@ -389,7 +389,7 @@ def test_element_positions_in_a_text_file(tmp_path):
 
 
 def test_element_positions_of_another_unit(tmp_path):
-    from bisplat.commands.array_option import array_option
+    from bisplat.commands.scene_changes import array_option
 
     (tmp_path / "layout.csv").write_text("x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n")
     with pytest.raises(InputError, match=r"the header x,y,z, of numbers in metres, found 'x \[mm\],y"):
