@@ -207,15 +207,6 @@ def test_other_kinds_are_named(folder, tmp_path):
             "the downlink equals the uplink, so there is nothing to predict",
         ),
         (_saved(lambda values: values * (np.arange(6) > 1)[:, None, None]), "2 of 6 rows have a link of zeros alone"),
-        (_saved(lambda values: values * (np.arange(4) > 0)[:, None]), "1 of 4 antennas have a link of zeros alone"),
-        (
-            _written("base-station.yml", station().replace("0.0, 0.06", "0.0, 600")),
-            "spread over 600 m: are they in metres?",
-        ),
-        (
-            _written("base-station.yml", station().replace("0.06", "0.12")),
-            "4 antennas are at 3 different positions only",
-        ),
         (_written("test_index.txt", "3\n"), "1 positions are in neither train_index.txt nor test_index.txt"),
     ],
 )

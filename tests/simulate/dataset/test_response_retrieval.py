@@ -8,7 +8,6 @@ import pytest
 import bisplat
 from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
-from scenes.files.output_folder import locked
 from simulate.dataset import response_retrieval
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import (
@@ -17,7 +16,6 @@ from simulate.dataset.dataset_writer import (
     write_index,
     write_metadata,
     write_positions,
-    write_responses,
 )
 from simulate.dataset.response_retrieval import retrieve
 from simulate.spectra.beamformer import Beamformer
@@ -111,11 +109,6 @@ def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
     said = f"{partial}: expected what an interrupted bisplat responses left, found a damaged file"
     assert said in capsys.readouterr().err
     assert not partial.exists()
-
-
-def test_second_process_is_refused(folder):
-    with locked(folder), pytest.raises(InputError, match="no other process writes to"):
-        retrieve(read_dataset(folder))
 
 
 def test_command_replaces_retrieved_responses_only_by_force_and_recorded_ones_never(folder):

@@ -86,13 +86,6 @@ def test_measured_dataset_has_no_responses_but_those_that_were_retrieved(dataset
         assert "responses" not in file and (file["retrieved_responses"][:] == dataset.responses).all()
 
 
-def test_many_spectra_are_written_in_parts(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr(hdf5_export, "AT_ONCE", 2)
-    export_hdf5(dataset, tmp_path / "data.h5")
-    with h5py.File(tmp_path / "data.h5") as file:
-        assert (file["spectra"][:] == dataset.pictures).all()
-
-
 @pytest.mark.parametrize("room", [1000, 30_000])
 def test_full_disk_leaves_the_old_file_as_it_was(dataset, tmp_path, room):
     """HDF5 itself would crash the process at its end."""
