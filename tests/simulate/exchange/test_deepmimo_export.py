@@ -176,7 +176,7 @@ def edited(source: Path, folder: Path, **changes: object) -> Path:
 def test_what_has_no_paths_is_refused_in_one_sentence(plain, tmp_path):
     output = tmp_path / "output" / "paths"
     measured = edited(plain, tmp_path / "measured", scene_file=None)
-    fullwave = {"cell": 0.01, "solver": "ours"}
+    fullwave = {"cell": 0.01, "solver": "ours", "window_ns": 50.0, "antennas": "short dipoles"}
     depth = {**json.loads((plain / "metadata.json").read_text())["propagation"], "max_depth": 16}
     for source, sentence in (
         (measured, r"measured.metadata.json: expected the key scene_file, found none"),
