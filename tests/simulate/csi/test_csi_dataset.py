@@ -1,6 +1,5 @@
 """Folders of channels over subcarriers: what is read, what is said, and a sentence for each mistake."""
 
-import json
 import re
 from pathlib import Path
 
@@ -61,16 +60,6 @@ def test_export_and_reading_are_each_others_inverse(tmp_path, capsys):
     np.testing.assert_array_equal(read.frequencies, wide.band.frequencies(2.4e9))
     assert sorted([*read.train, *read.test]) == sorted([*wide.train, *wide.test])
     assert capsys.readouterr().err == ""  # our own folder states everything
-
-
-def test_a_folder_whose_frequency_was_assumed_states_none(tmp_path):
-    array = bisplat.PlanarArray(2, 2)
-    wide = bisplat.write_dataset(tmp_path / "wide", np.eye(3)[:2], channels()[:2], array, "2.4 GHz", bandwidth="20 MHz")
-    metadata = json.loads((wide.folder / "metadata.json").read_text())
-    del metadata["frequency_hz"]
-    (wide.folder / "metadata.json").write_text(json.dumps(metadata))
-    bisplat.export_csi(wide.folder, tmp_path / "csi")
-    assert bisplat.read_csi(tmp_path / "csi").frequency is None
 
 
 def test_check_describes_it(folder):

@@ -1,7 +1,5 @@
 """``bisplat responses``: channels.npz retrieved from pictures, marked, and continued after an interruption."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -75,27 +73,6 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
     assert batches == [0, 2, 2]  # the first batch only once
     np.testing.assert_array_equal(again.responses, whole.responses)
     assert not list(folder.glob("*partial*"))
-
-
-def test_what_was_retrieved_with_another_array_is_not_continued(folder, monkeypatch):
-    monkeypatch.setattr(response_retrieval, "AT_ONCE", 2)
-    whole, seeds = retrieve(read_dataset(folder)), []
-    (folder / "channels.npz").unlink()
-    dataset = read_dataset(folder)
-    beamformer = replace(dataset.beamformer, array=replace(dataset.array, spacing=0.4))
-    narrow = replace(dataset, identification=replace(dataset.identification, beamformer=beamformer))
-
-    def interrupted(spectra, beamformer, seed):
-        seeds.append(seed)
-        if len(seeds) == 2:
-            raise KeyboardInterrupt
-        return retrieve_responses(spectra, beamformer, seed)
-
-    monkeypatch.setattr(response_retrieval, "retrieve_responses", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        retrieve(narrow)
-    np.testing.assert_array_equal(retrieve(dataset).responses, whole.responses)
-    assert seeds[:3] == [0, 2, 0]
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut"])

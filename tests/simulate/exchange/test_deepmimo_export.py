@@ -203,17 +203,6 @@ def test_name_that_deepmimo_cannot_load_is_refused(plain, tmp_path, name):
     assert not list(tmp_path.iterdir())
 
 
-def test_other_files_are_replaced_only_if_allowed(plain, tmp_path):
-    (tmp_path / "params.json").write_text("precious")
-    (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="expected a new folder, found other files; --force"):
-        export_deepmimo(plain, tmp_path)
-    assert (tmp_path / "params.json").read_text() == "precious"
-    export_deepmimo(plain, tmp_path, force=True)
-    assert json.loads((tmp_path / "params.json").read_text())["version"].startswith("4.")
-    assert (tmp_path / "notes.txt").read_text() == "mine"
-
-
 def test_deepmimo_reads_it(exported, expected, capsys):
     """The Makefile installs the package without its dependencies: it asks for an older NumPy, but runs with ours."""
     deepmimo = pytest.importorskip("deepmimo")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import ParameterError
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.element_array import ElementArray
@@ -80,17 +80,6 @@ def test_mistakes_are_told_in_a_sentence(tmp_path, changed, message):
     with pytest.raises(ParameterError, match=message):
         write_dataset(tmp_path / "mine", **given)
     assert not (tmp_path / "mine").exists()
-
-
-def test_folder_stays_as_it_was_if_something_is_wrong(tmp_path):
-    with pytest.raises(InputError, match="orientation: expected a quaternion of unit length, found length 2"):
-        write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6, gateway_orientation=(0, 0, 0, 2))
-    assert not (tmp_path / "mine").exists()
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("precious")
-    with pytest.raises(InputError, match="found other files"):
-        write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6)
-    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
 
 
 def test_both_ends_move(tmp_path):

@@ -7,6 +7,7 @@ import pytest
 import scipy.io
 
 import bisplat
+from bisplat.commands.array_option import array_option
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
@@ -155,11 +156,6 @@ def test_tag_that_the_same_antenna_reads(tmp_path):
     assert made.responses is None and made.metadata["phases"] == "per-position"
     assert (signs == signs[:, :1]).all()
     np.testing.assert_allclose(made.retrieved, signs * field, rtol=1e-4)
-
-
-def test_phase_that_jumps_is_warned_of(tmp_path):
-    _, said = recorded(tmp_path, Recording(round_trip=True), pos=PLACES, H=RIGHT**2)
-    assert "between two elements, so that the sign of the root may be wrong there" in said
 
 
 def test_rows_of_the_frequency_are_kept(tmp_path):
@@ -343,12 +339,19 @@ def test_columns_alike_and_of_several_units_are_refused(tmp_path, header):
         record([tmp_path / "log.csv"], tmp_path / "out", GATEWAY, "2.4 GHz")
 
 
-def test_element_positions_of_another_unit(tmp_path):
-    from bisplat.commands.array_option import array_option
-
-    (tmp_path / "layout.csv").write_text("x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n")
-    with pytest.raises(InputError, match=r"the header x,y,z, of numbers in metres, found 'x \[mm\],y"):
-        array_option(str(tmp_path / "layout.csv"))
-    (tmp_path / "layout.csv").write_text("x,y,z\n0,0,0\n160,0,0\n")
-    with pytest.raises(InputError, match=r"found element 1 at \[160.0, 0.0, 0.0\]; are they in metres\?"):
-        array_option(str(tmp_path / "layout.csv"))
+@pytest.mark.parametrize(
+    ("name", "content", "found"),
+    [
+        ("layout.txt", "0 1\n2 3\n", r"a file of element positions whose name ends in \.csv"),
+        (
+            "layout.csv",
+            "x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n",
+            r"the header x,y,z, of numbers in metres, found 'x \[mm\]",
+        ),
+        ("layout.csv", "x,y,z\n0,0,0\n160,0,0\n", r"found element 1 at \[160.0, 0.0, 0.0\]; are they in metres\?"),
+    ],
+)
+def test_files_of_element_positions_that_are_none(tmp_path, name, content, found):
+    (tmp_path / name).write_text(content)
+    with pytest.raises(InputError, match=found):
+        array_option(str(tmp_path / name))

@@ -1,9 +1,6 @@
 """Folders of received powers: every byte of the format, and a sentence for each mistake."""
 
-import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -154,23 +151,12 @@ def test_powers_at_the_mark_count_as_not_received(tmp_path, capsys):
     assert "2 powers of -100 dBm or less count as not received" in capsys.readouterr().err
 
 
-def test_check_describes_the_folder(folder, capsys):
-    done = subprocess.run([sys.executable, "-m", "bisplat", "check", folder], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    for words in (
-        "received powers (RSSI): 5 positions × 2 gateways",
-        "door [0.0, 0.0, 2.5], 7 [5.0, 0.0, 2.5]",
-        "2.4 GHz (metadata.json)",
-        "-99 dBm (metadata.json)",
-        "30.0% of the powers",
-        "-99 to 0, median -60",
-    ):
-        assert words in done.stdout
-    found = json.loads(
-        subprocess.run(
-            [sys.executable, "-m", "bisplat", "check", folder, "--json"], capture_output=True, text=True
-        ).stdout
-    )
+def test_check_describes_the_folder(folder):
+    checked = bisplat.check(folder)
+    described, found = checked.description(), checked.figures()
+    assert described["holds"] == "received powers (RSSI): 5 positions × 2 gateways"
+    assert described["gateways at (m)"] == "door [0.0, 0.0, 2.5], 7 [5.0, 0.0, 2.5]"
+    assert described["floor"] == "-99 dBm (metadata.json)" and described["powers (dBm)"] == "-99 to 0, median -60"
     assert (found["kind"], found["positions"], found["gateways"]) == ("rssi", 5, ["door", "7"])
     assert (found["weakest_dbm"], found["strongest_dbm"], found["not_received"]) == (-99, 0, 0.3)
 

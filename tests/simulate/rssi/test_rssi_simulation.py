@@ -1,14 +1,11 @@
 """Simulated received powers against closed forms and against the responses of spectra."""
 
 import dataclasses
-import json
-import sys
 
 import numpy as np
 import pytest
 
 import bisplat
-from bisplat.__main__ import main
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.engines.rays_engine import Rays
@@ -128,26 +125,6 @@ def test_gateways_from_a_file(case, tmp_path):
     with pytest.raises(InputError, match=sentence):
         bisplat.simulate_rssi(*call, positions=PLACES, propagation=SIGHT)
     assert not (tmp_path / "x").exists()
-
-
-def test_the_command_makes_what_the_function_does(tmp_path, monkeypatch, capsys):
-    bisplat.write_scene(small_scene(), tmp_path / "room")
-    (tmp_path / "gateways.yml").write_text("north: [0, 2, 1.5]\nsouth: [0.5, -2, 2.0]\n")
-    (tmp_path / "places.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in PLACES))
-    monkeypatch.chdir(tmp_path)
-    call = "rssi room/scene.yaml -o hall --gateways gateways.yml --positions places.csv --max-depth 0 --tx-power -3"
-    monkeypatch.setattr(
-        sys, "argv", ["bisplat", *call.split(), "--floor", "-90", "--quantisation", "0.5", "--seed", "2"]
-    )
-    main()
-    assert capsys.readouterr().out == "4 positions, 2 gateways: hall\n"
-    expected = bisplat.simulate_rssi(
-        small_scene(), "there", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=-3.0, floor_dbm=-90.0,
-        quantisation_db=0.5, seed=2,
-    )  # fmt: skip
-    np.testing.assert_array_equal(bisplat.read_rssi("hall").rssi_dbm, expected.rssi_dbm)
-    named = json.loads((tmp_path / "hall" / "metadata.json").read_text())
-    assert named["placement"] == "positions of places.csv"
 
 
 def test_gateway_of_given_elements_has_one_of_them(tmp_path):
