@@ -62,6 +62,16 @@ class Tab:
             self._receive()
         self._send({"type": "GuiUpdateMessage", "uuid": found[0]["uuid"], "updates": {"value": True}})
 
+    def drag(self, name: str, position: tuple[float, ...], wxyz: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)) -> None:
+        """Drag a handle, which may be made later, to a position and an orientation."""
+        while not (
+            found := [m for m in self._messages if m["type"] == "TransformControlsMessage" and m["name"] == name]
+        ):
+            self._receive()
+        owner = found[0].get("owner", "")
+        moved = {"type": "TransformControlsUpdateMessage", "name": name, "position": position, "wxyz": wxyz}
+        self._send(moved | {"owner": owner})
+
     def _send(self, message: dict[str, Any]) -> None:
         import msgspec
 

@@ -24,7 +24,7 @@ from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.kriging.helmholtz import HelmholtzField
-from learn.models.kriging.interpolators import OneField
+from learn.models.kriging.interpolators import MovingArrayField
 from learn.models.kriging.kriged_field import KrigedField
 from simulate.dataset.dataset import Dataset
 from simulate.generation.simulation import simulate
@@ -62,7 +62,7 @@ def of_room(name: str, folder: Path, known: tuple[int, ...], smallest: bool) -> 
     for number in known:
         parts = order[tested : tested + number], order[:tested]
         region, beamformer, wavelength = np.zeros((2, 3)), moves.beamformer, moves.wavelength
-        field, seconds = median_ssim(OneField(region, beamformer, wavelength), moves, *parts)
+        field, seconds = median_ssim(MovingArrayField(region, beamformer, wavelength), moves, *parts)
         by_itself, _ = median_ssim(KrigedField(region, beamformer, wavelength, "responses"), moves, *parts)
         fixed, _ = median_ssim(HelmholtzField(region, beamformer, wavelength), stands, *parts)
         figures[f"{name}, {number} known"] = {

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.array_option import array_option
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle
-from bisplat.commands.import_options import print_list, read_own_material, read_rule
-from bisplat.commands.output_file import Force, require_new
-from bisplat.commands.scene_changes import SceneChanges, changed_scene
-from scenes.files.errors import InputError, printable
-from scenes.files.optional_packages import require_extra
+from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
+from scenes.files.errors import InputError, printable, shown
+from scenes.files.input_file import parse_number
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
+from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # a slow import that the help of the command line does not need
     from scenes.scene.description import Scene
+    from scenes.scene.materials import RadioMaterial
 
 Triple = tuple[float, float, float]
 
@@ -56,8 +56,6 @@ def scene(
     region_max: Triple | None = None,
     json: bool = False,
     accuracy: bool = False,
-    view: bool = False,
-    port: int = 8080,
     force: Force = False,
 ) -> None:
     """Draw and describe a scene, or import a mesh as a new scene.
@@ -66,7 +64,7 @@ def scene(
 
     Args:
         scene: built-in name (such as lab), scene YAML, or a file to import; sionna:NAME imports a scene of Sionna RT.
-        output: file of the drawing (default: NAME.png). For an import or --view: folder of the new scene.
+        output: file of the drawing (default: NAME.png). For an import: folder of the new scene.
         list_parts: import only: print the names in the file and the material that each would get, and write nothing.
         material: import only: rules NAME=MATERIAL. NAME is that of an object, node, material or mesh file in the file,
             and may hold * and ?. The first rule that matches an object counts.
@@ -90,15 +88,8 @@ def scene(
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
         accuracy: also trace the scene, and say how near rays are expected to come to full wave: about a minute.
-        view: edit the gateway, the transmitter region and the materials in the browser.
-        port: with --view: port of the page. If it is taken, the next free port.
     """
     given = given_options(globals()["scene"], locals())  # here, scene is the argument
-    if view:
-        refuse_idle(given, ["json", "accuracy"], "beside --view, which prints no description")
-        require_extra("viewer", "the viewer")
-    else:
-        refuse_idle(given, ["port"], "without --view")
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.imported_objects import parts_of
@@ -121,7 +112,7 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            idle = ["output", "walls", "pattern", "array", "view", "accuracy", "force", *PLACES]
+            idle = ["output", "walls", "pattern", "array", "accuracy", "force", *PLACES]
             refuse_idle(given, idle, "beside --list")
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
@@ -159,21 +150,8 @@ def scene(
     else:
         where = f"for the scene {scene}, which is no file to import"
         refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
-        if view:
-            refuse_idle(given, ["force"], "beside --view, which asks before it replaces a scene")
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
         drawing = output or Path(f"{file_stem(place.name)}.png")
-    if view:
-        from scenes.browser.scene_editor import Editor
-        from scenes.browser.served_page import serve
-
-        folder = Path(f"{file_stem(place.name)}-edited") if output is None or importable else output
-
-        def open_tab(client) -> None:
-            Editor(client, place, folder)
-
-        serve(f"bisplat: {place.name}", port, open_tab)
-        return
     if importable:
         failure = _failure_to_draw(place, drawing)
         if failure:
@@ -224,3 +202,68 @@ def _describe(place: Scene, json: bool, drawing: Path | None) -> None:
     print_table("scene (metres, hertz)", {"": description})
     if drawing is not None:
         print(printable(f"drawing: {drawing}"))
+
+
+if TYPE_CHECKING:  # slow imports that the help of the command line does not need
+    from scenes.scene.materials import RadioMaterial
+
+
+def read_rule(text: str) -> tuple[str, str]:
+    """Read NAME=MATERIAL. The name may contain "="."""
+    pattern, separator, material = text.rpartition("=")
+    if not separator:
+        raise InputError(f"--material: expected NAME=MATERIAL, found {shown(text)}")
+    return pattern, material
+
+
+def read_own_material(text: str) -> RadioMaterial:
+    """Read NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS."""
+    from scenes.scene.materials import RadioMaterial
+
+    name, _, values = text.rpartition("=")
+    try:
+        permittivity, conductivity, thickness = map(parse_number, values.split(","))
+    except ValueError:
+        name = ""
+    if not name or "=" in name:
+        raise InputError(
+            "--own-material: expected NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS, such as wet=15,2.2,0.5 for a relative "
+            f"permittivity of 15, 2.2 S/m and 0.5 m, found {shown(text)}"
+        )
+    try:
+        return RadioMaterial(name, permittivity, conductivity, thickness)
+    except InputError as error:
+        raise InputError(f"--own-material: {error}") from None
+
+
+def print_list(listing: dict[str, Any]) -> None:
+    """Print what ``parts_of`` returns."""
+    rows = [
+        {
+            "object": part["name"],
+            "node": part["node"],
+            "material in the file": part["material in the file"],
+            "mesh file": part["mesh file"],
+            "size (m)": " ".join(map(plain, part["size"])),
+            "area (m²)": part["area"],
+            "triangles": part["triangles"],
+            "becomes": part["material"] or "–",
+            "by": part["by"] or "nothing: add --material NAME=MATERIAL or --default-material MATERIAL",
+        }
+        for part in listing["parts"]
+    ]
+    for optional in ("node", "material in the file", "mesh file"):
+        if all(row[optional] in ("", row["object"]) for row in rows):
+            rows = [{key: value for key, value in row.items() if key != optional} for row in rows]
+    print_rows("objects", rows)
+    rows = [
+        {"unit of the file": unit} | {name: " ".join(map(plain, corner)) for name, corner in bounds.items()}
+        for unit, bounds in listing["bounds"].items()
+    ]
+    print_rows("size, lowest and highest corner (m)", rows)
+    say(f"{listing['file']}: up axis {listing['up']}, unit {listing['unit']}, {listing['frequency'] / 1e6:g} MHz")
+    if listing["evidence"]:
+        reasons = "; ".join(listing["evidence"]["reasons"])
+        say(f"{listing['file']}: evidence of {listing['evidence']['axis']} up: {reasons}")
+    for sentence in listing["warnings"]:
+        say(f"warning: {listing['file']}: {sentence}")

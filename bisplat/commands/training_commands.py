@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle
-from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.model_settings import Steps
@@ -73,6 +73,7 @@ def check(
             result = {
                 "valid": found.valid,
                 "spectra": 0 if found.dataset is None else len(found.dataset.names),
+                "fingerprint": None if found.dataset is None else found.dataset.fingerprint,
                 **common,
                 "split": found.split_figures(),
                 **found.beamformer(),

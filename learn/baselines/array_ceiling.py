@@ -25,11 +25,7 @@ SAMPLES = 50  # largest number of test spectra to which the ceiling is fitted; a
 
 
 def shown_name(name: str) -> str:
-    """The name of a method or of the bound as tables and figures show it.
-
-    >>> shown_name("nearest"), shown_name(CEILING)
-    ('nearest', "array's ceiling (bound)")
-    """
+    """The name of a method or of the bound as tables and figures show it."""
     return f"{name} (bound)" if name == CEILING else name
 
 

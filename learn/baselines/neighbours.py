@@ -1,8 +1,4 @@
-"""Baselines without training: the mean of the known spectra, the nearest one, and a weighted mean of the four nearest.
-
-In all functions ``known`` are known spectra, 0…1, ``known_positions`` their transmitter positions, and ``positions``
-the transmitter positions to predict at, all in metres.
-"""
+"""Baselines without training: the mean of the known spectra, the nearest, and a weighted mean of four."""
 
 from __future__ import annotations
 

@@ -109,6 +109,7 @@ class Check:
             responses = f"{'yes' if recorded else 'found behind the pictures'}, each with a phase of its own"
         return {
             "spectra": str(len(dataset.names)),
+            "fingerprint": dataset.fingerprint,
             **self._sizes(dataset),
             **_ends(dataset),
             "frequency": f"{dataset.frequency} ({SOURCES[dataset.frequency.source]})",

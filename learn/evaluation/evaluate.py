@@ -263,7 +263,7 @@ def evaluate(
         prediction=prediction,
         deviation=run.deviation(positions),
         scores=scores,
-        origin=Origin.of(run.config, parts),
+        origin=Origin.of(run.config, parts, run.dataset_sha256),
         tested_on=_tested_on(tested_on, same, index),
     )
 

@@ -19,25 +19,16 @@ if TYPE_CHECKING:
     from simulate.spectra.compiled_beamformer import CompiledBeamformer
 
 
-Report = Callable[[str, int, int], None]
-"""Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
+Report = Callable[[str, int, int], None]  # takes a phase of a fit, the number of its steps done, and the largest number
 
 
 class Beamformed(NamedTuple):
-    """Predictions that are the spectra of predicted responses, or weighted means of these and others.
+    """Predictions that are the spectra of predicted responses, or weighted means of these and others."""
 
-    Attributes:
-        responses: function from positions [B, 3] to responses [B, elements, 2] (real, imaginary).
-        beamforming: the layer that computes their spectra.
-        weight: of their spectra.
-        add_others: function that adds the other spectra at positions to an array [B, 90, 360], by their weights. None:
-            there are none.
-    """
-
-    responses: Callable[[Tensor], Tensor]
+    responses: Callable[[Tensor], Tensor]  # from positions [B, 3] to [B, elements, 2] (real, imaginary)
     beamforming: BeamformingLayer
-    weight: float = 1.0
-    add_others: Callable[[Tensor, np.ndarray], None] | None = None
+    weight: float = 1.0  # of the responses' spectra
+    add_others: Callable[[Tensor, np.ndarray], None] | None = None  # adds the others, weighted, to [B, 90, 360]
 
 
 class SpectrumModel(nn.Module):
@@ -168,20 +159,9 @@ class SplatModel(SpectrumModel):
 
 
 class BeamformingLayer(nn.Module):
-    """Computes the spectrum that the array measures from element responses.
+    """Spectra ``|A y|``, min–max normalised, of element responses y, with the steering vectors A of array and grid."""
 
-    The spectrum is ``|A y|``, min–max normalised, with the steering vectors A and the responses y.
-
-    Args:
-        beamformer: the dataset's array and grid.
-
-    Attributes:
-        steering: the real matrix [2·elements, 2·90·360] that multiplies flattened (real, imaginary) pairs as A
-            multiplies complex numbers.
-        elements: number of the array's elements.
-    """
-
-    steering: Tensor
+    steering: Tensor  # [2·elements, 2·90·360], multiplies flattened (real, imaginary) pairs as A does complex numbers
 
     def __init__(self, beamformer: Beamformer):
         super().__init__()
@@ -191,11 +171,7 @@ class BeamformingLayer(nn.Module):
         self._beamformer = beamformer
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
-        """Spectra, 0…1, of element responses (real, imaginary).
-
-        The scale and the common phase of the responses have no effect. Responses that are all zero give a black
-        spectrum. In inference mode on the CPU, a compiled loop computes them (``quick``).
-        """
+        """Spectra, 0…1; neither scale nor common phase of the responses matter, and zero gives a black spectrum."""
         quick = self.quick(responses)
         if quick is None:
             return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
@@ -204,11 +180,7 @@ class BeamformingLayer(nn.Module):
         return torch.from_numpy(spectra)
 
     def quick(self, numbers: Tensor) -> CompiledBeamformer | None:
-        """What computes the spectra of responses quickly. None: nothing does, or their gradient is needed.
-
-        Args:
-            numbers: the responses, or what they are computed from.
-        """
+        """What computes the spectra quickly, if no gradient with respect to these numbers is needed; None: nothing."""
         if not runs_compiled(numbers):
             return None
         from simulate.spectra.compiled_beamformer import compiled_beamformer  # compiles, which training does not need

@@ -235,12 +235,8 @@ class PredictsResponses(SpectrumModel, ABC):
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
 
 
-def suit_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-    """Suit an untrained model to a dataset, as far as it can be.
-
-    If the receiver moves, it learns the one field that all elements sample. If there is a band, it learns the responses
-    at all subcarriers.
-    """
+def adapt_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+    """Let an untrained model learn the one field that a moving array samples, and all subcarriers, if it can."""
     if dataset.moving == "receiver" and isinstance(model, SamplesOneField):
         turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()
         model.sample_one_field(torch.from_numpy(turn).float())

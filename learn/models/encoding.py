@@ -26,22 +26,14 @@ freedom. 512 directions are enough for a ball of 7 wavelengths across (2.3 m at 
 
 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:
-    """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise.
-
-    >>> positional_encoding(torch.zeros(3), 2).tolist()
-    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
-    """
+    """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise."""
     frequencies = torch.pi * 2.0 ** torch.arange(order, device=t.device, dtype=t.dtype)
     angles = (frequencies[:, None] * t[..., None, :]).flatten(-2)
     return torch.cat([t, angles.sin(), angles.cos()], dim=-1)
 
 
 def octaves(x: Float[Tensor, "*batch n"], count: int) -> Float[Tensor, "*batch encoded"]:
-    """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1, element-wise: as γ, without π.
-
-    >>> octaves(torch.zeros(1), 2).tolist()
-    [0.0, 0.0, 0.0, 1.0, 1.0]
-    """
+    """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1, element-wise: as γ, without π."""
     angles = (2.0 ** torch.arange(count, device=x.device, dtype=x.dtype)[:, None] * x[..., None, :]).flatten(-2)
     return torch.cat([x, angles.sin(), angles.cos()], dim=-1)
 
@@ -54,18 +46,7 @@ class TransmitterEncoding(nn.Module):
     - ``octaves`` is the paper's TX-PE: γ of the position scaled to −1…1.
     - ``waves`` is cos and sin of ``k v_j·(r − r₀)``, for directions v_j spread evenly over the sphere and the region's
       centre r₀. In the air around the transmitter every field is a sum of plane waves with wavenumber k = 2π/λ. The
-      responses at one frequency are therefore smooth, nearly linear functions of these numbers. The octaves of γ do not
-      depend on the wavelength.
-
-    Args:
-        kind: "octaves" or "waves".
-        order: number of octaves L of TX-PE.
-
-    Attributes:
-        size: number of values.
-
-    Raises:
-        ParameterError: ``kind`` is neither of them.
+      responses at one frequency are therefore smooth, nearly linear functions of these numbers.
     """
 
     directions: Tensor
@@ -83,13 +64,7 @@ class TransmitterEncoding(nn.Module):
     def forward(
         self, positions: Float[Tensor, "B 3"], region: Float[Tensor, "2 3"], wavelength: Float[Tensor, ""]
     ) -> Float[Tensor, "B size"]:
-        """The encoding of positions.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            region: corners (min, max) of the box of training positions, metres.
-            wavelength: λ, metres.
-        """
+        """The encoding of positions in the ``region`` (min, max) of the training positions; all in metres."""
         low, high = region
         if self.kind == "octaves":
             return positional_encoding(2 * (positions - low) / (high - low) - 1, self.order)

@@ -57,13 +57,7 @@ class Quadrature:
 
 
 def quadrature(beamformer: Beamformer) -> Quadrature:
-    """The fewest rows and columns that hold the band of an array.
-
-    >>> from simulate.spectra.beamformer import Beamformer
-    >>> chosen = quadrature(Beamformer())
-    >>> len(chosen.rows), len(chosen.columns)
-    (18, 45)
-    """
+    """The fewest rows and columns that hold the band of an array; 18 × 45 for the default one."""
     bands, heights = _bands(beamformer.array)
     divisors = [width for width in range(1, COLUMNS + 1) if COLUMNS % width == 0 and width > bands.max()]
     width = next((each for each in divisors if 2 * abs(jv(each, bands.max())) < WRONG_ALONG_AZIMUTH), COLUMNS)
@@ -111,11 +105,7 @@ def _bands(array: Array) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n
 
 
 def picture_pixels(beamformer: Beamformer) -> Quadrature:
-    """Pixels from which a spectrum is interpolated: those of ``quadrature``, but at least as many as for a 4 × 4 array.
-
-    The spectra of smaller arrays need fewer pixels for their means, but not for drawing them: magnitudes have sharp
-    valleys.
-    """
+    """Pixels from which a spectrum is interpolated: at least those of a 4 × 4 array, for sharp valleys."""
     own, larger = quadrature(beamformer), quadrature(replace(beamformer, array=PlanarArray()))
     by_rows = max(own, larger, key=lambda pixels: len(pixels.rows))
     by_columns = max(own, larger, key=lambda pixels: len(pixels.columns))
@@ -123,10 +113,7 @@ def picture_pixels(beamformer: Beamformer) -> Quadrature:
 
 
 def interpolation(pixels: Quadrature) -> tuple[Float[np.ndarray, "90 H"], Float[np.ndarray, "360 W"]]:
-    """Matrices R and C that turn pixels x into a picture R x Cᵀ by cubic splines, periodic along azimuth.
-
-    Spectra of a 4 × 4 array that are interpolated from 18 × 45 pixels have an SSIM of 0.996 with the true ones.
-    """
+    """Matrices R and C that turn pixels x into a picture R x Cᵀ by cubic splines, periodic along azimuth."""
     rows = np.ones((ROWS, 1))
     if len(pixels.rows) > 1:
         rows = CubicSpline(pixels.rows, np.eye(len(pixels.rows)))(np.arange(ROWS))
@@ -142,11 +129,7 @@ WINDOW, SIGMA = 5, 1.0  # size and standard deviation of the SSIM's Gaussian win
 def composite_loss(
     prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "B 90 360"], ssim_weight: float = SSIM_WEIGHT
 ) -> Float[Tensor, ""]:
-    """0.7 L1 + 0.3 (1 − SSIM), averaged over the batch.
-
-    The SSIM of the loss uses a Gaussian window. This is separable, and so ten times faster than the uniform window of
-    scikit-image that reported scores use.
-    """
+    """0.7 L1 + 0.3 (1 − SSIM), averaged over the batch; a Gaussian window is separable, and so ten times faster."""
     # The batch is passed as one image with B colour planes. The mean is the same, and the convolutions are several
     # times faster.
     similarity = gaussian_ssim(prediction[None], truth[None], data_range=1.0)

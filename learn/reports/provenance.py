@@ -21,11 +21,7 @@ PACKAGE = "bisplat-wrf"
 
 
 def command(given: Sequence[str]) -> str:
-    """The command of this process as one can type it again, with ~ for the home folder.
-
-    >>> command(["/opt/venv/bin/bisplat", "evaluate", "my run"]), command(["ipython"])
-    ("bisplat evaluate 'my run'", 'Python')
-    """
+    """The command of this process as one can type it again, with ~ for the home folder."""
     program = Path(given[0]) if given else Path()
     if not (program.name == "bisplat" or program.parts[-2:] == ("bisplat", "__main__.py")):
         return "Python"
@@ -39,14 +35,7 @@ def command(given: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where the scores of a report come from.
-
-    Example:
-        >>> numbers = "18 training"
-        >>> made = Provenance("lab", "mlp", "lab", "random", numbers, "", "0", "Python", "2026-01-31", "1.0")
-        >>> made.sentence()
-        'Model mlp, seed 0. Dataset lab, split random: 18 training. bisplat-wrf 1.0, 2026-01-31, Python.'
-    """
+    """Where the scores of a report come from."""
 
     title: str  # what the report is about
     model: str  # names of the models, or of what else predicts
@@ -58,6 +47,7 @@ class Provenance:
     command: str = field(default_factory=lambda: command(sys.argv))  # the command, or "Python"
     date: str = field(default_factory=lambda: datetime.date.today().isoformat())  # day of the report, ISO 8601
     version: str = field(default_factory=lambda: version(PACKAGE))  # version of bisplat-wrf
+    fingerprint: str = ""  # that of the dataset
     array: str = ""  # what the array cannot tell, a clause; empty if it tells all directions of its grid apart
 
     @classmethod
@@ -73,6 +63,7 @@ class Provenance:
             distances=evaluation.distances.sentence(),
             array=evaluation.dataset.array.cannot_tell or "",
             seed=str(origin.seed),
+            fingerprint=origin.fingerprint,
         )
 
     @classmethod
@@ -88,6 +79,7 @@ class Provenance:
             distances=fresh.distances.sentence(),
             array=fresh.array.cannot_tell or "",
             seed=str(origin.seed),
+            fingerprint=origin.fingerprint,
         )
 
     @classmethod
@@ -109,6 +101,7 @@ class Provenance:
             distances=_distances(comparison, rows),
             array=(comparison.array and comparison.array.cannot_tell) or "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
+            fingerprint=settings.dataset_sha256 or "",
         )
 
     @classmethod
@@ -134,7 +127,8 @@ class Provenance:
         made = f"{PACKAGE} {self.version}, {self.date}, {self.command}."
         if not self.split:
             return f"{self.title}. {made}"
-        data = f"Dataset {self.dataset}, split {self.split}: {self.spectra}"
+        fingerprint = f" ({self.fingerprint[:12]})" if self.fingerprint else ""
+        data = f"Dataset {self.dataset}{fingerprint}, split {self.split}: {self.spectra}"
         distances = f"{self.distances[:1].upper()}{self.distances[1:]}."
         models = f"Model {self.model}, seed {self.seed}." if "," not in self.model else f"Seed {self.seed}."
         array = f"Of the array: {self.array}."
@@ -143,7 +137,7 @@ class Provenance:
 
     def facts(self) -> dict[str, str]:
         """All of it as texts, for JSON."""
-        return {key: value for key, value in asdict(self).items() if key != "array" or value}
+        return {key: value for key, value in asdict(self).items() if value or key not in ("array", "fingerprint")}
 
     def pdf_metadata(self) -> dict[str, str]:
         """The document properties of a PDF."""

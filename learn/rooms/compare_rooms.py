@@ -229,7 +229,7 @@ def _measure(
     source = source_of(label, method, ROOM_METHODS)
     keys: list[dict[str, Any]] = [{"label": label, "seed": seed, "train_size": size} for size in sizes]
     own = is_own(method)
-    missing = [key for key in keys if not kept.is_measured(key, row_name(key), own, source, ROOM_METHODS)]
+    missing = [key for key in keys if not kept.is_measured(key, row_name(key), own, source)]
     if not missing:
         return
     say(f"{label}, seed {seed}")

@@ -134,7 +134,7 @@ class HelmholtzOfPictures(_Modelled):
         self._model = model
 
 
-class ImagesInRoom(_Modelled):
+class MirrorImagesInRoom(_Modelled):
     """``mirror-images``, fitted to the known responses of the room alone, with the gateway's place and orientation."""
 
     def fit(self, room: KnownInRoom) -> None:
@@ -243,7 +243,7 @@ ROOM_METHODS: dict[str, Callable[[], RoomMethod]] = {
     "inverse-distance": InverseDistanceInRoom,
     "helmholtz": HelmholtzInRoom,
     "helmholtz-pictures": HelmholtzOfPictures,
-    "mirror-images": ImagesInRoom,
+    "mirror-images": MirrorImagesInRoom,
     "attention": AttentionOverNeighbours,
     "twin": TwinInRoom,
 }

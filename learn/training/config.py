@@ -20,10 +20,10 @@ from learn.data.splits import PARTS, Split, SplitKind, read_split
 from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, cut, require_whole, shown
+from scenes.files.errors import InputError, ParameterError, require_whole, shown
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.options import check_kinds
-from scenes.files.schema import LATER, Count, conform
+from scenes.files.schema import Count, conform
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
@@ -44,13 +44,12 @@ Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | fl
 
 
 class Receiver(Struct):
-    """What config.json says besides the settings: the dataset's array, grid and fingerprint, and versions."""
+    """What config.json says besides the settings: the dataset's array, grid, fingerprint and frequency."""
 
     array: PlanarArray
     grid: AngularGrid
-    dataset_sha256: str | None = None
-    frequency_hz: Annotated[float, Meta(gt=0)] | None = None
-    versions: dict[str, str] = {}
+    dataset_sha256: str
+    frequency_hz: Annotated[float, Meta(gt=0)]
 
 
 class ReceiverOfElements(Receiver, kw_only=True):
@@ -61,29 +60,18 @@ class ReceiverOfElements(Receiver, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
-    """Settings of a run. The same settings on the same dataset give the same weights.
+    """Settings of a run. The same settings on the same dataset give the same weights."""
 
-    Attributes:
-        dataset: absolute path of the dataset folder.
-        model: name of the model, or ``module:Class``.
-        split: how the test part is chosen.
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-        seed: seed of the initial weights and the order of the spectra.
-        split_seed: seed of the split.
-        train_size: number of training spectra, drawn at random from the training part. None: all of them.
-        options: options of the model that differ from its defaults.
-        by_steps: settings of training by steps. None: the model is fitted in closed form.
-    """
-
-    dataset: str
-    model: str = DEFAULT_MODEL
-    split: SplitKind = "files"
-    seed: Count = 0
-    split_seed: Count = 0
+    dataset: str  # absolute path of the dataset folder
+    model: str = DEFAULT_MODEL  # name of the model, or ``module:Class``
+    split: SplitKind = "files"  # how the test part is chosen
+    seed: Count = 0  # seed of the initial weights and the order of the spectra
+    split_seed: Count = 0  # seed of the split
+    # number of training spectra, drawn at random from the training part. None: all of them
     train_size: Annotated[int, Meta(ge=1)] | None = None
-    guard: float = field(default=0.0, metadata=LATER)
-    options: dict[str, Option] = field(default_factory=dict)
-    by_steps: Steps | None = None
+    guard: float = 0.0  # known positions nearer than this to a test position are left out, wavelengths
+    options: dict[str, Option] = field(default_factory=dict)  # options of the model that differ from its defaults
+    by_steps: Steps | None = None  # settings of training by steps. None: the model is fitted in closed form
 
     def __post_init__(self) -> None:
         check_kinds(self)
@@ -118,21 +106,12 @@ def _as_json(option: str, value: Any) -> Any:
 
 
 class RunRecord(NamedTuple):
-    """The content of config.json.
-
-    Attributes:
-        config: the settings.
-        beamformer: the dataset's array and grid.
-        dataset_sha256: fingerprint of the dataset. None: an older version trained the run, which kept none.
-        version: version of bisplat-wrf that trained the run; empty if it is not known.
-        frequency: of the dataset, Hz. None: an older version trained the run, which did not record it.
-    """
+    """The content of config.json: the settings, and what the dataset was."""
 
     config: Config
     beamformer: Beamformer
-    dataset_sha256: str | None
-    version: str
-    frequency: float | None
+    dataset_sha256: str
+    frequency: float  # Hz
 
 
 def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -> None:
@@ -157,37 +136,22 @@ def read_config(folder: Path) -> RunRecord:
     if not os.path.lexists(path):
         found = content_of(folder) or "no config.json in it"
         raise InputError(f"{folder}: expected a run folder made by bisplat train, found {found}")
-    content = read_json(path, "the settings that bisplat train 0.2 writes")
+    content = read_json(path, "the settings that bisplat train writes")
     known = Config.__dataclass_fields__  # other keys are for readers only
     settings = {key: content[key] for key in content if key in known} if isinstance(content, dict) else content
-    try:
-        config = conform(settings, Config, str(path), complete=True)
-        planar = array_kind(content.get("array") if isinstance(content, dict) else None) is PlanarArray
-        receiver = conform(content, Receiver if planar else ReceiverOfElements, str(path))
-    except InputError as error:
-        raise InputError(f"{error}{of_another_version(_version(content))}") from None
+    config = conform(settings, Config, str(path), complete=True)
+    planar = array_kind(content.get("array")) is PlanarArray
+    receiver = conform(content, Receiver if planar else ReceiverOfElements, str(path))
     try:
         beamformer = Beamformer(receiver.array, receiver.grid)
     except ParameterError as error:  # positions in metres without their frequency
         raise InputError(f"{path}: array.{error}") from None
-    return RunRecord(config, beamformer, receiver.dataset_sha256, _version(content), receiver.frequency_hz)
+    return RunRecord(config, beamformer, receiver.dataset_sha256, receiver.frequency_hz)
 
 
-def _version(content: Any) -> str:
-    versions = content.get("versions") if isinstance(content, dict) else None
-    return str(versions.get(PACKAGE, "")) if isinstance(versions, dict) else ""
-
-
-def of_another_version(trained_by: str) -> str:
-    """The end of a message about a run that cannot be read; empty if this version trained it."""
-    if trained_by in ("", version(PACKAGE)):
-        return ""
-    return f"; bisplat-wrf {cut(trained_by)} trained this run, and this is {version(PACKAGE)}: train it again"
-
-
-def require_same_spectra(dataset: Dataset, folder: Path, dataset_sha256: str | None) -> None:
+def require_same_spectra(dataset: Dataset, folder: Path, fingerprint: str | None) -> None:
     """Refuse a dataset that is not the one with which a run or an experiment was begun."""
-    if dataset_sha256 not in (None, dataset.fingerprint):
+    if dataset.fingerprint != fingerprint:
         raise InputError(
             f"{dataset.folder}: expected the dataset that {folder} was trained on, found other spectra, as if they had "
             "been simulated or measured again; put the former dataset there, or train on this one into another folder"
@@ -198,8 +162,8 @@ def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: 
     """Refuse to go on with a run whose dataset, or what it states, has changed since the run was begun."""
     require_same_spectra(dataset, folder, record.dataset_sha256)
     again = "train on it into another folder"
-    wavelength = None if record.frequency is None else SPEED_OF_LIGHT / record.frequency
-    if wavelength is not None and other_frequency(wavelength, dataset.wavelength):
+    wavelength = SPEED_OF_LIGHT / record.frequency
+    if other_frequency(wavelength, dataset.wavelength):
         expected, found = in_megahertz(wavelength), in_megahertz(dataset.wavelength)
         raise InputError(f"{dataset.folder}: expected {expected} as {folder} was begun with, found {found}; {again}")
     before, now = record.beamformer, dataset.beamformer
@@ -245,12 +209,7 @@ def require_same_receiver(dataset: Dataset, folder: Path, beamformer: Beamformer
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a model comes from.
-
-    Example:
-        >>> Origin("helmholtz", "lab", "random, seed 0", seed=0, train=18, validation=2)
-        Origin(model='helmholtz', dataset='lab', split='random, seed 0', seed=0, train=18, validation=2)
-    """
+    """Where a model comes from."""
 
     model: str  # the model's name, or ``module:Class``
     dataset: str  # name of the folder of the dataset it was trained on
@@ -258,19 +217,16 @@ class Origin:
     seed: int  # seed of the training
     train: int  # number of training spectra
     validation: int  # number of validation spectra
+    fingerprint: str = ""  # that of the dataset
 
     @classmethod
-    def of(cls, config: Config, parts: Split) -> Origin:
+    def of(cls, config: Config, parts: Split, fingerprint: str) -> Origin:
         """The origin of the model of a run with these settings."""
         words = split_words(config.split, config.guard, config.split_seed)
         counts = (len(parts.train), len(parts.validation))
-        return cls(config.model, Path(config.dataset).name, words, config.seed, *counts)
+        return cls(config.model, Path(config.dataset).name, words, config.seed, *counts, fingerprint)
 
 
 def split_words(kind: str, guard: float | None, seed: int) -> str:
-    """A split in words.
-
-    >>> split_words("random", 0.5, 0)
-    'random, guard 0.5 wavelengths, seed 0'
-    """
+    """A split in words."""
     return f"{kind}, guard {guard:g} wavelengths, seed {seed}" if guard else f"{kind}, seed {seed}"

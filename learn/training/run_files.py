@@ -14,7 +14,7 @@ from msgspec import Meta, Struct, to_builtins
 
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import suit_to
+from learn.models.capabilities import adapt_to
 from learn.models.model_settings import STEPS_MOST
 from learn.training.config import Config
 from learn.training.deviation import Deviation
@@ -80,16 +80,15 @@ def read_training(folder: Path) -> TrainingFile:
     return found
 
 
-def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"] | None:
-    """Positions of the spectra that the model of a run learned from, metres. None: an older version trained the run."""
-    path = folder / KNOWN
-    return read_points(path) if path.exists() else None
+def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"]:
+    """Positions of the spectra that the model of a run learned from, metres."""
+    return read_points(folder / KNOWN)
 
 
 def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumModel:
     """The untrained model of a run, for a dataset and its split."""
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
-    suit_to(model, dataset, parts.train)
+    adapt_to(model, dataset, parts.train)
     return model
 
 

@@ -23,7 +23,7 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.training.config import Config, of_another_version, read_config, require_same_spectra
+from learn.training.config import Config, read_config, require_same_spectra
 from learn.training.deviation import Deviation, nearest_known, reach
 from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
 from learn.training.registry import model_entry
@@ -52,9 +52,8 @@ class Run:
         config: settings of the run.
         beamformer: the dataset's array and grid.
         model: the trained model, in evaluation mode, on the GPU if there is one.
-        dataset_sha256: fingerprint of the dataset that it was trained on. None: an older version trained the run, which
-            kept none.
-        frequency: of the dataset, Hz. None: an older version trained the run, which did not record it.
+        dataset_sha256: fingerprint of the dataset that it was trained on.
+        frequency: of the dataset, Hz.
 
     Example:
         >>> import bisplat
@@ -72,8 +71,8 @@ class Run:
     config: Config
     beamformer: Beamformer
     model: SpectrumModel
-    dataset_sha256: str | None = None
-    frequency: float | None = None
+    dataset_sha256: str
+    frequency: float
 
     def __repr__(self) -> str:
         return f"Run({str(self.folder)!r}: {self.config.model}, split {self.config.split}, seed {self.config.seed})"
@@ -130,7 +129,7 @@ class Run:
         Returns:
             [K] standard deviation of the values of each spectrum, 0…1. It is nan, with a warning, at positions that are
             farther from all known ones than these are from one another. None: the run had fewer than 10 validation
-            spectra, or an older version trained it, which did not keep the deviation.
+            spectra.
 
         Raises:
             ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
@@ -162,11 +161,6 @@ class Run:
                 f'has moved, write its new place as "dataset" in {self.folder / "config.json"}'
             )
         found = read_dataset(folder, self.frequency if several_frequencies(folder) else None)
-        if self.dataset_sha256 is None:
-            say(
-                f"warning: {self.folder}: an older version trained this run and kept no fingerprint of its dataset, so "
-                f"it is assumed that {folder} still holds the same spectra"
-            )
         require_same_spectra(found, self.folder, self.dataset_sha256)
         return found
 
@@ -182,8 +176,6 @@ class Run:
             True
         """
         require_instance(Dataset, dataset=dataset)
-        if self.dataset_sha256 is None:
-            return dataset.folder.resolve() == Path(self.config.dataset).resolve()
         return dataset.fingerprint == self.dataset_sha256
 
     def split(self, dataset: Dataset) -> Split:
@@ -211,10 +203,7 @@ class Run:
 
 def stated_deviation(run: Run, deviation: Deviation, points: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
     """The standard deviations at positions, nan where nothing is known."""
-    known = read_known_positions(run.folder)
-    if known is None:  # an older version trained this run
-        return deviation.at(uncertainty(run.model, points), len(points))
-    wavelength = float(run.model.wavelength)
+    known, wavelength = read_known_positions(run.folder), float(run.model.wavelength)
     distance, farthest = nearest_known(known, points, wavelength), reach(known, wavelength)
     gap = distance if deviation.over == "distance" else uncertainty(run.model, points)
     beyond = distance > farthest
@@ -270,7 +259,7 @@ def load_run(folder: Path | str) -> Run:
     """
     require_path(folder=folder)
     folder = Path(folder)
-    config, beamformer, dataset_sha256, trained_by, hertz = read_config(folder)
+    config, beamformer, dataset_sha256, hertz = read_config(folder)
     path = folder / "weights.safetensors"
     if not path.exists():
         raise InputError(
@@ -291,8 +280,7 @@ def load_run(folder: Path | str) -> Run:
         model.load_state_dict(weights)
     except (SafetensorError, RuntimeError, OSError) as error:
         found = cut(str(error).splitlines()[-1].strip())  # the first line of PyTorch's errors says nothing
-        other = of_another_version(trained_by)
-        raise InputError(f"{path}: expected the weights of {config.model}, found {found}{other}") from error
+        raise InputError(f"{path}: expected the weights of {config.model}, found {found}") from error
     wrong = next((name for name, each in model.state_dict().items() if not each.isfinite().all()), None)
     if wrong is not None:
         raise InputError(f"{path}: expected finite weights of {config.model}, found others in {wrong}")

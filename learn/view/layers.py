@@ -15,8 +15,8 @@ from learn.view.hemisphere import DOT_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.room_layers import TRANSMITTER, add_room, add_transmitter, switch
 from learn.view.subject import Position, SpectrumArray, Subject
 from learn.view.uses import add_uses
-from scenes.browser.callbacks import shield
 from scenes.browser.scene_view import GATEWAY, add_gateway, add_region, set_up
+from scenes.browser.served_page import shield
 from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from viser import ClientHandle, PointCloudHandle, SceneNodeHandle, TransformControlsHandle
 
-from scenes.browser.callbacks import shield
 from scenes.browser.scene_view import add_objects
+from scenes.browser.served_page import shield
 from scenes.scene.description import Scene
 
 PLANNED, TRANSMITTER = (200, 0, 200), (255, 210, 0)

@@ -17,6 +17,7 @@ from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tab import Tab, outside
 from learn.view.tracing import Traced, Tracing
+from scenes.browser.moved_antennas import MovedAntennas
 from scenes.files.plain_text import in_markdown
 
 
@@ -30,6 +31,8 @@ class Session(Tab):
         self._traced: Traced | None = None
         self._build("recorded spectrum")
         self._layers = Layers(client, subject, self._position, self._changed.set)
+        if subject.scene is not None and subject.run is None and subject.dataset is None:
+            MovedAntennas(client, subject.scene)
         self._begin(self._layers.transmitter)
         threading.Thread(target=self._shield(self._layers.colour_test_positions), daemon=True).start()
 

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from viser import ClientHandle, TransformControlsEvent, TransformControlsHandle
 
 from learn.view.subject import Position
-from scenes.browser.callbacks import shield
+from scenes.browser.served_page import shield
 from scenes.files.plain_text import in_markdown
 
 PLAY_SECONDS = 0.4

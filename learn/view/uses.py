@@ -15,7 +15,7 @@ from learn.reports.plots import MAGNITUDE
 from learn.view.chart import Colours, colour_of
 from learn.view.room_layers import add_dots, add_planned, switch
 from learn.view.subject import Subject
-from scenes.browser.callbacks import shield
+from scenes.browser.served_page import shield
 from scenes.files.errors import InputError
 
 CLOUD = 1200

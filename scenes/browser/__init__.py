@@ -1,1 +1,1 @@
-"""Pages in the user's browser: access control, errors in callbacks, a scene in 3D, and the scene editor."""
+"""Pages in the user's browser: access control, errors in callbacks, and a scene in 3D with antennas to move."""

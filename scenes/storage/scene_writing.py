@@ -1,12 +1,10 @@
-"""Write a scene to a folder, scene.yaml and meshes: their names, their content, and conflicts with other files."""
+"""Write a scene to a folder, scene.yaml and meshes."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -29,19 +27,7 @@ LONGEST_STEM = 60
 """Most characters of a file's name without its suffix. At four bytes each, every file system accepts that many."""
 
 
-class FilesInTheWay(InputError):
-    """Writing a scene would replace files that must not be replaced."""
-
-    def __init__(self, digests: Mapping[Path, str]):
-        self.digests = digests
-        others = f" (and {len(digests) - 1} more)" if len(digests) > 1 else ""
-        super().__init__(
-            f"{next(iter(digests))}: expected no file of this name, found one{others}; existing files are never "
-            "overwritten, so give another folder"
-        )
-
-
-def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str] | None = None) -> Path:
+def write_scene(scene: Scene, folder: str | Path) -> Path:
     """Write a scene to a folder, as a YAML file and a mesh for each object.
 
     The files are ``scene.yaml`` and ``meshes/NAME.ply``. ``load_scene`` reads back an equal scene, and the same scene
@@ -52,15 +38,13 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
         scene: the scene.
         folder: output folder, created if it does not exist. It must not contain a ``scene.yaml``, nor meshes of the
             same names with other content.
-        replaceable: SHA-256 digests (hexadecimal) of files that may be replaced, by path. A file with another digest
-            is not replaced.
 
     Returns:
         Path of the YAML file.
 
     Raises:
         InputError: the scene has an invalid value, another process is writing to the folder, or files would be
-            replaced. In the last case nothing is written, and the error's ``digests`` lists these files.
+            replaced. In the last case nothing is written.
 
     Example:
         >>> import bisplat
@@ -75,18 +59,22 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
     folder = Path(folder)
     path = folder / "scene.yaml"
     validate(scene, str(path))
-    meshes = {folder / name: item.mesh for name, item in zip(mesh_names(scene), scene.objects, strict=True)}
+    meshes = {folder / name: item.mesh for name, item in zip(_mesh_names(scene), scene.objects, strict=True)}
     with locked(folder):
-        found = {file: sha256 for file in (path, *meshes) if (sha256 := digest_of_file(file)) is not None}
-        kept = {file for file in found if file in meshes and found[file] == digest(ply_of(meshes[file]))}
-        allowed = replaceable or {}
-        in_the_way = {file: found[file] for file in found if file not in kept and found[file] != allowed.get(file)}
-        if in_the_way:
-            raise FilesInTheWay(in_the_way)
+        found = [file for file in (path, *meshes) if os.path.lexists(file)]
+        for file in found:
+            require_regular(file, "a file or nothing", 2**63)
+        kept = {file for file in found if file in meshes and _holds(file, _ply_of(meshes[file]))}
+        if in_the_way := [file for file in found if file not in kept]:
+            others = f" (and {len(in_the_way) - 1} more)" if len(in_the_way) > 1 else ""
+            raise InputError(
+                f"{in_the_way[0]}: expected no file of this name, found one{others}; existing files are never "
+                "overwritten, so give another folder"
+            )
         for file, mesh in meshes.items():
             if file not in kept:
-                write_atomically(file, ply_of(mesh))
-        write_atomically(path, yaml_of(scene))
+                write_atomically(file, _ply_of(mesh))
+        write_atomically(path, _yaml_of(scene))
     return path
 
 
@@ -99,7 +87,7 @@ def file_stem(name: str) -> str:
     return re.sub(r"[^\w.-]+", "_", name).strip(".")[:LONGEST_STEM].strip(".") or "object"
 
 
-def mesh_names(scene: Scene) -> list[str]:
+def _mesh_names(scene: Scene) -> list[str]:
     """Return the mesh file of each object, relative to the folder. No two are equal, even if case is ignored."""
     names: list[str] = []
     used: set[str] = set()
@@ -115,7 +103,7 @@ def mesh_names(scene: Scene) -> list[str]:
     return names
 
 
-def yaml_of(scene: Scene) -> bytes:
+def _yaml_of(scene: Scene) -> bytes:
     """Return the content of scene.yaml. Materials that no object has are left out, as reading leaves them out."""
     used = {item.material for item in scene.objects}
     further = {name: _gateway_entry(gateway) for name, gateway in scene.further_gateways.items()}
@@ -136,7 +124,7 @@ def yaml_of(scene: Scene) -> bytes:
         "objects": [
             {"name": item.name, "mesh": mesh, "material": item.material}
             | ({} if item.thickness is None else {"thickness": item.thickness})
-            for item, mesh in zip(scene.objects, mesh_names(scene), strict=True)
+            for item, mesh in zip(scene.objects, _mesh_names(scene), strict=True)
         ],
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
@@ -170,7 +158,7 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def ply_of(mesh: Trimesh) -> bytes:
+def _ply_of(mesh: Trimesh) -> bytes:
     """Return binary PLY in double precision. trimesh's writer rounds to single, which would change the scene."""
     header = (
         "ply\nformat binary_little_endian 1.0\n"
@@ -182,15 +170,6 @@ def ply_of(mesh: Trimesh) -> bytes:
     return header.encode() + np.asarray(mesh.vertices, dtype="<f8").tobytes() + faces.tobytes()
 
 
-def digest(content: bytes) -> str:
-    """Return the SHA-256 of bytes."""
-    return hashlib.sha256(content).hexdigest()
-
-
-def digest_of_file(path: Path) -> str | None:
-    """Return the SHA-256 of a file's content, which need not fit into memory; None if there is no such file."""
-    if not os.path.lexists(path):
-        return None
-    require_regular(path, "a file or nothing", 2**63)
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+def _holds(path: Path, content: bytes) -> bool:
+    """Whether a file, which need not fit into memory, has this content."""
+    return path.stat().st_size == len(content) and path.read_bytes() == content

@@ -77,7 +77,6 @@ ADVICE: dict[str, tuple[str, str]] = {
         r"ends in (\.npz)",
         "predict mlp -o out{} --positions tiny/tx_pos.csv",
     ),
-    "scene closet -o out.png --port 8081": (r"nothing without (--view)", "scene closet --port 8081 {}"),
     "simulate closet -n 2 -o out --cell 0.05": (
         r"one of (fullwave)",
         f"simulate closet -n 2 -o out --engine {{}} --field {FIELD}",

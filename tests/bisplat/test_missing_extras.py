@@ -81,7 +81,6 @@ REFUSED = {
     "demo -o new8": DEMO,
     "scene sionna:etoile -o new9 --gateway 0 -150 30 --boresight 0 1 0 --region-min 0 0 1 --region-max 1 1 2": SIONNA,
     "view run": VIEWER,
-    "scene lab --view": VIEWER,
     "simulate closet -o new10 --engine fullwave -n 10 --ray localhost:6379": CLUSTER,
     "simulate closet -o new11 --engine fullwave -n 10 --gpu": GPRMAX,
     "export run -o new12.onnx": ONNX,

@@ -12,7 +12,7 @@ import tyro
 
 from bisplat.__main__ import main
 from bisplat.commands.command_groups import COMMANDS
-from bisplat.commands.number_options import REGISTRY
+from bisplat.commands.common_options import REGISTRY
 
 HUGE = "9" * 4000
 
@@ -46,8 +46,7 @@ ABSURD: dict[str, dict[str, tuple[str, ...]]] = {
 """Of each call: values that its options cannot have, which it says before it looks for anything else."""
 
 IDLE: dict[str, tuple[str, ...]] = {
-    "scene closet": ("--unit mm", "--up y", "--list", "--gateway 1 1 1", "--own-material wet=15,2,0.1", "--port 1"),
-    "scene closet --view": ("--json", "--force", "--accuracy"),
+    "scene closet": ("--unit mm", "--up y", "--list", "--gateway 1 1 1", "--own-material wet=15,2,0.1"),
     "scene wall.obj --list": ("--output out", "--walls as-drawn", "--array 4x4"),
     "simulate closet -o out": ("--field data", "--gpu", "--diffuse", "--patches 9"),
     "simulate data -o out": ("-n 5", "--seed 3", "--snr-db 10", "--cell 0.05", "--engine fullwave", "--array 2x2"),

@@ -177,7 +177,7 @@ if __name__ == "__main__":
         use_quick_fits()
     if sys.argv[1:2] == ["rooms"]:
         trace_rooms_coarsely()
-    serves = sys.argv[1:2] == ["view"] or "--view" in sys.argv
+    serves = sys.argv[1:2] == ["view"]
     if serves:
         close_when_served()
     from bisplat.__main__ import main

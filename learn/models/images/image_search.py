@@ -44,11 +44,6 @@ def most_likely(
     n has the variance σ². So y has the covariance ``C = W diag(γ) Wᴴ + σ² I``. The γ that maximise its likelihood are
     mostly zero, so that few waves are left. Each iteration multiplies γ_j by ``|w_jᴴ C⁻¹ y| / √(w_jᴴ C⁻¹ w_j)``, which
     never lowers the likelihood [wipf2010], and sets σ² to what the waves leave.
-
-    >>> waves = np.linalg.qr(np.random.default_rng(0).normal(size=(8, 4)))[0].astype(complex)
-    >>> found = most_likely(waves, 3 * waves[:, 0], np.full(4, 0.1), 0.1, iterations=50)
-    >>> found.amplitudes.real.round(2).tolist()
-    [3.0, 0.0, 0.0, 0.0]
     """
     power = float((np.abs(data) ** 2).mean())
     if not power:
@@ -75,11 +70,7 @@ def most_likely(
 def log_likelihood(
     waves: Complex[np.ndarray, "N J"], data: Complex[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
 ) -> float:
-    """Log-likelihood of data that are waves with these variances and noise, without its constant, over N.
-
-    >>> log_likelihood(np.zeros((2, 1), complex), np.ones(2, complex), np.zeros(1), noise=1.0)
-    -1.0
-    """
+    """Log-likelihood of data that are waves with these variances and noise, without its constant, over N."""
     factor, lower = cho_factor((waves * variances) @ waves.conj().T + noise * np.eye(len(data)))
     explained = (data.conj() @ cho_solve((factor, lower), data)).real
     return float(-2 * np.log(np.diag(factor).real).mean() - explained / len(data))
@@ -88,12 +79,7 @@ def log_likelihood(
 def expected_amplitudes(
     waves: Num[np.ndarray, "N J"], data: Num[np.ndarray, " N"], variances: Float[np.ndarray, " J"], noise: float
 ) -> tuple[Num[np.ndarray, " J"], Float[np.ndarray, " J"]]:
-    """The expected amplitudes γ Wᴴ C⁻¹ y, and w_jᴴ C⁻¹ w_j, by the smaller of two systems of equations.
-
-    >>> amplitudes, ratios = expected_amplitudes(np.eye(2), np.array([2.0, 0.0]), np.ones(2), noise=1.0)
-    >>> amplitudes.round(3).tolist(), ratios.round(3).tolist()
-    ([1.0, 0.0], [0.5, 0.5])
-    """
+    """The expected amplitudes γ Wᴴ C⁻¹ y, and w_jᴴ C⁻¹ w_j, by the smaller of two systems of equations."""
     if len(data) <= len(variances):
         factor = cho_factor((waves * variances) @ waves.conj().T + noise * np.eye(len(data)))
         ratios = (waves.conj() * cho_solve(factor, waves)).real.sum(axis=0)
@@ -134,8 +120,7 @@ def waves_of(images: Images, dataset: Dataset, known: Int[np.ndarray, " n"]) -> 
 class ImageSearch:
     """Known responses, in which images in planes along the axes of their world frame are looked for.
 
-    What images do not explain is correlated between near positions. Responses and waves are therefore multiplied by the
-    inverse root of its covariance, as it is assumed, which makes it independent.
+    Responses and waves are multiplied by the inverse root of the assumed covariance of what images do not explain.
     """
 
     def __init__(self, dataset: Dataset, known: Int[np.ndarray, " n"]):

@@ -45,12 +45,7 @@ def image_waves(
     offsets: Float[Tensor, "elements 3"],
     wavelength: Float[Tensor, ""],
 ) -> tuple[Float[Tensor, "n elements J"], Float[Tensor, "n elements J"]]:
-    """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths: real and imaginary parts.
-
-    >>> above, middle = torch.tensor([[0.0, 0, 2]]), torch.zeros(1, 3)
-    >>> image_waves(above, middle, torch.ones(1, 3), torch.zeros(1, 3), wavelength=torch.tensor(1.0))[0].tolist()
-    [[[0.5]]]
-    """
+    """The spherical waves e^{−jkR}/R from the elements of each image, R in wavelengths: real and imaginary parts."""
     elements = middles + signs * offsets[:, None]
     away = torch.linalg.vector_norm(positions[:, None, None] - elements, dim=-1) / wavelength
     magnitudes, phases = 1 / away.clamp_min(STEP), -2 * torch.pi * away
@@ -65,12 +60,7 @@ def together(*images: Images) -> Images:
 def gateway_and_first_images(
     gateway: Float[np.ndarray, " 3"], region: Float[np.ndarray, "2 3"], wavelength: float
 ) -> Images:
-    """The gateway itself, and its images in planes beyond itself and the transmitters, on all six sides.
-
-    >>> images = gateway_and_first_images(np.zeros(3), np.array([[1.0, 0, 0], [2, 1, 1]]), wavelength=0.3)
-    >>> images.middles[:2].round(3).tolist(), images.signs[1].tolist()
-    ([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]], [-1.0, 1.0, 1.0])
-    """
+    """The gateway itself, and its images in planes beyond itself and the transmitters, on all six sides."""
     found = [Images(gateway[None], np.ones((1, 3)))]
     for axis, up in product(range(3), (1, -1)):
         ends = up * np.array([gateway[axis], *region[:, axis]])
@@ -109,11 +99,7 @@ def second_images(
 
 
 def plane_distances(wavelength: float) -> Float[np.ndarray, " P"]:
-    """Distances of planes from the nearest possible one, metres: denser in front.
-
-    >>> plane_distances(wavelength=0.3)[:3].round(3).tolist()
-    [0.0, 0.115, 0.234]
-    """
+    """Distances of planes from the nearest possible one, metres: denser in front."""
     growth = GROWTH * wavelength
     count = int(growth / (STEP * wavelength) * np.log1p(FAR / growth))
     return growth * np.expm1(np.arange(count) * STEP * wavelength / growth)
@@ -122,11 +108,7 @@ def plane_distances(wavelength: float) -> Float[np.ndarray, " P"]:
 def strongest_apart(
     coordinates: Float[np.ndarray, " n"], strengths: Float[np.ndarray, " n"], apart: float
 ) -> list[int]:
-    """Indices of the strongest of some points on an axis, which are more than ``apart`` from each other.
-
-    >>> strongest_apart(np.array([0.0, 0.1, 2.0]), np.array([1.0, 3.0, 2.0]), apart=1.0)
-    [1, 2]
-    """
+    """Indices of the strongest of some points on an axis, which are more than ``apart`` from each other."""
     chosen: list[int] = []
     for index in np.argsort(-strengths, kind="stable").tolist():
         if strengths[index] > 0 and all(abs(coordinates[index] - coordinates[other]) > apart for other in chosen):

@@ -19,7 +19,7 @@ from simulate.spectra.spectrum import LARGEST_GREY
 KEPT = 2000  # largest number of known spectra that are kept once they are computed, 260 MB
 
 
-class KnownSpectra(SpectrumModel):
+class InterpolatingModel(SpectrumModel):
     """Base class of the models that keep known spectra. A file of weights may have any number of them."""
 
     places: Tensor  # n known positions of the end that moves, metres, world frame

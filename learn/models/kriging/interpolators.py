@@ -22,7 +22,7 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 
 
-class SmoothField(KrigedField):
+class SquaredExponentialField(KrigedField):
     """Kriging of spectra by the squared exponential ``e^(−|Δ|²/2ℓ²)``, where nothing can follow the waves."""
 
     neighbours = 64
@@ -48,7 +48,7 @@ class SmoothField(KrigedField):
 SAMPLES = 256  # number of nearest samples from which a prediction is made, in whole arrays
 
 
-class OneField(KrigedField):
+class MovingArrayField(KrigedField):
     """Interpolates the field of a fixed transmitter, from its samples at all elements and all known places of an array.
 
     If the receiver moves, all elements sample one field: y_m(r) = y(r + d_m), with the offset d_m of element m from the
@@ -120,9 +120,9 @@ def empty_field(way: str, built: Built) -> KrigedField:
     """A field of one way, without known spectra."""
     built = built._replace(region=built.region.copy())  # else the buffers of several fields would share memory
     if way == "smooth-spectra":
-        return SmoothField(*built)
+        return SquaredExponentialField(*built)
     if way == "field":
-        return OneField(*built)
+        return MovingArrayField(*built)
     return KrigedField(*built, "responses" if way in OF_RESPONSES else "spectra")
 
 

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from learn.models.base import Beamformed, Kept, runs_compiled
 from learn.models.geometry import distances, evenly_spread_directions
-from learn.models.kriging.interpolating_model import KnownSpectra
+from learn.models.kriging.interpolating_model import InterpolatingModel
 from learn.models.kriging.vecchia import fit_covariance
 from learn.models.kriging.wave_covariance import Separations, between_rows, leg_times, with_turned_rows
 from learn.models.quadrature import Quadrature
@@ -31,7 +31,7 @@ Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
 
 
-class KrigedField(KnownSpectra):
+class KrigedField(InterpolatingModel):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
     By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
@@ -205,7 +205,7 @@ class KrigedField(KnownSpectra):
 
         known = self.places, self.times, self.values, self.mean, self.directions, self.wavelength
         made_of = *known, self.shares, self.length, self.drift, self.nugget
-        return self._compiled.of(made_of, lambda: CompiledKriging(*made_of))
+        return self._compiled.of(made_of, lambda: CompiledKriging(self))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]

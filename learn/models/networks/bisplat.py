@@ -97,8 +97,7 @@ def bilinear_weights(
     ``w_ij = max(0, 1 − d_φ/Δφ) · max(0, 1 − |θ_i − θ_j|/Δθ)``, with the periodic ``d_φ = min(|φ_i − φ_j|, 360° −
     |…|)``, on a √N_c × √N_c grid with Δφ = 360°/√N_c and Δθ = 90°/√N_c.
 
-    The paper does not give the grid's offset in elevation. Here the grid points are the centres of the cells,
-    θ_j = (j + ½)Δθ. With θ_j = jΔθ, a primitive at boresight would have no weight at all.
+    The paper does not give θ_j. Here it is (j + ½)Δθ: with jΔθ, a primitive at boresight would have no weight at all.
     """
     side = side_of(clusters)
     step_azimuth, step_elevation = 360 / side, 90 / side
@@ -136,7 +135,6 @@ class BilinearSpatialTransformer(nn.Module):
         elevation: Float[Tensor, " N_p"],
         *encodings: Float[Tensor, "#B #N_p _inputs"],
     ) -> Float[Tensor, "B N_p width"] | Interpolated:
-        """Features of the primitives at (azimuth, elevation), degrees, with the encodings GS-PE and TX-PE."""
         local = self.project(*encodings)
         if self.transformer is None:
             return local
@@ -198,7 +196,6 @@ class BiSplatWRF(SplatModel):
         return list(self.primitives.parameters())
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
-        """The primitives as they are blended for each transmitter position."""
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
@@ -233,7 +230,7 @@ class BiSplatWRF(SplatModel):
         return splat(*self.splats(positions), self.azimuths, self.elevations)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: ``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
+        """``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
         return power(self.field(positions))
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:

@@ -28,9 +28,8 @@ Part = Float[Tensor, "*#batch _inputs"] | Interpolated
 class LinearOfParts(nn.Linear):
     """Linear layer ``W [x_1; x_2; …] + b = b + Σ_k W_k x_k`` whose inputs x_k broadcast against each other.
 
-    The result is that of ``nn.Linear`` on their concatenation, but faster. An input that all transmitters (or all
-    primitives) share is multiplied only once. An ``Interpolated`` input is multiplied at the grid points, which are
-    fewer than the primitives.
+    An input that all transmitters (or all primitives) share is multiplied only once, and an ``Interpolated`` one at the
+    grid points, which are fewer than the primitives.
     """
 
     def forward(self, *parts: Part) -> Float[Tensor, "*batch outputs"]:

@@ -21,10 +21,7 @@ SAMPLES = 512  # largest number of samples of one field that a training step tak
 
 
 class SpectrumMLP(SpectrumModel):
-    """A network that predicts the spectrum at a few pixels from the encoded position of the transmitter.
-
-    The pixels are as many as the array can resolve; the whole spectrum is interpolated from them.
-    """
+    """A network from the encoded position to as many pixels as the array can resolve; the others are interpolated."""
 
     rows: Tensor
     columns: Tensor
@@ -90,7 +87,6 @@ class ResponseMLP(ResponseNetwork):
         self.network = ResidualFFN(self.encoding.size, 2 * elements * gains, WIDTH, LAYERS).to(self.region)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses (real, imaginary); their scale and common phase are arbitrary."""
         return self._gains(positions, self.elements).sum(dim=-2)
 
     def over_band(self, band: PathDelays, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"]:

@@ -22,11 +22,6 @@ class PathDelays(nn.Module):
 
     At the carrier f₀, subcarrier ⌊N/2⌋ of N, the response is the sum of the gains. Within a region small against
     c / bandwidth, a path's own change of delay is a sum of neighbouring ones.
-
-    >>> delays = PathDelays(4, np.array([0.25]))
-    >>> gain = torch.tensor([[0.0, 3.0]])  # 3i
-    >>> [[round(part, 3) + 0.0 for part in pair] for pair in delays(gain).tolist()]
-    [[0.0, -3.0], [-3.0, 0.0], [0.0, 3.0], [3.0, 0.0]]
     """
 
     turns: Tensor  # phase at each subcarrier of a path with delay −1, radians
@@ -87,12 +82,10 @@ class ResponseNetwork(PredictsResponses):
         return [] if self.band is None else [self.band.delays]
 
     def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
-        """As for ``SamplesOneField``."""
         self.turn = turn.to(self.region)
         self.rebuild()
 
     def learn_band(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
-        """As for ``LearnsBand``."""
         first = first_delays(responses, self.paths)
         self._learn_delays(PathDelays(responses.shape[2], first[torch.randperm(self.paths).numpy()]))
 
@@ -101,13 +94,11 @@ class ResponseNetwork(PredictsResponses):
         self.rebuild()
 
     def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"] | None:
-        """As for ``PredictsBand``."""
         return None if self.band is None else self.over_band(self.band, positions)
 
     def responses_loss(
         self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements *subcarriers 2"]
     ) -> Float[Tensor, ""]:
-        """As for ``PredictsResponses``; of a network that learns a band, for responses at all subcarriers."""
         if self.band is None:
             return super().responses_loss(positions, responses)
         return relative_error(self.over_band(self.band, positions), responses)

@@ -1,8 +1,4 @@
-"""GSRF [yang2025]: Gaussians in space with complex signals, drawn on a sphere around the transmitter.
-
-The settings are those of the authors' code, from which no lines are taken. The documentation, Other authors' models,
-lists every setting, theirs and ours.
-"""
+"""GSRF [yang2025]: Gaussians in space with complex signals, drawn on a sphere around the transmitter."""
 
 from __future__ import annotations
 
@@ -85,7 +81,6 @@ class GSRF(SplatModel):
         return [self.place, self.scale_raw, self.quaternion, self.attenuation_raw, self.coefficients]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the blended complex signals."""
         middle = self.region.mean(dim=0)
         away = PLACE_PACE * self.place - (positions - middle)[:, None]
         far = torch.linalg.vector_norm(away, dim=-1)
@@ -128,12 +123,8 @@ class GSRF(SplatModel):
 def legendre_fourier(direction: Float[Tensor, "*batch 3"], degree: int) -> Complex[Tensor, "*batch terms"]:
     """``Y_lm(u) = √((2l + 1) (l − |m|)! / 4π (l + |m|)!) P_l^|m|(u_z) e^{jmφ}``, times (−1)^m for m < 0.
 
-    These are all terms with l ≤ degree and −l ≤ m ≤ l. The associated Legendre functions P have the Condon-Shortley
-    phase; m rises fastest, l slowest.
-
-    >>> found = legendre_fourier(torch.tensor([0.0, 0.0, 1.0]), 1)
-    >>> [round(abs(each), 3) for each in found.tolist()]
-    [0.282, 0.0, 0.489, 0.0]
+    The terms are those of l ≤ degree and −l ≤ m ≤ l; m rises fastest. The associated Legendre functions P have the
+    Condon-Shortley phase.
     """
     x, y, z = direction.unbind(-1)
     turn = torch.complex(x, y)  # e^{jφ} times the sine of the polar angle

@@ -1,8 +1,4 @@
-"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
-
-The sizes and activations are those of the authors' code, from which no lines are taken. The documentation, Other
-authors' models, lists every setting, theirs and ours.
-"""
+"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position."""
 
 from __future__ import annotations
 
@@ -66,7 +62,6 @@ class SwiftWRF(SplatModel):
         return [self.place, self.cholesky, self.opacity, self.coefficient]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the sum of the deformed Gaussians."""
         return self._spectra(positions, self.azimuths, self.elevations)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
@@ -117,9 +112,5 @@ class DeformationNetwork(SkipNetwork):
 
 
 def clipped_magnitude(field: Float[Tensor, "B H W 2"]) -> Float[Tensor, "B H W"]:
-    """Magnitude of a field whose real and imaginary part are clipped to 0…1: at most √2.
-
-    >>> clipped_magnitude(torch.tensor([[[[0.3, 0.4], [-5.0, 7.0]]]])).round(decimals=3).tolist()
-    [[[0.5, 1.0]]]
-    """
+    """Magnitude of a field whose real and imaginary part are clipped to 0…1: at most √2."""
     return power(field.clamp(0, 1)).clamp_min(LEAST_POWER).sqrt()

@@ -1,8 +1,4 @@
-"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position.
-
-The sizes, activations and relative learning rates are those of the authors' code, from which no lines are taken. The
-documentation, Other authors' models, lists every setting, theirs and ours.
-"""
+"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position."""
 
 from __future__ import annotations
 
@@ -78,7 +74,6 @@ class WRFGSPlus(SplatModel):
         return [self.place, self.scale_raw, self.quaternion, self.opacity_raw, self.signal]
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the magnitude of the blended signals of all Gaussians."""
         order = torch.argsort(self.place.detach().square().sum(-1))
         place = self.place[order]
         turn, stretch, dynamic = self.deformation(place.detach(), positions - self.region.mean(dim=0))

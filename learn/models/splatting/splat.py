@@ -89,10 +89,7 @@ def splat_by_conic(
 
 
 def _turn(azimuths: Float[Tensor, " W"]) -> Float[Tensor, " W_360"] | None:
-    """Azimuths of one full turn from 0° up, with the grid's step.
-
-    None: no number of steps makes a full turn, or the grid is so small a part of it that the turn is more work.
-    """
+    """Azimuths of one full turn from 0° up, with the grid's step; None: there is none, or it would be more work."""
     steps = 360 / abs(float(azimuths[1])) if len(azimuths) > 1 else 0.5
     columns = round(steps)
     if abs(steps - columns) > WHOLE or columns > MOST_TURN * len(azimuths):
@@ -160,21 +157,13 @@ LEAST_ACROSS = 1e-3  # least distance from the vertical axis for J, metres; azim
 
 
 def neighbour_distance(place: Float[np.ndarray, "N_p 3"]) -> Float[np.ndarray, " N_p"]:
-    """Root mean square distance from each point to its nearest neighbours.
-
-    >>> neighbour_distance(np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0]])).round(2).tolist()
-    [4.12, 3.54, 4.53]
-    """
+    """Root mean square distance from each point to its nearest neighbours."""
     nearest = range(2, min(NEIGHBOURS, len(place) - 1) + 2)  # the first is the point itself
     return np.sqrt(np.square(cKDTree(place).query(place, nearest)[0]).mean(axis=1))
 
 
 def rotation_matrix(quaternion: Float[Tensor, "*batch 4"]) -> Float[Tensor, "*batch 3 3"]:
-    """The rotation of a quaternion (w, x, y, z) of any length but zero.
-
-    >>> rotation_matrix(torch.tensor([2.0, 0.0, 0.0, 2.0])).round().tolist()  # a quarter turn about z
-    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
-    """
+    """The rotation of a quaternion (w, x, y, z) of any length but zero."""
     w, x, y, z = nn.functional.normalize(quaternion, dim=-1).unbind(-1)
     rows = (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
@@ -187,12 +176,7 @@ def rotation_matrix(quaternion: Float[Tensor, "*batch 4"]) -> Float[Tensor, "*ba
 def directions(
     place: Float[Tensor, "*batch 3"],
 ) -> tuple[Float[Tensor, "*batch"], Float[Tensor, "*batch"], Float[Tensor, "*batch 2 3"]]:
-    """Azimuth φ in [0, 360) and latitude λ in [−90, 90] of places seen from the origin, degrees, and d(φ, λ)/dp.
-
-    >>> azimuth, latitude, change = directions(torch.tensor([0.0, 1.0, 1.0]))
-    >>> round(azimuth.item()), round(latitude.item()), round(change[1, 2].deg2rad().item(), 3)  # of λ, upwards
-    (90, 45, 0.5)
-    """
+    """Azimuth φ in [0, 360) and latitude λ in [−90, 90] of places seen from the origin, degrees, and d(φ, λ)/dp."""
     x, y, z = place.unbind(-1)
     across = (x.square() + y.square()).clamp_min(LEAST_ACROSS**2).sqrt()
     far = across.square() + z.square()
@@ -207,9 +191,6 @@ def conic_of_axes(axes: Float[Tensor, "*batch 2 3"], blur: float) -> Conic:
 
     The determinant is a sum of squares, ``|A_1 × A_2|² + blur (|A_1|² + |A_2|²) + blur²``, which single precision holds
     even for long, thin Gaussians.
-
-    >>> [round(each.item(), 3) for each in conic_of_axes(torch.tensor([[1.0, 0.0, 0.0], [0.0, 3.0, 0.0]]), 1.0)]
-    [0.5, -0.0, 0.1]
     """
     first, second = axes.unbind(-2)
     wide, high = first.square().sum(-1), second.square().sum(-1)

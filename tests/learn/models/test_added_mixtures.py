@@ -6,7 +6,7 @@ import torch
 
 from learn.models.kriging import interpolating_model
 from learn.models.kriging.helmholtz import HelmholtzField
-from learn.models.kriging.interpolators import SmoothField
+from learn.models.kriging.interpolators import SquaredExponentialField
 from learn.models.kriging.kriged_field import KrigedField
 from learn.training.prediction import predicted
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH
@@ -29,7 +29,7 @@ def known(field: KrigedField, count: int) -> KrigedField:
 
 def model_of(weights: dict[str, float]) -> HelmholtzField:
     model = HelmholtzField(*BUILT)
-    fields = {"responses": KrigedField(*BUILT, "responses"), "smooth-spectra": SmoothField(*BUILT)}
+    fields = {"responses": KrigedField(*BUILT, "responses"), "smooth-spectra": SquaredExponentialField(*BUILT)}
     model._set(weights, {way: known(field, 30) for way, field in fields.items() if way in weights})
     return model.eval()
 

@@ -2,7 +2,6 @@
 
 import copy
 
-import numba
 import numpy as np
 import pytest
 import torch
@@ -63,12 +62,6 @@ def test_known_and_distant_positions_are_those_of_the_reference():
     np.testing.assert_allclose(quick(field, field.places).reshape(60, 32), field.values, atol=1e-3)
 
 
-def test_two_known_positions_at_one_place_are_those_of_the_reference():
-    field, positions = field_of(40, drift=20.0, nugget=1e-3), somewhere(5)
-    field.places[7] = field.places[8]
-    np.testing.assert_allclose(quick(field, positions), reference(field, positions), atol=1e-5)
-
-
 def test_outside_of_inference_mode_the_reference_is_used_and_has_a_gradient():
     field, positions = field_of(20), somewhere(3).requires_grad_()
     field.responses(positions).square().sum().backward()
@@ -88,21 +81,6 @@ def test_changed_buffers_are_noticed(name):
     after = quick(field, positions)
     assert np.abs(after - before).max() > 1e-4
     np.testing.assert_allclose(after, reference(field, positions), atol=1e-5)
-
-
-def test_loaded_weights_are_noticed():
-    field, other, positions = field_of(20), field_of(30), somewhere(3)
-    quick(field, positions)
-    field.load_state_dict(other.state_dict())
-    np.testing.assert_array_equal(quick(field, positions), quick(other, positions))
-
-
-@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 50])
-def test_any_number_of_positions_on_several_threads(count, monkeypatch):
-    monkeypatch.setattr(numba, "get_num_threads", lambda: 3)
-    field, positions = field_of(40), somewhere(count)
-    one_by_one = [quick(field, position[None]) for position in positions]
-    np.testing.assert_array_equal(quick(field, positions), np.concatenate([np.empty((0, 16, 2)), *one_by_one]))
 
 
 def test_positions_that_are_not_finite_have_no_responses():

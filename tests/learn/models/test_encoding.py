@@ -7,19 +7,6 @@ import torch
 from learn.models.encoding import DIRECTIONS, PRIMITIVE_ORDER, TX_ORDER, TransmitterEncoding, positional_encoding
 
 
-def test_encoding_of_a_point_by_hand():
-    half = math.sqrt(0.5)
-    expected = [
-        *(0.5, 0.25, -1.0),
-        *(1.0, half, 0.0),  # sin πt
-        *(0.0, 1.0, 0.0),  # sin 2πt
-        *(0.0, half, -1.0),  # cos πt
-        *(-1.0, 0.0, 1.0),  # cos 2πt
-    ]
-    found = positional_encoding(torch.tensor([0.5, 0.25, -1.0], dtype=torch.float64), order=2)
-    torch.testing.assert_close(found, torch.tensor(expected, dtype=torch.float64), atol=1e-15, rtol=0)
-
-
 def test_encoding_is_the_papers_formula_at_any_order():
     generator = torch.Generator().manual_seed(0)
     points = 2 * torch.rand(2, 5, 3, dtype=torch.float64, generator=generator) - 1
@@ -34,12 +21,6 @@ def test_encoding_is_the_papers_formula_at_any_order():
 def test_primitives_are_encoded_to_51_numbers_and_transmitters_to_39():
     assert positional_encoding(torch.zeros(7, 3), PRIMITIVE_ORDER).shape == (7, 51)
     assert positional_encoding(torch.zeros(7, 3), TX_ORDER).shape == (7, 39)
-
-
-def test_encodings_of_a_turn_and_of_none_are_equal():
-    """Azimuth is φ/180° − 1: 0° and 360° are −1 and 1, the ends of one period of the slowest wave."""
-    ends = positional_encoding(torch.tensor([[-1.0] * 3, [1.0] * 3], dtype=torch.float64), PRIMITIVE_ORDER)
-    torch.testing.assert_close(ends[0, 3:], ends[1, 3:], atol=1e-12, rtol=0)
 
 
 REGION, WAVELENGTH = torch.tensor([[1.0, 2.0, 0.5], [2.0, 2.8, 1.1]]), torch.tensor(0.33)

@@ -7,19 +7,13 @@ import pytest
 import torch
 
 from learn.baselines.neighbours import inverse_distance
-from learn.comparison.known_spectra import KnownSpectra
-from learn.comparison.spectrum_methods import TrainedModel
 from learn.data.metrics import ssim
 from learn.models.kriging import vecchia
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.kriged_field import DIRECTIONS, KrigedField
 from learn.models.kriging.stacking import best_weights
 from learn.training.prediction import predict
-from learn.training.run_folder import load_run
-from learn.training.train import train
-from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import spectrum_of
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of, plane_waves
 
@@ -225,19 +219,6 @@ def test_open_share_is_the_mean_squared_error():
 
 
 @pytest.mark.slow
-def test_trains_predicts_and_loads_again(tiny, tmp_path):
-    dataset = read_dataset(tiny)
-    method = TrainedModel("helmholtz")
-    method.fit(KnownSpectra(dataset, "files", 0, None, 0, 0.01, None, tmp_path / "run"))
-    assert method.predict(dataset.positions[:3]).shape == (3, 90, 360)
-    run = load_run(tmp_path / "run")
-    prediction = run.predict(dataset.positions[:3])
-    np.testing.assert_array_equal(prediction.spectra, method.predict(dataset.positions[:3]))
-    assert (prediction.responses is None) == (dataset.responses is None)
-    assert dataclasses.asdict(run.config)["model"] == "helmholtz"
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("keep_responses", [True, False])
 def test_positions_many_wavelengths_apart_are_interpolated_no_worse_than_by_distance(keep_responses):
     """Forty positions in 6 m × 6 m × 2 m: kriging of responses then predicts noise."""
@@ -317,14 +298,6 @@ def test_few_spectra_are_enough(waves, count):
     field.fit(waves, np.arange(count))
     with torch.no_grad():
         assert torch.isfinite(field(torch.from_numpy(waves.positions[:5]).float())).all()
-
-
-def test_options_of_other_models_are_refused(tiny, tmp_path):
-    with pytest.raises(InputError, match="init: expected a model trained by steps, found helmholtz"):
-        train(tiny, tmp_path / "run", init=tmp_path / "other")
-    with pytest.raises(InputError, match="bypass: expected an option of the model helmholtz, which has none"):
-        train(tiny, tmp_path / "run", options={"bypass": ["bst"]})
-    assert not (tmp_path / "run").exists()
 
 
 def test_gains_that_can_be_chance_count_for_nothing():

@@ -74,13 +74,6 @@ def test_bisplat_plus_has_the_parameters_of_the_papers_widths(region):
     assert expected["bst"] == 91 * 256 + 6 * (4 * 257 * 256 + 257 * 512 + 513 * 256 + 4 * 256) == 3185920
 
 
-@pytest.mark.parametrize("name", ["bisplat", "bisplat-plus"])
-def test_bst_has_64_clusters_and_4_heads(region, name):
-    bst = BiSplatWRF(region, Beamformer(), WAVELENGTH, **MODELS[name].options).bst
-    assert bst.clusters == 64
-    assert {layer.self_attn.num_heads for layer in bst.transformer.layers} == {4}
-
-
 # Initialisation
 
 
@@ -143,10 +136,6 @@ def test_scales_follow_the_depth(fresh):
     assert abs(np.corrcoef(ratio.T)[0, 1]) < 0.1
 
 
-def test_opacity_is_three_tenths(fresh):
-    np.testing.assert_allclose(fresh["opacity"], 0.3, rtol=1e-6)
-
-
 def test_every_attribute_is_learned(make):
     model = make()
     composite_loss(model(POSITIONS), torch.rand(2, 90, 360, generator=torch.Generator().manual_seed(0))).backward()
@@ -159,21 +148,10 @@ def test_every_attribute_is_learned(make):
 # Outputs
 
 
-def test_outputs_are_pictures(make):
-    with torch.no_grad():
-        pictures = make()(POSITIONS)
-    assert pictures.shape == (2, 90, 360) and pictures.isfinite().all() and pictures.min() >= 0
-
-
 def test_transmitters_of_a_batch_do_not_mix(make):
     model = make()
     with torch.no_grad():
         torch.testing.assert_close(model(POSITIONS), torch.cat([model(p[None]) for p in POSITIONS]))
-
-
-def test_transmitter_outside_the_training_region_gets_a_picture_too(make):
-    with torch.no_grad():
-        assert make()(torch.tensor([[-20.0, 5.0, 9.0]])).isfinite().all()
 
 
 def test_bisplats_spectrum_is_the_fields_power(small, region):

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from learn.data.metrics import ssim
 from learn.models.kriging.helmholtz import HelmholtzField
-from learn.models.kriging.interpolators import WAYS, OneField, kriging_ways
+from learn.models.kriging.interpolators import WAYS, MovingArrayField, kriging_ways
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.mlp import ResponseMLP
@@ -47,7 +47,7 @@ def fitted(field: KrigedField, dataset: Dataset) -> KrigedField:
 
 
 def of_one_field(dataset: Dataset) -> KrigedField:
-    return fitted(OneField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH), dataset)
+    return fitted(MovingArrayField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH), dataset)
 
 
 @pytest.fixture(scope="module")
@@ -102,15 +102,6 @@ def test_the_model_chooses_it_and_loads_it_again(moving):
         torch.testing.assert_close(again.predict(place), model.predict(place))
     fixed = dataclasses.replace(moving, metadata={"frequency_hz": moving.metadata["frequency_hz"]})
     assert "field" in kriging_ways(moving, KNOWN) and "field" not in kriging_ways(fixed, KNOWN)
-
-
-def test_runs_of_versions_that_knew_fewer_ways_are_loaded(moving):
-    model = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-    model.fit(moving, KNOWN[:1])
-    older = {**model.state_dict(), "weights": model.weights[:-1]}
-    again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-    again.load_state_dict(older)
-    assert again.weights.tolist() == model.weights.tolist()
 
 
 REGION = np.array([[0.0, 0, 0], [1, 1, 1]])

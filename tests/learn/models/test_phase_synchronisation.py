@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.models.kriging.phase_synchronisation import flipped, synchronised
+from learn.models.kriging.retrieved_field import flipped, synchronised
 from simulate.spectra.beamformer import Beamformer
 
 WAVELENGTH = 0.33
@@ -56,13 +56,6 @@ def test_flipped_responses_have_the_same_spectrum(field):
     _, truth = field
     beamformer = Beamformer()
     np.testing.assert_allclose(beamformer.spectrum(flipped(truth[:3])), beamformer.spectrum(truth[:3]), atol=1e-9)
-
-
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_few_positions_are_no_error(field, covariance, count):
-    positions, truth = field
-    found = synchronised(truth[:count], positions[:count], covariance, RATIO)
-    assert found.shape == (count, 16) and np.isfinite(found).all()
 
 
 def test_positions_too_far_apart_for_one_field_are_no_error(field):

@@ -95,8 +95,3 @@ def test_spectra_are_interpolated_from_a_few_pixels(size):
     found = rows @ spectra[:, few.rows][:, :, few.columns] @ columns.T
     np.testing.assert_allclose(found[:, few.rows][:, :, few.columns], spectra[:, few.rows][:, :, few.columns])
     assert ssim(found.clip(0, 1), spectra).min() > 0.98
-
-
-def test_a_single_pixel_is_interpolated_to_a_constant():
-    rows, columns = interpolation(quadrature(Beamformer(PlanarArray(1, 1))))
-    np.testing.assert_allclose(rows @ columns.T, np.ones((90, 360)))

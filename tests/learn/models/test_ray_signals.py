@@ -4,12 +4,9 @@ import cmath
 import math
 
 import numpy as np
-import pytest
 import torch
 
-from learn.models.peers.nerf2 import NeRF2
-from learn.models.peers.ray_signals import RaySignals, RaySize, octaves, ray_directions
-from simulate.spectra.beamformer import Beamformer
+from learn.models.peers.nerf2 import RaySignals, RaySize, octaves, ray_directions
 
 WAVELENGTH, FAR = 0.3, 5.0
 RECEIVERS = np.array([[0.0, 0, 0], [2.0, 1, 0]])
@@ -74,15 +71,3 @@ def test_octaves_have_no_pi():
     encoded = octaves(at)
     assert encoded.shape == (1, 63)
     torch.testing.assert_close(encoded[:, 3 + 3 * 4 : 3 + 3 * 5], (2**4 * at).sin())
-
-
-def test_weights_of_older_runs_of_nerf2_are_read():
-    region = np.array([[0.0, 0, 0], [1, 1, 1]])
-    torch.manual_seed(0)
-    made, other = (NeRF2(region, Beamformer(), WAVELENGTH, samples=2, width=8, layers=4) for _ in range(2))
-    old = {name.removeprefix("field."): value for name, value in made.state_dict().items()}
-    assert "inward.weight" in old
-    other.load_state_dict(old)
-    assert all(torch.equal(value, other.state_dict()[name]) for name, value in made.state_dict().items())
-    with pytest.raises(RuntimeError, match="Unexpected key"):
-        other.load_state_dict({**old, "other": torch.zeros(1)})

@@ -78,9 +78,33 @@ def assert_renders_the_equations(attributes, azimuths, elevations):
 GRID = axis(0, 360, 10), axis(5, 90, 10)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_random_primitives_render_as_the_equations_say(renderer, seed):
-    assert_renders_the_equations(primitives(15, seed=seed), *GRID)
+def degrees(*values: float) -> torch.Tensor:
+    return torch.tensor(values, dtype=torch.float64)
+
+
+CASES = {
+    "random": (15, {}, {}),
+    "on top and on the horizon": (8, {}, {"elevation": degrees(*[0, 90] * 4)}),
+    "far narrower than a pixel": (
+        6,
+        {"scales": (0.01, 0.1)},
+        {"azimuth": degrees(0, 120, 350, 33, 44, 55), "elevation": degrees(5, 45, 85, 33, 44, 55)},
+    ),
+    "wider than the chart, two exactly 180° from a pixel": (
+        6,
+        {"scales": (100, 1000)},
+        {"azimuth": degrees(0, 90, 11, 99, 200, 301)},
+    ),
+    "long and thin": (6, {}, {"scale": degrees(80, 2).expand(2, 6, 2)}),
+    "almost invisible and almost opaque": (8, {}, {"opacity": degrees(*[1e-9, 1 - 1e-9, 1e-4, 1] * 2).expand(2, 8)}),
+    "of equal depths, in the order given": (8, {}, {"depth": degrees(*[7, 3] * 4)}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_primitives_render_as_the_equations_say(renderer, case):
+    count, drawn, changed = CASES[case]
+    assert_renders_the_equations(primitives(count, **drawn) | changed, *GRID)
 
 
 def test_spectrum_grid_renders_as_the_equations_say(renderer):
@@ -112,66 +136,6 @@ def test_primitives_on_the_seam_render_on_both_sides(renderer):
     assert field[1] > 1e-3 and field[-1] > 1e-3
 
 
-def test_primitives_at_both_ends_of_the_elevation_render_as_the_equations_say(renderer):
-    attributes = primitives(8)
-    attributes["elevation"] = torch.tensor([0.0, 90.0] * 4, dtype=torch.float64)
-    assert_renders_the_equations(attributes, *GRID)
-
-
-def test_tiny_primitives_render_as_the_equations_say(renderer):
-    """Far narrower than a pixel: seen where they sit on one, else not at all."""
-    attributes = primitives(6, scales=(0.01, 0.1))
-    attributes["azimuth"][:3] = torch.tensor([0.0, 120.0, 350.0], dtype=torch.float64)
-    attributes["elevation"][:3] = torch.tensor([5.0, 45.0, 85.0], dtype=torch.float64)
-    assert_renders_the_equations(attributes, *GRID)
-
-
-def test_huge_primitives_render_as_the_equations_say(renderer):
-    """Wider than the chart: the half turn away, where the two ways round meet, is seen too."""
-    attributes = primitives(6, scales=(100, 1000))
-    attributes["azimuth"][:2] = torch.tensor([0.0, 90.0], dtype=torch.float64)  # pixels exactly 180° away
-    assert_renders_the_equations(attributes, *GRID)
-
-
-def test_long_thin_turned_primitives_render_as_the_equations_say(renderer):
-    attributes = primitives(6)
-    attributes["scale"] = torch.tensor([80.0, 2.0], dtype=torch.float64).expand(2, 6, 2)
-    assert_renders_the_equations(attributes, *GRID)
-
-
-def test_almost_invisible_and_almost_opaque_primitives_render_as_the_equations_say(renderer):
-    attributes = primitives(8)
-    attributes["opacity"] = torch.tensor([1e-9, 1 - 1e-9, 1e-4, 1.0] * 2, dtype=torch.float64).expand(2, 8)
-    assert_renders_the_equations(attributes, *GRID)
-
-
-def test_equal_depths_keep_the_order_given(renderer):
-    attributes = primitives(8)
-    attributes["depth"] = torch.tensor([7.0, 3.0, 7.0, 3.0, 7.0, 3.0, 7.0, 3.0], dtype=torch.float64)
-    assert_renders_the_equations(attributes, *GRID)
-
-
-def test_order_of_distinct_depths_is_all_that_matters(renderer):
-    attributes = primitives(12)
-    order = torch.randperm(12, generator=torch.Generator().manual_seed(0))
-    shuffled = {name: x[order] if x.ndim == 1 else x[:, order] for name, x in attributes.items()}
-    deeper = attributes | {"depth": attributes["depth"] ** 2}
-    expected = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
-    for same in (shuffled, deeper):
-        torch.testing.assert_close(splat(**same, azimuths=GRID[0], elevations=GRID[1]), expected)
-
-
-def test_nearer_opaque_primitive_hides_a_farther_one(renderer):
-    attributes = primitives(2, batch=1)
-    attributes["azimuth"] = torch.full((2,), 120.0, dtype=torch.float64)
-    attributes["elevation"] = torch.full((2,), 45.0, dtype=torch.float64)
-    attributes["opacity"] = torch.ones(1, 2, dtype=torch.float64)
-    for depths, in_front in (([1.0, 2.0], 0), ([2.0, 1.0], 1)):
-        attributes["depth"] = torch.tensor(depths, dtype=torch.float64)
-        field = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
-        torch.testing.assert_close(field[0, 4, 12], attributes["coefficient"][0, in_front])
-
-
 def test_transmitters_with_primitives_at_places_of_their_own_render_as_each_alone(renderer):
     attributes = primitives(12, batch=3)
     moved = attributes | {
@@ -183,16 +147,6 @@ def test_transmitters_with_primitives_at_places_of_their_own_render_as_each_alon
         alone = {name: x if name == "depth" else x[[sample]] for name, x in moved.items()}
         alone |= {name: moved[name][sample] for name in ("azimuth", "elevation")}
         torch.testing.assert_close(found[[sample]], splat(**alone, azimuths=GRID[0], elevations=GRID[1]))
-
-
-def test_shift_by_whole_pixels_rolls_the_picture(renderer):
-    attributes = primitives(12)
-    expected = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
-    for pixels in (0, 7, 35):
-        for turn in (0, 360):
-            shifted = attributes | {"azimuth": (attributes["azimuth"] + 10 * pixels) % 360 + turn}
-            found = splat(**shifted, azimuths=GRID[0], elevations=GRID[1])
-            torch.testing.assert_close(found, expected.roll(pixels, dims=-1), atol=1e-7, rtol=0)
 
 
 def test_single_precision_is_nearly_as_good(renderer):
@@ -262,16 +216,3 @@ def test_number_of_threads_changes_nothing():
             numba.set_num_threads(1)
     for found, expected in zip(results[1], results[0], strict=True):
         torch.testing.assert_close(found, expected, atol=1e-12, rtol=1e-10)
-
-
-def test_coefficients_gradient_is_the_weight_of_the_primitive(renderer):
-    """∂F/∂c_i = α_i Π_{j<i} (1 − α_j): the picture with c_i = 1 and all others 0."""
-    attributes = primitives(5, batch=1)
-    pixel = (0, 3, 20)
-    inputs = attributes | {"coefficient": attributes["coefficient"].clone().requires_grad_()}
-    field = splat(**inputs, azimuths=GRID[0], elevations=GRID[1])
-    found = torch.autograd.grad(field[pixel].real, inputs["coefficient"])[0]
-    for i in range(5):
-        alone = attributes | {"coefficient": torch.eye(5, dtype=torch.complex128)[[i]]}
-        weight = splat(**alone, azimuths=GRID[0], elevations=GRID[1])[pixel]
-        torch.testing.assert_close(found[0, i], weight, atol=1e-7, rtol=0)

@@ -1,6 +1,5 @@
 """WRF-GS+ against its equations, written once more Gaussian by Gaussian, and the projection of Gaussians in space."""
 
-import copy
 import math
 
 import numpy as np
@@ -9,7 +8,7 @@ import torch
 
 from learn.models.peers.wrf_gs_plus import WRFGSPlus
 from learn.models.quadrature import composite_loss
-from learn.models.splatting.splat import conic_of_axes, directions, neighbour_distance
+from learn.models.splatting.splat import conic_of_axes, directions
 from simulate.spectra.beamformer import Beamformer
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
@@ -117,17 +116,6 @@ def test_fewer_gaussians_fill_the_same_space(make):
     assert sizes[0] / sizes[1] == pytest.approx(2, rel=0.15)  # the cube root of 8
 
 
-def test_weights_are_all_that_is_saved(make):
-    model, other = make(), make()
-    with torch.no_grad():
-        for each in other.parameters():
-            each.add_(0.05)
-        before = model(POSITIONS)
-        assert not torch.equal(other(POSITIONS), before)
-        other.load_state_dict(copy.deepcopy(model.state_dict()))
-        assert torch.equal(other(POSITIONS), before)
-
-
 def test_directions_have_the_derivatives_of_angles():
     generator = np.random.default_rng(0)
     places = torch.from_numpy(generator.normal(size=(20, 3)))
@@ -148,8 +136,3 @@ def test_conic_is_the_inverse_also_of_a_needle():
     exact = axes.double()
     expected = torch.linalg.inv(exact @ exact.mT + 0.3 * torch.eye(2)).float()
     torch.testing.assert_close(torch.stack([a, b, b, c], -1).unflatten(-1, (2, 2)), expected, rtol=1e-4, atol=0)
-
-
-def test_neighbours_of_two_points_are_each_other():
-    assert neighbour_distance(np.array([[0.0, 0, 0], [0, 2, 0]])).tolist() == [2.0, 2.0]
-    assert neighbour_distance(np.arange(5)[:, None] * [1.0, 0, 0])[2] == pytest.approx(math.sqrt((1 + 1 + 4) / 3))

@@ -65,12 +65,12 @@ def pipe(path: Path) -> None:
     os.mkfifo(path)
 
 
-def older(path: Path) -> None:
-    """As version 0.1 and the first days of 0.2 wrote it."""
+def foreign(path: Path) -> None:
+    """As another program writes it."""
     torch.save({"state_dict": {}, "global_step": 6}, path)
 
 
-FAULTS = pytest.mark.parametrize("fault", [cut, flip, empty, zero, pipe, older], ids=lambda fault: fault.__name__)
+FAULTS = pytest.mark.parametrize("fault", [cut, flip, empty, zero, pipe, foreign], ids=lambda fault: fault.__name__)
 
 
 @FAULTS

@@ -17,7 +17,8 @@ STEPS = {
 CONFIG = {
     "dataset": "/data/room", "model": "helmholtz", "split": "blocked", "seed": 0, "split_seed": 0, "train_size": None,
     "options": {"primitives": 250}, "by_steps": STEPS, "array": {"rows": 4, "columns": 4, "spacing": 0.5},
-    "grid": {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0}, "versions": {},
+    "grid": {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0},
+    "dataset_sha256": "0f", "frequency_hz": 915e6, "guard": 0.0,
 }  # fmt: skip
 
 BAD = [
@@ -60,7 +61,7 @@ def test_settings_are_checked(tmp_path, change, sentence):
         read_config(write(tmp_path, "config.json", CONFIG | change))
 
 
-@pytest.mark.parametrize("key", sorted(set(CONFIG) - {"versions"}))
+@pytest.mark.parametrize("key", sorted(CONFIG))
 def test_settings_are_complete(tmp_path, key):
     with pytest.raises(InputError, match=f"config.json: expected the key {key}, found none"):
         read_config(write(tmp_path, "config.json", {k: v for k, v in CONFIG.items() if k != key}))

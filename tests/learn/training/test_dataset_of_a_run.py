@@ -12,7 +12,6 @@ from learn.comparison.compare import compare
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.evaluation.evaluate import evaluate
 from learn.planning.next_positions import plan
-from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from learn.view.subject import subject
 from scenes.files.errors import InputError
@@ -25,11 +24,10 @@ pytestmark = pytest.mark.usefixtures("small_models")
 def replaced(tmp_path, tiny, finished_run) -> Callable[..., tuple[Path, Path]]:
     """Function: a copy of the run, and a copy of its dataset in whose place other spectra may be put."""
 
-    def copy(without: tuple[str, ...] = (), **changed: object) -> tuple[Path, Path]:
+    def copy() -> tuple[Path, Path]:
         run, data = shutil.copytree(finished_run, tmp_path / "run"), shutil.copytree(tiny, tmp_path / "data")
         config = json.loads((run / "config.json").read_text())
-        config |= {"dataset": str(data), **changed}
-        (run / "config.json").write_text(json.dumps({key: config[key] for key in config if key not in without}))
+        (run / "config.json").write_text(json.dumps(config | {"dataset": str(data)}))
         return run, data
 
     return copy
@@ -75,21 +73,6 @@ def test_dataset_that_moved_is_known_by_its_spectra(replaced, tiny):
         evaluate(run, moved)
 
 
-@pytest.mark.usefixtures("no_ceiling")
-def test_run_without_a_fingerprint_says_what_it_assumes(replaced, capsys):
-    """Version 0.2.0 kept none."""
-    run, data = replaced(without=("dataset_sha256",))
-    assert len(evaluate(run).test) == 5
-    said = " ".join(capsys.readouterr().err.split())
-    assert f"warning: {run}: an older version trained this run and kept no fingerprint" in said and str(data) in said
-
-
-def test_run_of_another_format_is_told_as_such(replaced):
-    run, _ = replaced(without=("by_steps",), versions={"bisplat-wrf": "0.1.0"})
-    with pytest.raises(InputError, match=r"bisplat-wrf 0\.1\.0 trained this run, and this is .*: train it again"):
-        load_run(run)
-
-
 @pytest.mark.parametrize(
     ("stated", "words"),
     [
@@ -110,13 +93,6 @@ def test_training_does_not_start_from_another_receiver(stated, words, finished_r
 def test_experiment_is_not_continued_on_other_spectra(tiny, tmp_path):
     data = shutil.copytree(tiny, tmp_path / "data")
     compare(data, ["nearest"], output=tmp_path / "out")
-    protocol = tmp_path / "out" / "protocol.json"
-    content = json.loads(protocol.read_text())
     put_other_spectra(data)
     with pytest.raises(InputError, match=f"{data}: expected the dataset that {tmp_path / 'out'} was trained on"):
         compare(data, ["mean-picture"], output=tmp_path / "out")
-    # An experiment that version 0.2.0 began has no fingerprint, and gets one.
-    assert content.pop("dataset_sha256") == read_dataset(tiny).fingerprint
-    protocol.write_text(json.dumps(content))
-    assert len(compare(data, ["mean-picture"], output=tmp_path / "out")) == 3
-    assert json.loads(protocol.read_text())["dataset_sha256"] == read_dataset(data).fingerprint

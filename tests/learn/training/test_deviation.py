@@ -12,7 +12,6 @@ from learn.models.kriging.deviation_curve import NORMAL
 from learn.reports.evaluation_report import write_evaluation
 from learn.training.deviation import LEAST, LEAST_VALIDATED, fit_deviation
 from learn.training.run_files import read_known_positions, read_training
-from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
 
 GAP = np.random.default_rng(1).uniform(0, 2, size=4000)
@@ -87,7 +86,7 @@ def test_too_few_validation_spectra_are_said(tmp_path, write_folder, capsys):
 
 
 def test_a_damaged_curve_is_refused(tmp_path):
-    stated = {"constant": 0.1, "growth": 1.0, "gaps": [0.0, 1.0], "errors": [0.0]}
+    stated = {"constant": 0.1, "growth": 1.0, "spectra": 9, "gaps": [0.0, 1.0], "errors": [0.0]}
     (tmp_path / "training.json").write_text(json.dumps({"steps": 0, "seconds": 1.0, "deviation": stated}))
     with pytest.raises(InputError, match="expected as many ascending gaps as errors"):
         read_training(tmp_path)
@@ -108,19 +107,3 @@ def test_evaluation_shows_how_often_the_intervals_hold(run, tmp_path, no_ceiling
     with Image.open(tmp_path / "reliability.png") as image:
         image.verify()
     assert "Reliability: how many of the true values" in (tmp_path / "report.html").read_text()
-
-
-@pytest.mark.slow
-def test_a_run_of_an_earlier_version_states_none(run, no_ceiling, tmp_path):
-    path = run.folder / "training.json"
-    before = path.read_text()
-    try:
-        path.write_text(json.dumps({name: value for name, value in json.loads(before).items() if name != "deviation"}))
-        earlier = load_run(run.folder)
-        assert earlier.deviation(np.zeros((1, 3))) is None
-        evaluation = evaluate(earlier)
-        write_evaluation(evaluation, tmp_path)
-        assert "within_90_percent_interval" not in evaluation.metrics()
-        assert not (tmp_path / "reliability.png").exists()
-    finally:
-        path.write_text(before)

@@ -10,7 +10,7 @@ import bisplat
 from learn.data.metrics import ssim
 from learn.data.splits import Split
 from learn.models.kriging import vecchia
-from learn.models.kriging.phase_synchronisation import flipped
+from learn.models.kriging.retrieved_field import flipped
 from learn.training.config import Config
 from learn.training.registry import MODELS
 from learn.training.run_files import box_of, build_model

@@ -110,7 +110,7 @@ def drag(page: Page, x: float, y: float) -> None:
     """Drag the handle's arrow along x, once it is drawn and has noticed the pointer (the panel is there earlier)."""
     wait_for_colour(page, x, y, lambda red, green, blue: red - max(green, blue) > 60)  # the arrow's own red
     page.mouse.move(x, y)
-    wait_for_colour(page, x, y, lambda red, green, blue: min(red, green) - blue > 60)  # yellow under the pointer
+    wait_for_colour(page, x, y, lambda red, green, blue: min(red, green) - blue > 40)  # yellow under the pointer
     page.mouse.down()
     for step in range(1, 6):
         page.mouse.move(x + 10 * step, y - 5 * step)
@@ -179,12 +179,29 @@ def free_port() -> str:
         return str(probe.getsockname()[1])
 
 
+def drag_a_corner(page: Page, room: Scene, on_screen: Callable[..., tuple[float, float]]) -> None:
+    """Drag the highest corner of the region along x, and see the lines change."""
+    corner = room.transmitter.region_max
+    for name in ("spectrum on the hemisphere", "dominant directions"):
+        page.get_by_role("checkbox", name=name, exact=True).uncheck()
+    page.get_by_role("checkbox", name="show the handles").check()
+    lines = page.get_by_text("--region-max")
+    lines.scroll_into_view_if_needed()
+    expect(lines).to_contain_text("--region-max " + " ".join(map(str, corner)))
+    arrow = 0.045 * np.linalg.norm(np.ptp(room.bounds, axis=0))
+    drag(page, *on_screen(page, np.add(corner, [arrow, 0, 0]), room.bounds))
+    expect(lines).not_to_contain_text(f"--region-max {corner[0]} ")
+    expect(lines).to_contain_text(f" {corner[1]} {corner[2]}")
+
+
 @pytest.mark.parametrize("what", ["scene", "dataset"])
-def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab):
+def test_scene_or_dataset_alone(what, room, tiny, tmp_path, serve, open_tab, on_screen, keep_screenshot):
     if what == "scene":
         served = serve("view", str(write_scene(room, tmp_path / "place")), "--port", free_port())
         page = open_tab(served.url, "ray-traced: dominant direction")
         expect(page.get_by_text("predicted:")).to_have_count(0)
+        drag_a_corner(page, room, on_screen)
+        keep_screenshot(page, "view_scene")
     else:
         served = serve("view", str(tiny), "--port", free_port())
         page = open_tab(served.url, "recorded: dominant direction")

@@ -10,9 +10,7 @@ from urllib.parse import urlsplit
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from scenes.browser.access import guard
-from scenes.browser.callbacks import shield
-from scenes.browser.served_page import serving
+from scenes.browser.served_page import guard, serving, shield
 from scenes.files.errors import InputError, ParameterError
 
 PORT = 8660

@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 
 import bisplat
-from bisplat.commands.array_option import array_option
+from bisplat.commands.scene_changes import array_option
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway

@@ -14,7 +14,7 @@ from scenes.files import atomic
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import inspect
 from simulate.engines.rays_engine import Rays
-from simulate.generation import dataset_parts as written_parts
+from simulate.generation import dataset_parts
 from simulate.generation import generate as module
 from simulate.generation.dataset_parts import make_part, picture_names
 from simulate.generation.generate import generate
@@ -129,7 +129,7 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     folder = tmp_path / "dataset"
     with monkeypatch.context() as patch:
         killed_at(
-            patch, written_parts, "write_atomically", pictures + pictures // 2
+            patch, dataset_parts, "write_atomically", pictures + pictures // 2
         )  # a part's responses after its two pictures
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, folder)
