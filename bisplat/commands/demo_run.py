@@ -32,14 +32,11 @@ if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
 
-BISPLAT_MODEL = "bisplat-aperture"
-"""The BiSplat model that the demo trains in addition to the default model."""
+BISPLAT_MODEL = "bisplat-aperture"  # The BiSplat model that the demo trains in addition to the default model
 
-SPECTRA_LEAST = 10
-"""Fewer leave too little to train on, to validate with and to test on."""
+SPECTRA_LEAST = 10  # Fewer leave too little to train on, to validate with and to test on
 
-RECORD = "demo.json"
-"""Name of the file with the demo's settings."""
+RECORD = "demo.json"  # Name of the file with the demo's settings
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100

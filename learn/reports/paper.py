@@ -16,11 +16,9 @@ from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable
 
-COLUMN, PAGE = 3.5, 7.16
-"""Widths of a column and of a page of a two-column journal, inches."""
+COLUMN, PAGE = 3.5, 7.16  # Widths of a column and of a page of a two-column journal, inches
 
-PNG_DPI, PDF_DPI = 220, 200
-"""Dots per inch of PNG files, and of pictures within a PDF."""
+PNG_DPI, PDF_DPI = 220, 200  # Dots per inch of PNG files, and of pictures within a PDF
 
 PNG_EFFORT = 3
 """Compression of PNG files, 0 to 9. They are a little larger than with the usual 6, and written in half the time."""
@@ -40,8 +38,7 @@ STYLE: dict[str, Any] = {
 """Properties of Matplotlib for figures that are included at their own width."""
 
 _NOTE_POINTS, _FOOT_POINTS = 7, 6
-_LETTER = 0.53
-"""Mean width of a letter, in font sizes; a little too wide, so that no line is cut."""
+_LETTER = 0.53  # Mean width of a letter, in font sizes; a little too wide, so that no line is cut
 
 
 def at_paper_size() -> Any:

@@ -28,8 +28,7 @@ from simulate.spectra.spectrum import check_spectra
 MAGNITUDE = "viridis"
 DIFFERENCE = "RdBu_r"
 PHASE = "twilight"
-LEAST_DB = -30.0
-"""Lower end of the scale in decibels, dB relative to the spectrum's maximum."""
+LEAST_DB = -30.0  # Lower end of the scale in decibels, dB relative to the spectrum's maximum
 
 
 def plot_spectrum(

@@ -21,11 +21,7 @@ PACKAGE = "bisplat-wrf"
 
 
 def command(given: Sequence[str]) -> str:
-    """The command of this process as one can type it again, with ~ for the home folder.
-
-    >>> command(["/opt/venv/bin/bisplat", "evaluate", "my run"]), command(["ipython"])
-    ("bisplat evaluate 'my run'", 'Python')
-    """
+    """The command of this process as one can type it again, with ~ for the home folder."""
     program = Path(given[0]) if given else Path()
     if not (program.name == "bisplat" or program.parts[-2:] == ("bisplat", "__main__.py")):
         return "Python"
@@ -39,14 +35,7 @@ def command(given: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where the scores of a report come from.
-
-    Example:
-        >>> numbers = "18 training"
-        >>> made = Provenance("lab", "mlp", "lab", "random", numbers, "", "0", "Python", "2026-01-31", "1.0")
-        >>> made.sentence()
-        'Model mlp, seed 0. Dataset lab, split random: 18 training. bisplat-wrf 1.0, 2026-01-31, Python.'
-    """
+    """Where the scores of a report come from."""
 
     title: str  # what the report is about
     model: str  # names of the models, or of what else predicts

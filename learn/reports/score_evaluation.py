@@ -92,8 +92,7 @@ def _csv(lines: Iterable[Sequence[Any]]) -> str:
     return text.getvalue()
 
 
-WORST = 95
-"""Percentile of the errors at which the colour scale ends."""
+WORST = 95  # Percentile of the errors at which the colour scale ends
 
 
 def draw_power_figures(comparison: PowerComparison, model: str, folder: Path, made: Provenance) -> dict[str, str]:
@@ -119,8 +118,7 @@ def draw_power_figures(comparison: PowerComparison, model: str, folder: Path, ma
     return captions
 
 
-LEAST_DB = -40.0
-"""Magnitudes further below the largest one of an example are drawn there."""
+LEAST_DB = -40.0  # Magnitudes further below the largest one of an example are drawn there
 
 
 def draw_channel_figures(comparison: ChannelComparison, model: str, folder: Path, made: Provenance) -> dict[str, str]:

@@ -16,8 +16,7 @@ from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable
 
-LATEX, CSV = "table.tex", "table.csv"
-"""Names of the files."""
+LATEX, CSV = "table.tex", "table.csv"  # Names of the files
 
 _SPECIAL = {
     "\\": r"\textbackslash{}",
@@ -34,20 +33,12 @@ _SPECIAL = {
 
 
 def in_latex(text: str) -> str:
-    r"""Escape text for LaTeX.
-
-    >>> print(in_latex("my_model & 5 %"))
-    my\_model \& 5 \%
-    """
+    r"""Escape text for LaTeX."""
     return "".join(_SPECIAL.get(sign, sign) for sign in printable(text))
 
 
 def shown_number(value: float, key: str) -> str:
-    """A number of a table, with as many digits as say something.
-
-    >>> shown_number(0.91234, "ssim_median"), shown_number(4000.0, "steps"), shown_number(0.04, "seconds")
-    ('0.912', '4,000', '0.04')
-    """
+    """A number of a table, with as many digits as say something."""
     if key in ("parameters", "training_seconds", "steps"):
         return f"{value:,.0f}"
     return (

@@ -60,29 +60,18 @@ class ReceiverOfElements(Receiver, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
-    """Settings of a run. The same settings on the same dataset give the same weights.
+    """Settings of a run. The same settings on the same dataset give the same weights."""
 
-    Attributes:
-        dataset: absolute path of the dataset folder.
-        model: name of the model, or ``module:Class``.
-        split: how the test part is chosen.
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-        seed: seed of the initial weights and the order of the spectra.
-        split_seed: seed of the split.
-        train_size: number of training spectra, drawn at random from the training part. None: all of them.
-        options: options of the model that differ from its defaults.
-        by_steps: settings of training by steps. None: the model is fitted in closed form.
-    """
-
-    dataset: str
-    model: str = DEFAULT_MODEL
-    split: SplitKind = "files"
-    seed: Count = 0
-    split_seed: Count = 0
+    dataset: str  # absolute path of the dataset folder
+    model: str = DEFAULT_MODEL  # name of the model, or ``module:Class``
+    split: SplitKind = "files"  # how the test part is chosen
+    seed: Count = 0  # seed of the initial weights and the order of the spectra
+    split_seed: Count = 0  # seed of the split
+    # number of training spectra, drawn at random from the training part. None: all of them
     train_size: Annotated[int, Meta(ge=1)] | None = None
-    guard: float = 0.0
-    options: dict[str, Option] = field(default_factory=dict)
-    by_steps: Steps | None = None
+    guard: float = 0.0  # known positions nearer than this to a test position are left out, wavelengths
+    options: dict[str, Option] = field(default_factory=dict)  # options of the model that differ from its defaults
+    by_steps: Steps | None = None  # settings of training by steps. None: the model is fitted in closed form
 
     def __post_init__(self) -> None:
         check_kinds(self)
@@ -160,7 +149,7 @@ def read_config(folder: Path) -> RunRecord:
     return RunRecord(config, beamformer, receiver.dataset_sha256, receiver.frequency_hz)
 
 
-def require_same_spectra(dataset: Dataset, folder: Path, fingerprint: str) -> None:
+def require_same_spectra(dataset: Dataset, folder: Path, fingerprint: str | None) -> None:
     """Refuse a dataset that is not the one with which a run or an experiment was begun."""
     if dataset.fingerprint != fingerprint:
         raise InputError(
@@ -220,12 +209,7 @@ def require_same_receiver(dataset: Dataset, folder: Path, beamformer: Beamformer
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a model comes from.
-
-    Example:
-        >>> Origin("helmholtz", "lab", "random, seed 0", seed=0, train=18, validation=2)
-        Origin(model='helmholtz', dataset='lab', split='random, seed 0', seed=0, train=18, validation=2, fingerprint='')
-    """
+    """Where a model comes from."""
 
     model: str  # the model's name, or ``module:Class``
     dataset: str  # name of the folder of the dataset it was trained on
@@ -244,9 +228,5 @@ class Origin:
 
 
 def split_words(kind: str, guard: float | None, seed: int) -> str:
-    """A split in words.
-
-    >>> split_words("random", 0.5, 0)
-    'random, guard 0.5 wavelengths, seed 0'
-    """
+    """A split in words."""
     return f"{kind}, guard {guard:g} wavelengths, seed {seed}" if guard else f"{kind}, seed {seed}"

@@ -41,8 +41,7 @@ from scenes.files.errors import InputError, printable
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
 
-WARM_UP = 0.05
-"""Fraction of the steps during which the learning rate rises linearly to its full value."""
+WARM_UP = 0.05  # Fraction of the steps during which the learning rate rises linearly to its full value
 
 
 class Training(L.LightningModule):
@@ -141,8 +140,7 @@ class Spectra(L.LightningDataModule):
     # number of steps of each epoch; the model is validated after each. None: a single pass.
     epochs: Sequence[int] | None = None
 
-    VALIDATED_AT_ONCE = 16
-    """Number of validation spectra in a batch."""
+    VALIDATED_AT_ONCE = 16  # Number of validation spectra in a batch
 
     def __init__(
         self,

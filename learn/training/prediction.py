@@ -16,8 +16,7 @@ from scenes.files.errors import ParameterError, shown
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import LARGEST_GREY
 
-PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
-"""Number of positions per batch of a prediction, by type of device."""
+PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}  # Number of positions per batch of a prediction, by type of device
 
 RESPONSES_AT_ONCE = 4096
 """Number of element responses per batch on the CPU, if the spectra are those of responses and need no memory besides:
@@ -54,11 +53,7 @@ def batches_for(
 
 
 def checked_dtype(dtype: Any) -> np.dtype:
-    """The type of numbers that a user asks for.
-
-    >>> checked_dtype(np.uint8)
-    dtype('uint8')
-    """
+    """The type of numbers that a user asks for."""
     try:
         found = None if dtype is None else np.dtype(dtype)
     except (TypeError, ValueError):
