@@ -43,21 +43,7 @@ FRESH_POSITIONS = 100
 
 
 def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[str, Any]:
-    """Run the demo, or continue an interrupted one.
-
-    Args:
-        folder: output folder of dataset/, run/ (the default model), run-bisplat/, report.html and metrics.json.
-        spectra: number of spectra to simulate; a fifth of them is for testing.
-        steps: number of optimiser steps of the BiSplat model; None: its own.
-
-    Returns:
-        The content of metrics.json; a score whose name has no model is the default model's.
-
-    Raises:
-        ParameterError: fewer than ``SPECTRA_LEAST`` spectra, no steps, or absurdly many of either.
-        MissingExtraError: the ray tracer is not installed.
-        InputError: the folder holds other files, or a demo with other settings, or another process writes to it.
-    """
+    """Run the demo, or continue an interrupted one; the content of metrics.json."""
     require_whole(SPECTRA_LEAST, MOST_POSITIONS, spectra=spectra)
     if steps is not None:
         require_whole(1, STEPS_MOST, steps=steps)

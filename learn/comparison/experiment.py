@@ -111,8 +111,11 @@ class Experiment:
     @cached_property
     def parts(self) -> Split:
         """The split with the whole training part."""
+        return self._parts(None)
+
+    def _parts(self, train_size: int | None) -> Split:
         settings = self.settings
-        return split(self.dataset, settings.split, settings.split_seed, guard=settings.guard or 0.0)
+        return split(self.dataset, settings.split, settings.split_seed, train_size, settings.guard or 0.0)
 
     @cached_property
     def test(self) -> Int[np.ndarray, " K"]:
@@ -122,8 +125,7 @@ class Experiment:
     @cached_property
     def distances(self) -> SplitDistances:
         """Distances from the test positions to the nearest ones of the whole known part."""
-        positions = self.dataset.positions
-        return SplitDistances.between(positions[self.parts.known], positions[self.test], self.dataset.wavelength)
+        return self._distances(self.test, None)
 
     def measure(
         self, methods: Mapping[str, Callable[[], Method]], seeds: int, sizes: Sequence[int | None] = (None,)
@@ -144,7 +146,7 @@ class Experiment:
             if why is not None:
                 say(f"left out {label}: {why}")
         for size in sizes:  # a size that is too large is refused before anything is measured
-            split(self.dataset, self.settings.split, self.settings.split_seed, size, self.settings.guard or 0.0)
+            self._parts(size)
         for seed in range(seeds):
             for size in sizes:
                 for label, make in methods.items():
@@ -231,9 +233,8 @@ class Experiment:
 
     def _distances(self, test: Int[np.ndarray, " K"], train_size: int | None) -> SplitDistances:
         """Distances from test positions to the nearest known ones, where so many spectra are trained on."""
-        settings, positions = self.settings, self.dataset.positions
-        parts = split(self.dataset, settings.split, settings.split_seed, train_size, settings.guard or 0.0)
-        return SplitDistances.between(positions[parts.known], positions[test], self.dataset.wavelength)
+        known, positions = self._parts(train_size).known, self.dataset.positions
+        return SplitDistances.between(positions[known], positions[test], self.dataset.wavelength)
 
     def _spectra(self, indices: Int[np.ndarray, " K"]) -> Float[np.ndarray, "K 90 360"]:
         return spectrum_of(self.dataset.pictures[indices])

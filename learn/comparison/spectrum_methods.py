@@ -15,9 +15,8 @@ from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.known_spectra import KnownSpectra, Method
 from learn.comparison.predictions import Predictions
-from learn.data.comparable_phases import no_comparable_phases
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import unsuited
+from learn.models.capabilities import no_comparable_phases, unsuited
 from learn.training.config import Config, read_config
 from learn.training.registry import MODELS, model_class, model_entry, own_class
 from learn.training.run_files import TrainingFile, read_training, untrained_model

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -67,9 +67,20 @@ def write_scores(comparison: AveragedTable, folder: Path, provenance: Provenance
     facts = {**comparison.facts(), "provenance": provenance.facts()}
     write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
     averages = comparison.averages()
-    doubts = doubts_of(averages)
-    rows = {f"{average_name(row)}{DOUBTFUL if average_name(row) in doubts else ''}": row for row in comparison.table()}
+    rows = marked_rows(comparison.table(), doubts_of(averages))
     write_tables(rows, comparison.COLUMNS, folder, provenance, footnote_of(averages))
+
+
+def marked_rows(rows: Iterable[Mapping[str, Any]], doubts: Collection[str]) -> dict[str, Mapping[str, Any]]:
+    """Rows by their names, which are marked if there are doubts."""
+    return {f"{name}{DOUBTFUL if name in doubts else ''}": row for row in rows for name in [average_name(row)]}
+
+
+def as_csv(lines: Iterable[Sequence[Any]]) -> str:
+    """Lines of cells as CSV, headings first."""
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerows(lines)
+    return text.getvalue()
 
 
 def _latex(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str], provenance: Provenance, note: str) -> str:
@@ -99,9 +110,5 @@ def _csv(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str]) -> s
         keys.append(key)
         if any(row.get(spread_of(key)) is not None for row in rows.values()):
             keys.append(spread_of(key))
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["method", *keys])
-    for name, row in rows.items():
-        writer.writerow([name, *("" if row.get(key) is None else row[key] for key in keys)])
-    return text.getvalue()
+    cells = ([name, *("" if row.get(key) is None else row[key] for key in keys)] for name, row in rows.items())
+    return as_csv([["method", *keys], *cells])

@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from msgspec import Meta, Struct
 
-from learn.data.same_receiver import in_megahertz, other_array, other_frequency
+from learn.data.same_receiver import (
+    SAME_DIRECTION,
+    SAME_PLACE,
+    in_megahertz,
+    other_array,
+    other_frequency,
+    pose_difference,
+)
 from learn.data.splits import PARTS, Split, SplitKind, read_split
 from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL
@@ -23,11 +30,12 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_whole, shown
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.options import check_kinds
+from scenes.files.plain_text import say
 from scenes.files.schema import Count, conform
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_kind
 
@@ -204,6 +212,36 @@ def require_same_receiver(dataset: Dataset, folder: Path, beamformer: Beamformer
         raise InputError(
             f"{folder}: expected a run of {dataset.array.in_words} on {dataset.grid}, found one of "
             f"{beamformer.array.in_words} on {beamformer.grid}"
+        )
+
+
+def require_same_link(folder: Path, array: Array, wavelength: float, known: Dataset, tested: Dataset) -> None:
+    """Refuse another dataset whose spectra a run does not predict. Warn if the end that stands still is elsewhere."""
+    if other_frequency(wavelength, tested.wavelength):
+        assumed = "the assumed " if tested.frequency.source == "assumed" else ""
+        raise InputError(
+            f"{tested.folder}: expected spectra at {in_megahertz(wavelength)}, as {folder} predicts them, found "
+            f"{assumed}{in_megahertz(tested.wavelength)}"
+        )
+    if other_array(array, tested.array):
+        assumed = "the assumed " if tested.identification.source == "assumed" else ""
+        raise InputError(
+            f"{tested.folder}: expected spectra of {array.in_words}, as {folder} predicts them, found "
+            f"{assumed}{tested.array.in_words}"
+        )
+    if known.moving != tested.moving:
+        raise InputError(
+            f"{tested.folder}: expected spectra for which the {known.moving} moves, as for {folder}, found some "
+            f"for which the {tested.moving} does"
+        )
+    distance, angle = pose_difference(
+        (known.gateway_position, known.gateway_orientation), (tested.gateway_position, tested.gateway_orientation)
+    )
+    if distance > SAME_PLACE * tested.wavelength or angle > SAME_DIRECTION:
+        end, does = ("gateway", "receives") if tested.moving == "transmitter" else ("transmitter", "sends")
+        say(
+            f"warning: the {end} of {tested.folder} is {distance:.3g} m away from that of {folder} and turned by "
+            f"{angle:.3g}°; the run predicts what the latter {does}"
         )
 
 

@@ -12,9 +12,8 @@ from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from learn.data.comparable_phases import no_comparable_phases
 from learn.models.base import runs_compiled
-from learn.models.capabilities import PredictsResponses
+from learn.models.capabilities import PredictsResponses, no_comparable_phases
 from learn.models.images.image_search import ImageSearch, offsets_of, waves_of
 from learn.models.images.mirror_images import image_waves
 from learn.models.kriging.kriged_field import KrigedField
