@@ -145,11 +145,10 @@ class ImageField(PredictsResponses):
         turned = in_frame(dataset, self.frame.double().cpu().numpy())
         images, amplitudes = ImageSearch(turned, evenly(known, FITTED_ON)).found(self.report)
         explained = waves_of(images, turned, known) @ amplitudes
+        found = images.middles, images.signs, offsets_of(turned)
+        # Contiguous, as loaded ones are: with other strides a prediction takes several times as long.
         self.middles, self.signs, self.offsets = (
-            torch.from_numpy(
-                np.ascontiguousarray(each)
-            ).float()  # as loaded ones are: other strides take ten times as long
-            for each in (images.middles, images.signs, offsets_of(turned))
+            torch.from_numpy(np.ascontiguousarray(each)).float() for each in found
         )
         self.amplitudes = torch.view_as_real(torch.from_numpy(amplitudes)).float()
         rest = np.zeros_like(dataset.responses)
