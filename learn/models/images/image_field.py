@@ -145,7 +145,7 @@ class ImageField(PredictsResponses):
         turned = in_frame(dataset, self.frame.double().cpu().numpy())
         images, amplitudes = ImageSearch(turned, evenly(known, FITTED_ON)).found(self.report)
         explained = waves_of(images, turned, known) @ amplitudes
-        found = images.middles, images.signs, offsets_of(turned)
+        of_images = images.middles, images.signs, offsets_of(turned)
         # Contiguous, as loaded ones are: with other strides a prediction takes several times as long.
         self.middles, self.signs, self.offsets = (
             torch.from_numpy(np.ascontiguousarray(each)).float() for each in found
