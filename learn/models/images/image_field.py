@@ -148,7 +148,7 @@ class ImageField(PredictsResponses):
         of_images = images.middles, images.signs, offsets_of(turned)
         # Contiguous, as loaded ones are: with other strides a prediction takes several times as long.
         self.middles, self.signs, self.offsets = (
-            torch.from_numpy(np.ascontiguousarray(each)).float() for each in found
+            torch.from_numpy(np.ascontiguousarray(each)).float() for each in of_images
         )
         self.amplitudes = torch.view_as_real(torch.from_numpy(amplitudes)).float()
         rest = np.zeros_like(dataset.responses)
