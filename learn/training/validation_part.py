@@ -130,10 +130,8 @@ class Learned(NamedTuple):
 def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_steps: Steps) -> Learned:
     """The responses from which a model learns, if there are any.
 
-    Responses are found behind pictures if the model predicts responses, if ``by_steps.find_phases`` is set, and if
-    there are neither too few training pictures nor too many. They are used if kriging of them predicts the validation
-    spectra better than inverse-distance weighting does. On the measured sample this holds for the split ``files``, but
-    not for ``blocked``.
+    Responses are found behind pictures if the model predicts some and ``by_steps.find_phases`` is set. They are used if
+    kriging of them predicts the validation spectra better than inverse-distance weighting does.
     """
     if not isinstance(model, PredictsResponses):
         return Learned(None)
