@@ -154,7 +154,7 @@ def read_config(folder: Path) -> RunRecord:
     return RunRecord(config, beamformer, receiver.dataset_sha256, receiver.frequency_hz)
 
 
-def require_same_spectra(dataset: Dataset, folder: Path, fingerprint: str | None) -> None:
+def require_same_spectra(dataset: Dataset, folder: Path, fingerprint: str) -> None:
     """Refuse a dataset that is not the one with which a run or an experiment was begun."""
     if dataset.fingerprint != fingerprint:
         raise InputError(

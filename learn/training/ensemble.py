@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
+from learn.training.conformal_deviation import Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.prediction import uncertainty
 from learn.training.run_files import read_training
 from learn.training.run_folder import Run, stated_deviation

@@ -17,7 +17,7 @@ from learn.models.capabilities import FitsInClosedForm, LearnsBand, PredictsResp
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.model_settings import Steps
-from learn.training.deviation import (
+from learn.training.conformal_deviation import (
     LEAST_VALIDATED,
     Deviation,
     errors_over_gaps,
