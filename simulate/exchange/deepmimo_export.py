@@ -13,6 +13,7 @@ from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_kinds import not_spectra
+from simulate.dataset.dataset_reader import read_metadata
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo_scenario import (
     MOST_INTERACTIONS,
@@ -85,7 +86,13 @@ def _request(source: Path) -> tuple[Request, Rays]:
     """The request and the engine that the dataset was simulated with."""
     if other := not_spectra(source):
         raise InputError(other)
-    path, request = source / "metadata.json", read_request(source)
+    path = source / "metadata.json"
+    if "scene_file" not in read_metadata(path, []):
+        raise InputError(
+            f"{source}: expected a simulated dataset, since its paths are traced in its scene, found one without a "
+            "scene; a measured dataset has none"
+        )
+    request = read_request(source)
     if not isinstance(request.engine, Rays):
         raise InputError(
             f"{path}: expected a dataset simulated by rays, found one of the engine {request.engine.name}, which knows "

@@ -146,7 +146,10 @@ class ImageField(PredictsResponses):
         images, amplitudes = ImageSearch(turned, evenly(known, FITTED_ON)).found(self.report)
         explained = waves_of(images, turned, known) @ amplitudes
         self.middles, self.signs, self.offsets = (
-            torch.from_numpy(each).float() for each in (images.middles, images.signs, offsets_of(turned))
+            torch.from_numpy(
+                np.ascontiguousarray(each)
+            ).float()  # as loaded ones are: other strides take ten times as long
+            for each in (images.middles, images.signs, offsets_of(turned))
         )
         self.amplitudes = torch.view_as_real(torch.from_numpy(amplitudes)).float()
         rest = np.zeros_like(dataset.responses)

@@ -14,6 +14,7 @@ from simulate.dataset.dataset_writer import (
     write_index,
     write_metadata,
     write_positions,
+    write_responses,
 )
 from simulate.dataset.response_retrieval import retrieve
 from simulate.spectra.beamformer import Beamformer

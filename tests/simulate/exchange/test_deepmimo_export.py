@@ -179,11 +179,8 @@ def test_what_has_no_paths_is_refused_in_one_sentence(plain, tmp_path):
     fullwave = {"cell": 0.01, "solver": "ours", "window_ns": 50.0, "antennas": "short dipoles"}
     depth = {**json.loads((plain / "metadata.json").read_text())["propagation"], "max_depth": 16}
     for source, sentence in (
-        (measured, r"measured.metadata.json: expected the key scene_file, found none"),
-        (
-            tmp_path / "nowhere",
-            r"nowhere.metadata.json: expected the metadata .*, found no such file",
-        ),
+        (measured, r"measured: expected a simulated dataset, .*; a measured dataset has none"),
+        (tmp_path / "nowhere", r"nowhere: expected a simulated dataset"),
         (edited(plain, tmp_path / "deep", propagation=depth), r"max_depth of at most 15, .* found 16"),
         (edited(plain, tmp_path / "other", positions_sha256="x"), r"positions that the dataset was made with"),
         (
