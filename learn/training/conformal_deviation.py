@@ -1,7 +1,7 @@
 """The standard deviation of a predicted spectrum's values: how far a prediction may be off.
 
 It grows with the distance from the known positions. Known spectra tell by how much: each is predicted once more from
-those that are farther away than a radius (``learn.training.conformal_deviation``). Validation spectra, to which the model was not
+those that are farther away than a radius. Validation spectra, to which the model was not
 fitted, then set the scale (split conformal prediction [papadopoulos2002]).
 """
 
