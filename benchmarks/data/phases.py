@@ -4,7 +4,7 @@ python -m benchmarks.data.phases data/rfid-s23-160 --json
 
 The closet in full wave (the field in tests/data) has several numbers of known spectra. The figures are median SSIMs of
 200 other spectra, predicted by kriging in three ways: from the pictures, from responses that are found behind the
-pictures and form one field (learn/models/kriging/phase_synchronisation.py), and from the true responses.
+pictures and form one field (learn/models/kriging/retrieved_field.py), and from the true responses.
 
 The measured sample has no true responses. There, the third way is helmholtz, which weighs the first two by pictures
 that are left out. ``seconds`` is the time to find the responses and to fit to them.

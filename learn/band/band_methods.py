@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
+import torch
 from jaxtyping import Complex, Float, Int
 from scipy.spatial import cKDTree
+from torch import Tensor
 
 from learn.baselines.kriging import Interpolator
 from learn.baselines.neighbours import NEIGHBOURS
+from learn.models.base import as_complex
+from learn.models.capabilities import adapt_to
 from learn.models.kriging.band_field import BandField
+from learn.models.networks.response_network import ResponseNetwork
+from learn.training.fit_progress import train_steps
+from learn.training.prediction import batches_for
+from learn.training.registry import model_class, model_entry
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
-
-if TYPE_CHECKING:
-    from torch import Tensor
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,8 @@ class KnownBand:
     @property
     def frequencies(self) -> Float[np.ndarray, " subcarriers"]:
         """Frequencies of the subcarriers, rising, Hz."""
-        return band_frequencies(self.dataset)
+        assert self.dataset.band is not None
+        return self.dataset.band.frequencies(self.dataset.frequency.hertz)
 
 
 @dataclass(frozen=True)
@@ -77,12 +83,6 @@ class BandMethod(Protocol):
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedBand:
         """Predict responses at positions in metres, world frame."""
-
-
-def band_frequencies(dataset: Dataset) -> Float[np.ndarray, " subcarriers"]:
-    """Frequencies of the subcarriers of a dataset with a band, rising, Hz."""
-    assert dataset.band is not None
-    return dataset.band.frequencies(dataset.frequency.hertz)
 
 
 def require_band(dataset: Dataset) -> None:
@@ -162,12 +162,8 @@ PREDICTED_AT_ONCE = 128  # number of positions in a batch of a prediction
 class LearnedBand:
     """A model of ``bisplat train`` that learns the gains of delays, with its own batch size, rate and weight decay."""
 
-    model: ClassVar[str]
-    """Name of the model."""
-
-    by_steps: ClassVar[bool] = True
-    """It is trained for minutes, so a comparison has it only if it is named."""
-
+    model: ClassVar[str]  # its name
+    by_steps: ClassVar[bool] = True  # it is trained for minutes, so a comparison has it only if it is named
     delays: Float[np.ndarray, " paths"]  # the learned delays, rising, seconds
     found: str  # the delays in words
     steps: int  # number of training steps that were made
@@ -176,13 +172,6 @@ class LearnedBand:
         self._steps = steps
 
     def fit(self, known: KnownBand) -> None:
-        import torch
-
-        from learn.models.capabilities import adapt_to
-        from learn.models.networks.response_network import ResponseNetwork
-        from learn.training.fit_progress import train_steps
-        from learn.training.registry import model_class, model_entry
-
         dataset, entry, responses = known.dataset, model_entry(self.model), known.responses
         device = "cuda" if torch.cuda.is_available() else "cpu"
         self._scale = float(np.sqrt(np.square(np.abs(responses)).mean())) or 1.0
@@ -214,11 +203,6 @@ class LearnedBand:
         self.found = f"{len(self.delays)} delays from {first:.0f} to {last:.0f} ns"
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedBand:
-        import torch
-
-        from learn.models.base import as_complex
-        from learn.training.prediction import batches_for
-
         band = self._network.band
         assert band is not None
         with torch.inference_mode():

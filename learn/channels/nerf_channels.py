@@ -15,7 +15,7 @@ from learn.channels.known_channels import KnownChannels, PredictedChannels
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from learn.models.peers.ray_signals import RaySize
+    from learn.models.peers.nerf2 import RaySize
 
 MOST_STEPS, BATCH = 70_000, 64
 """Of the published program. A batch counts pairs of a row and an antenna."""
@@ -43,14 +43,14 @@ class NerfChannels:
     @property
     def reduced(self) -> bool:
         """Whether it is smaller than published, because there is no GPU."""
-        from learn.models.peers.ray_signals import PUBLISHED, size_here
+        from learn.models.peers.nerf2 import PUBLISHED, size_here
 
         return (self._size or size_here()) != PUBLISHED
 
     def fit(self, known: KnownChannels) -> None:
         import torch
 
-        from learn.models.peers.ray_signals import PUBLISHED, REDUCED_BATCH, RaySignals, published_adam, size_here
+        from learn.models.peers.nerf2 import PUBLISHED, REDUCED_BATCH, RaySignals, published_adam, size_here
         from learn.training.fit_progress import train_steps
 
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")

@@ -15,7 +15,7 @@ from learn.powers.known_powers import KnownPowers, PredictedPowers
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from learn.models.peers.ray_signals import RaySize
+    from learn.models.peers.nerf2 import RaySize
 
 MOST_STEPS, BATCH = 30_000, 128
 """Of the published program. A batch counts pairs of a position and a gateway."""
@@ -46,14 +46,14 @@ class NerfPowers:
     @property
     def reduced(self) -> bool:
         """Whether it is smaller than published, because there is no GPU."""
-        from learn.models.peers.ray_signals import PUBLISHED, size_here
+        from learn.models.peers.nerf2 import PUBLISHED, size_here
 
         return (self._size or size_here()) != PUBLISHED
 
     def fit(self, known: KnownPowers) -> None:
         import torch
 
-        from learn.models.peers.ray_signals import (
+        from learn.models.peers.nerf2 import (
             PUBLISHED,
             REDUCED_BATCH,
             RaySignals,
@@ -102,7 +102,7 @@ class NerfPowers:
     def _encoded(self, positions: Float[np.ndarray, "K 3"]) -> Float[Tensor, "K inputs"]:
         import torch
 
-        from learn.models.peers.ray_signals import octaves
+        from learn.models.peers.nerf2 import octaves
 
         scaled = torch.from_numpy((positions - self._centre) / self._unit).float()
         return octaves(scaled).to(next(self._signals.parameters()).device)

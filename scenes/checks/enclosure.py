@@ -57,11 +57,7 @@ def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float
 
 
 def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float:
-    """Return the height of the ceiling above the gateways and the transmitter region, metres.
-
-    It is infinite if one of them has no ceiling. The roof of a building without antennas does not count. Neither does a
-    roof with nothing below it, since a drawing without it would be empty.
-    """
+    """The height of the ceiling above gateways and region, metres; infinite if one has none, or nothing is below it."""
     low, high = scene.transmitter.region
     steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
     spread = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2)
@@ -92,12 +88,7 @@ def opened_ceiling(height: float) -> list[Plane]:
 def opened_walls(
     scene: Scene, triangles: Float[np.ndarray, "n 3 3"], viewer: Float[np.ndarray, " 3"], roofed: bool
 ) -> list[Plane]:
-    """Return the inner sides of a room's outer walls that are between the viewer and the inside.
-
-    A room has a ceiling or at least three outer walls. An outer wall consists of upright surfaces in one plane that
-    together are long and high, without wide gaps, unlike the houses of a street. The antennas are on one side of it,
-    and nothing is on the other.
-    """
+    """The inner sides of a room's outer walls between viewer and inside. A room has a ceiling or three outer walls."""
     walls = _outer_walls(scene, triangles)
     if not roofed and len(walls) < 3:
         return []

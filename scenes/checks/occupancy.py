@@ -69,11 +69,7 @@ def holds_antennas(scene: Scene, part: Trimesh) -> bool:
 
 
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
-    """Find the object that contains each point.
-
-    Only closed parts of a mesh have an inside. A closed part that contains the gateway and the whole transmitter region
-    is the room, not an obstacle.
-    """
+    """The object that contains each point: a closed part that does not hold the antennas, as a room does."""
     points = np.asarray(points, dtype=float)
     blocker: list[str | None] = [None] * len(points)
     for item in scene.objects:

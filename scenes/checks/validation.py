@@ -24,7 +24,7 @@ from scenes.scene.antennas import (
 )
 from scenes.scene.description import FARTHEST, LONGEST_NAME, MOST_TRIANGLES, Scene
 from scenes.scene.frequency import read_frequency
-from scenes.scene.materials import P2040, THICKEST, RadioMaterial, p2040_source
+from scenes.scene.materials import THICKEST, p2040_source
 from scenes.scene.orientation import UNIT_TOLERANCE
 
 LARGE_ARRAY = 2.0
@@ -32,9 +32,6 @@ LARGE_ARRAY = 2.0
 
 NEAR = 0.10
 """How far from its own frequency a material may be used, as a fraction of it."""
-
-ROUNDING = 1e-9
-"""Relative error within which values are those of a power law."""
 
 
 def validate(scene: Scene, source: str) -> None:
@@ -208,40 +205,15 @@ def outdated(scene: Scene) -> str | None:
 
 
 def doubts(scene: Scene) -> list[str]:
-    """Return a sentence for each material whose values, given by hand, seem to be for another frequency.
-
-    Values without a frequency are doubted if they are those of a material of ITU-R P.2040 at another frequency. Scene
-    files of earlier versions have them.
-    """
-    sentences = []
-    for name, material in scene.materials.items():
-        source, frequency = None, material.frequency
-        if frequency is None and p2040_source(material, scene.frequency) is None:
-            source, frequency = _p2040_of_any_frequency(material)
-        if frequency is None or _near(scene.frequency, frequency):
-            continue
-        wanted = f"{scene.frequency / 1e6:g} MHz"
-        found = f"those of {source} of ITU-R P.2040 at" if source else "for"
-        advice = f"write p2040: {source} instead of them" if source else f"give those at {wanted}"
-        sentences.append(
-            f"material {named(name)}: its values are {found} {frequency / 1e6:g} MHz, and the scene is at {wanted}; "
-            f"{advice}"
-        )
-    return sentences
+    """Return a sentence for each material whose values, given by hand, are for another frequency."""
+    wanted = f"{scene.frequency / 1e6:g} MHz"
+    return [
+        f"material {named(name)}: its values are for {material.frequency / 1e6:g} MHz, and the scene is at {wanted}; "
+        f"give those at {wanted}"
+        for name, material in scene.materials.items()
+        if material.frequency is not None and not _near(scene.frequency, material.frequency)
+    ]
 
 
 def _near(frequency: float, of_values: float) -> bool:
     return abs(frequency / of_values - 1) <= NEAR
-
-
-def _p2040_of_any_frequency(material: RadioMaterial) -> tuple[str | None, float | None]:
-    """Find the row of P.2040 and the frequency (Hz) whose values a material has. σ tells the frequency."""
-    for name, row in P2040.items():
-        if row.d == 0 or material.conductivity == 0:
-            continue
-        frequency = 1e9 * (material.conductivity / row.c) ** (1 / row.d)
-        if row.covers(frequency):
-            permittivity, _ = row.values(frequency)
-            if math.isclose(permittivity, material.relative_permittivity, rel_tol=ROUNDING):
-                return name, frequency
-    return None, None

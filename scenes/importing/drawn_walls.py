@@ -123,10 +123,7 @@ def _coincident(scene: Scene) -> list[str]:
 
 
 def drawn_twice(scene: Scene) -> dict[tuple[str, str], int]:
-    """Count the triangles that have the same corners as another one, by the names of both objects.
-
-    Conductors on conductors are left out, since a wave meets only the first of them.
-    """
+    """Count triangles with the corners of another one, by names; a wave meets only the first of two conductors."""
     triangles = np.concatenate([item.mesh.triangles for item in scene.objects])
     owner = np.repeat(np.arange(len(scene.objects)), [len(item.mesh.faces) for item in scene.objects])
     keys = _keys(triangles)
@@ -151,8 +148,7 @@ def _keys(triangles: Float[np.ndarray, "n 3 3"]) -> UInt64[np.ndarray, " n"]:
 def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[str, float]:
     """Parts of a scene with two large parallel faces so near to one another that their slabs meet.
 
-    The objects that an import makes of one node are looked at together if they have the same radio material:
-    "wall/outside" and "wall/inside". Faces of two materials are layers, each a slab of its own.
+    The objects of one node and one material are looked at together. Faces of two materials are layers.
     """
     walls: dict[tuple[str, str], list[SceneObject]] = {}
     for item in scene.objects:

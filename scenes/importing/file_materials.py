@@ -23,10 +23,7 @@ def short_name(name: str) -> str:
 
 
 def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
-    """Return the material that a name in a file stands for, or None if it is the name of no radio material.
-
-    Case, spaces, the prefixes "mat-" and "itu_", and Blender's number do not count.
-    """
+    """The material that a name stands for; case, spaces, "mat-", "itu_" and Blender's number do not count."""
     table = {_plain(known): known for known in (*P2040, *own)}
     return name if name in own else table.get(_plain(name))
 

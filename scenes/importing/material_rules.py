@@ -49,11 +49,7 @@ def choose_materials(
     frequency: float,
     own: Mapping[str, RadioMaterial],
 ) -> list[Choice]:
-    """Choose the material of each part.
-
-    The first rule that matches a name of the part counts, else the first that matches the name of the file, else the
-    material that the file names if it is a radio material, else the default.
-    """
+    """Choose each part's material: by a rule for it, by a rule for the file's name, by the file, or by default."""
     for material in (*(material for _, material in rules), *((default,) if default is not None else ())):
         try:
             require_known(material, own)

@@ -1,8 +1,4 @@
-"""Read the meshes in a file with their names, in the file's own unit and axes.
-
-Each format has a reader of ours, in ``formats``. trimesh's readers lose what a file means: they fill the notches of
-polygons, skip some primitives and extensions of glTF, and give parts of several materials random names.
-"""
+"""Read the meshes in a file of any format with their names, in the file's own unit and axes."""
 
 from __future__ import annotations
 
@@ -40,10 +36,7 @@ def default_up(path: Path) -> str:
 
 
 def read_mesh_file(path: Path) -> MeshFile:
-    """Read the parts of a mesh file, with the transforms of their nodes applied, in the file's own unit and axes.
-
-    Vertices and triangles are kept as they are in the file; larger polygons are cut. Textures are not read.
-    """
+    """Read the parts of a mesh file, at the places of their nodes, in the file's own unit and axes."""
     suffix = path.suffix.lower()
     if suffix not in READERS:
         known = ", ".join(MESH_SUFFIXES)

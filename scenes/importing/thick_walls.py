@@ -1,12 +1,8 @@
 """Make sheets of walls and boards that are drawn as solid bodies.
 
-A triangle stands for a slab of its material. If the slabs of two opposite faces of a body meet, that is if they are at
-most twice as far apart as their material's slab is thick, the body is solid there: a wall and not two leaves with a
-gap, a table top and not a chest. Rays pass both faces and count the slab twice. A sheet with one slab as thick as the
-body is right.
-
-The sheet lies where its slab fills the body as it was drawn: in the middle, or on the inner face of an outer wall,
-whose slab is behind it.
+A triangle stands for a slab of its material. Where the slabs of two opposite faces of a body meet, rays pass both and
+count the slab twice: one sheet as thick as the body is right. It lies where its slab fills the body: in the middle, or
+on the inner face of an outer wall, whose slab is behind it.
 """
 
 from __future__ import annotations
@@ -59,10 +55,9 @@ SAMPLES = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 
 
 def walls_as_sheets(scene: Scene) -> tuple[Scene, dict[str, float]]:
-    """Make each plate of a dielectric one sheet, if it is at most twice as thick as its material's slab.
+    """Make each plate of a dielectric, at most twice as thick as its slab, one sheet.
 
-    An object keeps its name. If its plates have several thicknesses, or it has other parts, the sheets of each
-    thickness become an object of their own, such as "walls, 0.12 m thick".
+    Other parts, and further thicknesses, become objects of their own, such as "walls, 0.12 m thick".
     """
     divided = {item.name: _divided(scene, item) for item in scene.objects}
     placed = _placed(scene, divided)
@@ -88,10 +83,7 @@ def walls_as_sheets(scene: Scene) -> tuple[Scene, dict[str, float]]:
 
 
 def _divided(scene: Scene, item: SceneObject) -> tuple[list[MidSurface], Float[np.ndarray, "n 3 3"]]:
-    """The plates of an object that count twice, and its other triangles, metres.
-
-    A conductor reflects at its surface, so its plates are right as they are.
-    """
+    """The plates of an object that count twice (a conductor's do not), and its other triangles, metres."""
     found: list[MidSurface] = []
     if is_conductor(scene.materials[item.material], scene.frequency) or len(item.mesh.faces) < LEAST_TRIANGLES:
         return found, item.mesh.triangles

@@ -1,7 +1,6 @@
-"""Look for evidence of a file's up axis: names of floors and ceilings, level surfaces, the exporter, the antennas.
+"""Evidence of a file's up axis: names of floors and ceilings, level surfaces, the exporter, the antennas.
 
-Formats other than glTF do not say which axis points up, and exporters differ. A room that lies on its side traces
-without an error.
+A room that lies on its side traces without an error.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""The directions at which a spectrum is sampled, and the unit vector of a direction.
-
-Gateway frame: the array lies in the local x-y plane and its boresight is +z. φ is the azimuth, from +x towards +y. θ is
-the elevation above the array plane, so θ = 90° is the boresight.
-"""
+"""The directions at which a spectrum is sampled, in the gateway frame: azimuth φ from +x, elevation θ above x–y."""
 
 from __future__ import annotations
 

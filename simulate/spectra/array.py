@@ -1,10 +1,4 @@
-"""The gateway's array: what every array offers, and the uniform planar array.
-
-``simulate.spectra.element_array`` has the array of given element positions.
-
-The gateway frame is that of ``simulate.spectra.angular_grid``. All lengths here are in wavelengths, so the wavenumber
-k = 2π/λ is 2π.
-"""
+"""The gateway's array: what every array offers, and the uniform planar array. Lengths are in wavelengths, so k = 2π."""
 
 from __future__ import annotations
 
@@ -278,11 +272,7 @@ class PlanarArray(Array):
 
 
 def too_few_elements(array: Array) -> str | None:
-    """What is wrong with the spectra of an array of one or two elements. None: the array has more.
-
-    One element has the same magnitude in all directions, so that its normalised spectrum is zero everywhere. The
-    spectrum of two elements is a single cosine, which nearly every prediction resembles.
-    """
+    """What is wrong with the spectra of one or two elements: constant, or a single cosine. None: there are more."""
     if array.elements >= LEAST_ELEMENTS:
         return None
     if array.elements == 1:

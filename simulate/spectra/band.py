@@ -95,11 +95,7 @@ def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band 
 
 
 def delay_spread(responses: Complex[np.ndarray, "K elements subcarriers"], bandwidth: float) -> Float[np.ndarray, " K"]:
-    """Root mean square delay spread of each row, seconds; 0 for a row of zeros.
-
-    It is that of the power over the delays, between the places of an inverse Fourier transform of the subcarriers, all
-    elements together. It is no finer than 1 / bandwidth.
-    """
+    """Root mean square delay spread of each row's power over the delays, seconds, no finer than 1 / bandwidth."""
     power = np.square(np.abs(np.fft.ifft(responses, axis=-1))).sum(axis=1)
     count = power.shape[1]
     # Delays are counted from the strongest one, since they are only known up to a multiple of the whole period.
@@ -120,10 +116,7 @@ def chebyshev_points(first: float, last: float, count: int) -> Float[np.ndarray,
 def enough_frequencies(
     frequencies: Float[np.ndarray, " subcarriers"], delay: float, more: int
 ) -> Float[np.ndarray, " n"]:
-    """The subcarriers, or fewer frequencies if these tell as much.
-
-    Responses whose delays span the time T turn at most BT times over a band of the width B.
-    """
+    """The subcarriers, or fewer frequencies that tell as much: delays over T turn at most BT times in a band B."""
     count = math.ceil(np.pi / 2 * np.ptp(frequencies) * delay) + more
     return chebyshev_points(frequencies[0], frequencies[-1], count) if count < len(frequencies) else frequencies
 

@@ -121,11 +121,7 @@ def _write(factors, functions, starts, spectra, largest):
 
 
 class CompiledBeamformer:
-    """Computes the normalised spectra of responses for one array and grid. ``compiled_beamformer`` makes it.
-
-    Args:
-        beamformer: the array, and a grid whose azimuths are 1° apart.
-    """
+    """Computes the normalised spectra of responses for one array and a grid whose azimuths are 1° apart."""
 
     def __init__(self, beamformer: Beamformer):
         positions = beamformer.array.positions
@@ -155,16 +151,9 @@ class CompiledBeamformer:
     def write(
         self, responses: Complex[np.ndarray, "K elements"], spectra: Spectra, weight: float = 1
     ) -> Bool[np.ndarray, " K"]:
-        """Write the spectra of responses, min–max normalised, into an array.
+        """Write min–max normalised spectra, 0 to ``weight`` or in grey levels, and return which responses are finite.
 
-        Args:
-            responses: element responses, complex64. Their scale and common phase have no effect, and responses that are
-                all zero give a black spectrum.
-            spectra: array [K, 90, 360] of float32, for numbers from 0 to 1, or uint8, for grey levels from 0 to 255.
-            weight: factor of the numbers or levels, at most 1.
-
-        Returns:
-            Which responses are finite. The spectra of the others are nan, or black as grey levels.
+        The scale and the common phase of responses have no effect. Spectra that are not finite are nan or black.
         """
         numbers = np.ascontiguousarray(responses, np.complex64).view(np.float32)
         # Powers of weak links would be too small for single precision.

@@ -223,11 +223,7 @@ def array_kind(stated: object) -> type[Array]:
 
 @cache
 def uniform(array: Array) -> PlanarArray | None:
-    """The uniform planar array that an array is, whichever way it is given; None: it is none.
-
-    Given positions are those of a uniform planar array in the x–y plane if they have its order, to a thousandth of the
-    spacing. Where the gateway's position is does not matter, since spectra are magnitudes.
-    """
+    """The uniform planar array that an array is, to a thousandth of the spacing, or None."""
     if isinstance(array, PlanarArray):
         return array
     places = array.positions - array.positions.mean(axis=0)

@@ -91,11 +91,7 @@ def can_fit(array: Array) -> bool:
 
 
 def tells_little(beamformer: Beamformer) -> bool:
-    """Whether other arrays of the same size explain the pictures of an array as well as this one.
-
-    So it is if the array has more lags than its pictures have details, as an irregular array within a wavelength: less
-    than half of the combinations of its lag functions are larger than the rounding.
-    """
+    """Whether other arrays explain pictures as well: under half of its lag functions exceed the rounding."""
     sizes = np.linalg.svd(LagSpace.of(beamformer).triangular, compute_uv=False)
     return bool((sizes > VISIBLE * sizes[0]).mean() < 0.5)
 
@@ -122,10 +118,7 @@ def rounding(spectra: Float[np.ndarray, "K 90 360"]) -> float:
 def identify(
     pictures: UInt8[np.ndarray, "K 90 360"], array: Array | None = None, grid: AngularGrid | None = None
 ) -> Identification:
-    """Take the array and the grid that metadata.json states, and find what it does not state by a fit to the pictures.
-
-    An array that is not stated is looked for among those of up to 4 × 4 elements.
-    """
+    """Take the array and the grid that metadata.json states, and fit the rest; an array among those of up to 4 × 4."""
     spectra = examined(pictures)
     stated = Beamformer(array or PlanarArray(), grid or AngularGrid())
     source: Source = "assumed" if array is None else "metadata"
@@ -198,10 +191,7 @@ def with_best_spacing(spectra: Float[np.ndarray, "K 90 360"], near: Beamformer, 
 def with_fewest_elements(
     spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, scale: PictureScale
 ) -> Beamformer:
-    """The part of an array with the fewest rows and columns that explains spectra as well as the whole.
-
-    A 4 × 4 array explains the spectra of a 3 × 4 array with the same spacing, too.
-    """
+    """The part of an array with the fewest rows and columns that explains spectra as well as the whole."""
     array = require_planar(beamformer.array, "a search for smaller arrays")
     enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, scale))
     shapes = [(rows, columns) for rows in range(1, array.rows + 1) for columns in range(1, array.columns + 1)]

@@ -56,10 +56,7 @@ DB = np.log(10) / 10
 
 @cache
 def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
-    """The lags Δ of an array, wavelengths, gateway frame; zero first, and only one of Δ and −Δ.
-
-    They are the different differences of two element positions.
-    """
+    """The lags Δ, different differences of two element positions, wavelengths; zero first, one of Δ and −Δ."""
     if isinstance(array, PlanarArray):
         steps = _steps(array)
         return array.spacing * np.concatenate([steps, np.zeros((len(steps), 1))], axis=1)
@@ -235,8 +232,7 @@ def decibel_residual(
 ) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
     """The same for spectra in decibels, and the range from black to white that leaves least of each, in decibels.
 
-    The error of a power is divided by the derivative of the power by the grey level. Both are squared and averaged
-    first, so that bright pixels count most and the floor, at which many programs cut, counts least.
+    Errors and slopes of power by grey level are averaged apart, so that the floor counts least.
     """
     values = space.sampled(spectra)
 

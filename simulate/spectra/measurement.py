@@ -1,10 +1,4 @@
-"""Errors of a real receiver: gain and phase of its elements, drift of its phase during a measurement, thermal noise.
-
-    y'_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m
-
-The errors g_m and ψ_m belong to the array and are the same in every spectrum. ε_m and n_m are drawn anew for each
-spectrum. [vantrees2002], chapter 2, shows how such errors act on a beamformer.
-"""
+"""Errors of a real receiver: gain and phase of its elements, drift of its phase, thermal noise."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """Least squares for the responses behind spectra, from good starts, by the Gauss–Newton method.
 
-The unknowns are the responses y and the offset b of each spectrum. The residual at a spatial frequency is |B y| − p − b
-with the beams B y. Its derivative along a change δ of the responses is Re(e^{−j arg B y} B δ). So a product with the
-Jacobian, or with its transpose, is a Fourier transform, and conjugate gradients solve the normal equations without
-their matrix.
+The unknowns are the responses y and the offset b. The residual at a spatial frequency is |B y| − p − b with the beams
+B y, and its derivative along δ is Re(e^{−j arg B y} B δ). So products with the Jacobian are Fourier transforms, and
+conjugate gradients need no matrix.
 """
 
 from __future__ import annotations
@@ -152,10 +151,7 @@ class SpatialFrequencies:
         return cls(beamformer, shape, seen, row, column)
 
     def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K y x"]:
-        """Magnitude spectra at the frequencies, by cubic splines; 0 where a frequency is not seen.
-
-        The splines are those of the squared magnitudes, which are smooth at the zeros of a spectrum.
-        """
+        """Magnitudes at the frequencies, by cubic splines of their smooth squares; 0 where not seen."""
         where = [self.row[self.seen], self.column[self.seen] + WRAPPED]
         beside: Literal["wrap", "edge"] = "wrap" if _is_full_circle(self.beamformer.grid) else "edge"
         sampled = np.zeros((len(spectra), *self.shape))

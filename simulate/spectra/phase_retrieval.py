@@ -1,13 +1,8 @@
 """The element responses behind a spectrum, found by phase retrieval.
 
-A magnitude spectrum determines the responses y of a planar array up to a common phase and the flip y_m -> y*_{MN−1−m}.
-Both leave all lags R_Δ = Σ_{m−n=Δ} y_m y_n* unchanged. Apart from these two, the autocorrelation of a finite
-two-dimensional sequence determines the sequence [hayes1982].
-
-The unknown is the beam at each spatial frequency, a complex number. Two things are known of the beams: their magnitudes
-where the hemisphere shows them, and that they are those of M × N responses. Relaxed reflect-reflect (RRR) [elser2018]
-searches for beams that fulfil both, from random starts. The Gauss–Newton method then finds the responses of least
-squared error nearby. Either costs some Fourier transforms for each step.
+Known of the beams at spatial frequencies are their magnitudes where the hemisphere shows them, and that they are those
+of M × N responses. Relaxed reflect-reflect (RRR) [elser2018] searches for beams that fulfil both, from random starts.
+The Gauss–Newton method then finds the responses of least squared error nearby.
 """
 
 from __future__ import annotations
@@ -124,11 +119,7 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
 
 
 def _in_one_form(responses: Complex[np.ndarray, "K elements"]) -> Complex[np.ndarray, "K elements"]:
-    """The same responses with a phase and a flip that do not depend on where the search began.
-
-    The phase makes Σ y_m y_{MN−1−m} real, which the flip leaves as it is. The sign and the flip make the real and
-    the imaginary part of Σ y_m positive.
-    """
+    """The same responses with one phase and flip: Σ y_m y_{MN−1−m} real, and both parts of Σ y_m positive."""
     symmetric = (responses * responses[:, ::-1]).sum(axis=1)
     turned = responses * np.exp(-0.5j * np.angle(symmetric))[:, None]
     turned = turned * np.where(turned.sum(axis=1).real < 0, -1, 1)[:, None]

@@ -20,10 +20,7 @@ SCALES: tuple[PictureScale, ...] = get_args(PictureScale)
 
 
 def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Min–max normalise each spectrum to 0…1, as in NeRF² pictures; a constant spectrum becomes zero.
-
-    All spectra of datasets are normalised here, and models are trained and scored on such spectra.
-    """
+    """Min–max normalise each spectrum to 0…1, as in NeRF² pictures; a constant spectrum becomes zero."""
     low = spectrum.min(axis=(-2, -1), keepdims=True)
     span = spectrum.max(axis=(-2, -1), keepdims=True) - low
     return (spectrum - low) / np.where(span > 0, span, 1)

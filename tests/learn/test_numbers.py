@@ -64,71 +64,29 @@ def usual() -> Dataset:
     )
 
 
-def far_away(data: Dataset) -> Dataset:
-    return replace(data, positions=data.positions + FARTHEST - 1)
-
-
-def far_apart(data: Dataset) -> Dataset:
-    return replace(data, positions=data.positions * FARTHEST)
-
-
-def very_near(data: Dataset) -> Dataset:
-    return replace(data, positions=data.positions * 1e-7)
-
-
-def at_one_place(data: Dataset) -> Dataset:
-    return replace(data, positions=np.ones_like(data.positions))
-
-
-def on_a_line(data: Dataset) -> Dataset:
-    return replace(data, positions=data.positions * [1, 0, 0])
-
-
-def on_a_plane(data: Dataset) -> Dataset:
-    return replace(data, positions=data.positions * [1, 1, 0])
-
-
-def at_shared_places(data: Dataset) -> Dataset:
-    return replace(data, positions=data.positions[[0, 0, 1, 1, 2, 2]])
-
-
-def black(data: Dataset) -> Dataset:
-    return replace(data, pictures=np.zeros_like(data.pictures), responses=None)
-
-
-def white(data: Dataset) -> Dataset:
-    return replace(data, pictures=np.full_like(data.pictures, 255), responses=None)
-
-
-def without_responses(data: Dataset) -> Dataset:
-    return replace(data, responses=None)
-
-
-def hardly_any_signal(data: Dataset) -> Dataset:
-    responses = 1e-12 * np.ones_like(data.responses)
-    responses[1:] = 0
-    return replace(data, responses=responses)
-
-
-def much_signal(data: Dataset) -> Dataset:
-    assert data.responses is not None
-    return replace(data, responses=data.responses * 1e11)
-
-
-def of_one_known_spectrum(data: Dataset) -> Dataset:
-    return replace(data, train=np.array([0]))
-
-
-def of_two_known_spectra(data: Dataset) -> Dataset:
-    return replace(data, train=np.array([0, 1]))
-
-
-ODD = [
-    far_away, far_apart, very_near, at_one_place, on_a_line, on_a_plane, at_shared_places, black, white,
-    without_responses, hardly_any_signal, much_signal, of_one_known_spectrum, of_two_known_spectra,
-]  # fmt: skip
-FEWER = [far_apart, at_one_place, black, white, hardly_any_signal]
+ODD = {
+    "far away": lambda data: {"positions": data.positions + FARTHEST - 1},
+    "far apart": lambda data: {"positions": data.positions * FARTHEST},
+    "very near": lambda data: {"positions": data.positions * 1e-7},
+    "at one place": lambda data: {"positions": np.ones_like(data.positions)},
+    "on a line": lambda data: {"positions": data.positions * [1, 0, 0]},
+    "on a plane": lambda data: {"positions": data.positions * [1, 1, 0]},
+    "at shared places": lambda data: {"positions": data.positions[[0, 0, 1, 1, 2, 2]]},
+    "black": lambda data: {"pictures": np.zeros_like(data.pictures), "responses": None},
+    "white": lambda data: {"pictures": np.full_like(data.pictures, 255), "responses": None},
+    "without responses": lambda data: {"responses": None},
+    "hardly any signal": lambda data: {"responses": np.repeat(1e-12 * np.eye(COUNT, 1), 16, axis=1).astype("c8")},
+    "much signal": lambda data: {"responses": data.responses * 1e11},
+    "one known spectrum": lambda data: {"train": np.array([0])},
+    "two known spectra": lambda data: {"train": np.array([0, 1])},
+}
+FEWER = ["far apart", "at one place", "black", "white", "hardly any signal"]
 """For models that take longer."""
+
+
+def odd_dataset(odd: str) -> Dataset:
+    data = usual()
+    return replace(data, **ODD[odd](data))
 
 
 @pytest.fixture(autouse=True)
@@ -154,14 +112,14 @@ def finite(spectra: np.ndarray, clipped: bool = False) -> None:
     ],
 )
 def test_models(name, odd, scene):
-    data = odd(usual())
+    data = odd_dataset(odd)
     parts = Split(data.train, data.train[:1], data.test)
     entry = model_entry(name)
     options = {**OPTIONS.get(name, {}), **({"scene": scene} if entry.needs else {})}
     config = Config(dataset="odd", model=name, options=options, by_steps=entry.by_steps)
     torch.manual_seed(0)
     model = build_model(config, box_of(data.positions[parts.train]), data.beamformer, data.wavelength)
-    if name == "twin" and odd is black:
+    if name == "twin" and odd == "black":
         for learn in (model.fit, model.refit):
             with pytest.raises(InputError, match="expected spectra of several grey levels, found none"):
                 learn(data, parts.train)
@@ -195,7 +153,7 @@ def test_models(name, odd, scene):
 @pytest.mark.parametrize("odd", ODD)
 @pytest.mark.parametrize("name", [name for name in BASELINES if name != "kriging-responses"])  # needs responses
 def test_baselines(name, odd, tmp_path):
-    data = odd(usual())
+    data = odd_dataset(odd)
     data = replace(data, train=np.append(data.train, data.train[-1] + 1)) if len(data.train) == 1 else data
     method = BASELINES[name]()
     method.fit(KnownSpectra(data, "files", 0, None, 0, None, 1, tmp_path))

@@ -11,10 +11,10 @@ The equations are those of ``KrigedField`` and ``leg_times``, in double precisio
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float
-from torch import Tensor
 
 from learn.models.kriging.wave_covariance import LEGS, leg_shapes
 from simulate.parallel.compiled import SUMS, compiled, in_threads
@@ -136,31 +136,19 @@ def _krige(positions, places, times, cosines, sines, legs, values, wavenumbers, 
 
 
 class CompiledKriging:
-    """Interpolates responses between known ones."""
+    """Interpolates responses between the known ones of a ``KrigedField``."""
 
-    def __init__(
-        self,
-        places: Float[Tensor, "n 3"],
-        times: Float[Tensor, " n"],
-        values: Float[Tensor, "n 2*elements"],
-        mean: Float[Tensor, " 2*elements"],
-        directions: Float[Tensor, "J 3"],
-        wavelength: Float[Tensor, ""],
-        shares: Float[Tensor, " J"],
-        length: Float[Tensor, ""],
-        drift: Float[Tensor, ""],
-        nugget: Float[Tensor, ""],
-    ):
+    def __init__(self, field: Any):
         # Of single precision, as a file of weights keeps them, so that a loaded model predicts the same.
-        of_law = wavelength, shares, length, drift, nugget
+        of_law = field.wavelength, field.shares, field.length, field.drift, field.nugget
         per_period, powers, *scales = (each.float().double().numpy() for each in of_law)
-        known, at = places.double().numpy(), times.double().numpy()
-        wavenumbers = 2 * np.pi / per_period * directions.double().numpy()
+        known, at = field.places.double().numpy(), field.times.double().numpy()
+        wavenumbers = 2 * np.pi / per_period * field.directions.double().numpy()
         phases = known @ wavenumbers.T
-        numbers = (values.float() - mean).double().unflatten(1, (-1, 2)).numpy()
+        numbers = (field.values.float() - field.mean).double().unflatten(1, (-1, 2)).numpy()
         waves, legs = (np.cos(phases), np.sin(phases)), leg_shapes(known, at)
         self._known = known, at, *waves, legs, numbers, wavenumbers, powers, np.array(scales)
-        self._mean = mean.double().unflatten(0, (-1, 2)).numpy() @ [1, 1j]
+        self._mean = field.mean.double().unflatten(0, (-1, 2)).numpy() @ [1, 1j]
 
     def responses(self, positions: Float[np.ndarray, "K 3"], neighbours: int) -> Complex[np.ndarray, "K elements"]:
         """Interpolated responses, in the units of the known ones."""

@@ -1,19 +1,156 @@
-"""Kriging of the element responses behind pictures. Their phases are found such that all responses form one field."""
+"""Kriging of the element responses behind pictures, and their phases, by which all responses form one field.
+
+A picture determines the responses y_n of the array at a position r_n up to a complex factor and the flip
+y_m → y*_{MN−1−m} (``simulate.spectra.phase_retrieval``). Responses at all known positions are samples of one field,
+whose covariance κ(r, r') solves the Helmholtz equation (``kriged_field``). The factors z_n and the flips
+are those for which this is most likely. There are n factors and flips but n · MN complex numbers, so that they are
+well determined wherever positions are within about a wavelength of each other. No picture can determine a flip of all
+at once, or a factor common to all.
+
+Each position's responses are predicted from the nearest others by kriging, a_n = Σ w* z y with error variance v. The
+best factor and flip of one position, given all others, maximise
+
+    −|a_n − z y_n|² / v + 2 MN log |z|
+
+(the last term is the Jacobian of the scaling), which has a closed form. They are found for one position after another:
+first outwards from one place, each from those already done, then again and again until the field no longer changes.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from heapq import heappop, heappush
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Bool, Complex, Float, Int
+from scipy.spatial import cKDTree
 
 from learn.models.base import Report
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.phase_synchronisation import Covariance, synchronised
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import spectrum_of
+
+Covariance = Callable[[Int[np.ndarray, " a"], Int[np.ndarray, " b"]], Complex[np.ndarray, "a b"]]
+"""Function from the indices of known positions to the covariance κ between them, without noise."""
+
+NEIGHBOURS = 48  # number of nearest other positions from which each position is predicted
+FIRST_NEIGHBOURS = 24  # the same while the first factors are found
+
+FEW, STARTS = 4, 4
+"""Number of neighbours that decide which position is next, and number of positions from which the first factors are
+found. The most likely result is kept."""
+
+SWEEPS = 40  # largest number of passes over all positions
+LEAST_CHANGE = 1e-3  # a pass is the last one if it changes the field by less than this, relative to its norm
+
+
+def synchronised(
+    responses: Complex[np.ndarray, "n elements"],
+    positions: Float[np.ndarray, "n 3"],
+    covariance: Covariance,
+    nugget: float,
+    flips: bool = True,
+) -> Complex[np.ndarray, "n elements"]:
+    """Responses with the factors and flips that most likely make them one field."""
+    norm = np.linalg.norm(responses, axis=1, keepdims=True) / np.sqrt(responses.shape[1])
+    either = np.stack([responses, flipped(responses) if flips else responses]) / np.where(norm > 0, norm, 1)
+    _, near = cKDTree(positions).query(positions, [*range(1, min(NEIGHBOURS + 1, len(positions)) + 1)])
+    others = [row[row != member][:NEIGHBOURS] for member, row in enumerate(near)]
+    weights = [_weights(np.array([member]), row, covariance, nugget) for member, row in enumerate(others)]
+    apart = [np.linalg.norm(positions[row] - positions[member], axis=-1) for member, row in enumerate(others)]
+    densest = np.argsort([each[:FEW].sum() for each in apart])
+    found = []
+    for start in densest[:: max(1, len(densest) // STARTS)][:STARTS]:
+        field = _outwards(int(start), either, others, apart, covariance, nugget)
+        found.append(_swept(field, either, others, weights))
+    _, field = max(found, key=lambda each: each[0])
+    return field
+
+
+def _swept(
+    field: Complex[np.ndarray, "n elements"],
+    either: Complex[np.ndarray, "2 n elements"],
+    others: list[Int[np.ndarray, " k"]],
+    weights: list[tuple[Complex[np.ndarray, " k"], float]],
+) -> tuple[float, Complex[np.ndarray, "n elements"]]:
+    """The best factors and flips, improved from given ones, and how likely they are (the sum of the terms above)."""
+    order = np.random.default_rng(0).permutation(len(field))
+    for _ in range(SWEEPS):
+        before = field.copy()
+        for member in order:
+            weight, variance = weights[member]
+            field[member] = _best(either[:, member], weight.conj() @ field[others[member]], variance)
+        field /= np.sqrt(np.square(np.abs(field)).mean())
+        if np.linalg.norm(field - before) < LEAST_CHANGE * np.linalg.norm(field):
+            break
+    likelihood = 0.0
+    for member, (weight, variance) in enumerate(weights):
+        error = field[member] - weight.conj() @ field[others[member]]
+        likelihood += np.log(np.square(np.abs(field[member])).mean()) - np.square(np.abs(error)).mean() / variance
+    return likelihood, field
+
+
+def flipped(responses: Complex[np.ndarray, "*batch elements"]) -> Complex[np.ndarray, "*batch elements"]:
+    """The other responses that have the same spectrum: y*_{MN−1−m}."""
+    return responses[..., ::-1].conj()
+
+
+def _outwards(
+    start: int,
+    either: Complex[np.ndarray, "2 n elements"],
+    near: list[Int[np.ndarray, " k"]],
+    apart: list[Float[np.ndarray, " k"]],
+    covariance: Covariance,
+    nugget: float,
+) -> Complex[np.ndarray, "n elements"]:
+    """First factors and flips: outwards from one position. The next one is always that with the nearest finished
+    neighbours.
+    """
+    done: Bool[np.ndarray, " n"] = np.zeros(len(near), bool)
+    field = either[0].copy()
+    queue = [(0.0, start)]
+    remaining = iter(range(len(near)))
+    while not done.all():
+        while queue and done[queue[0][1]]:
+            heappop(queue)
+        member = heappop(queue)[1] if queue else next(one for one in remaining if not done[one])
+        known = near[member][done[near[member]]][:FIRST_NEIGHBOURS]
+        if len(known):
+            weight, variance = _weights(np.array([member]), known, covariance, nugget)
+            field[member] = _best(either[:, member], weight.conj() @ field[known], variance)
+            field[member] /= np.sqrt(np.square(np.abs(field[member])).mean())  # only phases are found at first
+        done[member] = True
+        for other in near[member]:
+            if not done[other]:  # queued again each time one more of its neighbours is done
+                nearest = apart[other][done[near[other]]][:FEW]
+                heappush(queue, (-float((1 / np.maximum(nearest, 1e-3) ** 2).sum()), int(other)))
+    return field
+
+
+def _weights(
+    member: Int[np.ndarray, " 1"], others: Int[np.ndarray, " k"], covariance: Covariance, nugget: float
+) -> tuple[Complex[np.ndarray, " k"], float]:
+    """Kriging weights of the others, and the variance of the error."""
+    cross = covariance(others, member)[:, 0]
+    weights = np.linalg.solve(covariance(others, others) + nugget * np.eye(len(others)), cross)
+    return weights, float(1 + nugget - (weights.conj() @ cross).real)
+
+
+def _best(
+    either: Complex[np.ndarray, "2 elements"], predicted: Complex[np.ndarray, " elements"], variance: float
+) -> Complex[np.ndarray, " elements"]:
+    """The more likely of two responses of mean square magnitude 1, times its best factor."""
+    products = either.conj() @ predicted
+    chosen = int(np.abs(products).argmax())
+    along = abs(products[chosen]) / len(predicted)
+    # This maximises −MN (|z|² − 2 |z| along) / v + 2 MN log |z|.
+    magnitude = (along + np.sqrt(along**2 + 4 * variance)) / 2
+    phase = products[chosen] / abs(products[chosen]) if along > 0 else 1.0
+    return magnitude * phase * either[chosen]
+
 
 LEAST_RETRIEVED, MOST_RETRIEVED = 20, 1500
 """Smallest and largest number of known pictures behind which responses are looked for. Fewer do not determine the

@@ -1,19 +1,14 @@
-"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
-
-The sizes and activations are those of the authors' code, from which no lines are taken. The documentation, Other
-authors' models, lists every setting, theirs and ours.
-"""
+"""SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SplatModel, power
+from learn.models.base import Region, SplatModel, power
 from learn.models.encoding import octaves
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.quadrature import Quadrature
@@ -47,7 +42,7 @@ class SwiftWRF(SplatModel):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,

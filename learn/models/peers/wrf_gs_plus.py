@@ -1,17 +1,12 @@
-"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position.
-
-The sizes, activations and relative learning rates are those of the authors' code, from which no lines are taken. The
-documentation, Other authors' models, lists every setting, theirs and ours.
-"""
+"""WRF-GS+ [wen2024]: Gaussians in space whose shapes and signals a network changes by the transmitter's position."""
 
 from __future__ import annotations
 
-import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SplatModel
+from learn.models.base import Region, SplatModel
 from learn.models.encoding import octaves
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.peers.swiftwrf import clipped_magnitude
@@ -57,7 +52,7 @@ class WRFGSPlus(SplatModel):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,

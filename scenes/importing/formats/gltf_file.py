@@ -1,7 +1,6 @@
 """Read glTF 2.0: the triangles of the nodes of a scene, with names and materials.
 
-trimesh skips triangle fans, does not convert normalised integers, ignores instances, and names parts of several
-materials at random.
+trimesh skips fans, normalised integers and instances, and names parts of several materials at random.
 """
 
 from __future__ import annotations
@@ -177,10 +176,7 @@ def _list(names: list[str]) -> str:
 
 
 def _node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4"]]:
-    """Return the transforms to the world of the nodes of the scene, by their numbers.
-
-    The scene is the default one, or else the first; without any, all nodes without a parent are taken.
-    """
+    """Places in the world of the nodes of the default scene, or of the first, or below all without a parent."""
     if header.scenes:
         roots = pick(header.scenes, header.scene, source, "scenes").nodes
     else:

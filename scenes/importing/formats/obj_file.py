@@ -1,8 +1,4 @@
-"""Read Wavefront OBJ: polygons by object, group and material.
-
-trimesh cuts polygons into fans, and tinyobjloader forgets the object of a group. Only statements of polygons are read;
-material libraries and textures are not opened.
-"""
+"""Read Wavefront OBJ: polygons by object, group and material. trimesh cuts polygons into fans."""
 
 from __future__ import annotations
 

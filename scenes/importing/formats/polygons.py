@@ -101,10 +101,7 @@ def cut_polygons(
 
 
 def _from_lowest_corner(faces: Integer[np.ndarray, "P 4"], vertices: Float[np.ndarray, "V 3"]) -> np.ndarray:
-    """Quadrilaterals that begin at the corner with the lowest x (then y, then z).
-
-    So the two sides of a surface that is drawn from both sides get the same triangles, and are found to be one.
-    """
+    """Quadrilaterals from their lowest corner on, so that one drawn from both sides gets the same triangles twice."""
     places, rows, lowest = vertices[faces], np.arange(len(faces)), np.zeros(len(faces), int)
     for corner in range(1, 4):
         one, other = places[rows, corner], places[rows, lowest]
@@ -171,10 +168,7 @@ def _turns(polygon: Float[np.ndarray, "n 2"], point: Float[np.ndarray, " 2"]) ->
 
 
 def _with_all_corners(ears: Integer[np.ndarray, "t 3"], size: int) -> Integer[np.ndarray, "t 3"]:
-    """Split triangles at the corners on straight edges, which ear clipping skips.
-
-    A neighbour may have a corner there, and the surface would no longer be closed.
-    """
+    """Split triangles at the corners on straight edges, which ear clipping skips: a neighbour may end there."""
     used = np.zeros(size, bool)
     used[ears] = True
     if used.all():

@@ -1,8 +1,4 @@
-"""Read STL, binary or text, with the names of its solids.
-
-trimesh takes a text without its last "endsolid" for one without triangles, and facets of four corners for triangles of
-other corners.
-"""
+"""Read STL, binary or text, with the names of its solids. trimesh takes a text that is cut off for an empty one."""
 
 from __future__ import annotations
 

@@ -14,10 +14,7 @@ LONGEST_WHOLE = 18
 
 
 def text_lines(data: bytes) -> Iterator[tuple[int, str]]:
-    """Yield the numbers, counted from 1, and the lines of a text, without the white space around them.
-
-    A text without a byte order mark is UTF-8 or, if it is not valid UTF-8, Latin-1. Line ends are those of any system.
-    """
+    """Yield the numbers, from 1, and stripped lines of a text: as its mark says, else UTF-8 or Latin-1."""
     encoding = next((name for mark, name in BYTE_ORDER_MARKS.items() if data.startswith(mark)), None)
     if encoding is None:
         try:
@@ -60,10 +57,7 @@ def whole_numbers(words: Sequence[str]) -> list[int]:
 
 
 def _require_digits(words: Sequence[str]) -> None:
-    """Refuse 1_0 and digits of other scripts, which Python would read.
-
-    ``parse_number`` would do it word by word, which takes too long for millions of numbers.
-    """
+    """Refuse 1_0 and digits of other scripts, which Python would read; all words at once, for speed."""
     text = "".join(words)
     if "_" in text or not text.isascii():
         raise ValueError(text)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.band.band_comparison import score_band
 from learn.band.band_methods import KnownBand, Kriging, PredictedBand
+from learn.band.compare_band import score_band
 from scenes.files.errors import InputError
 
 ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8

@@ -8,7 +8,7 @@ import bisplat
 from learn.channels.channel_scores import snr_db
 from learn.channels.known_channels import KnownChannels
 from learn.channels.nerf_channels import NerfChannels
-from learn.models.peers.ray_signals import RaySize
+from learn.models.peers.nerf2 import RaySize
 from tests.csi_folders import paths, write_links
 
 SMALL = RaySize(4, 2, 4, width=16, layers=4)

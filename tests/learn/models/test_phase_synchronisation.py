@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.models.kriging.phase_synchronisation import flipped, synchronised
+from learn.models.kriging.retrieved_field import flipped, synchronised
 from simulate.spectra.beamformer import Beamformer
 
 WAVELENGTH = 0.33

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import torch
 
-from learn.models.peers.ray_signals import RaySignals, RaySize, octaves, ray_directions
+from learn.models.peers.nerf2 import RaySignals, RaySize, octaves, ray_directions
 
 WAVELENGTH, FAR = 0.3, 5.0
 RECEIVERS = np.array([[0.0, 0, 0], [2.0, 1, 0]])

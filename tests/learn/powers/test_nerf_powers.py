@@ -6,7 +6,7 @@ import torch
 
 import bisplat
 from learn.comparison.method_factories import chosen_methods
-from learn.models.peers.ray_signals import RaySize
+from learn.models.peers.nerf2 import RaySize
 from learn.powers.fit_powers import POWER_METHODS
 from learn.powers.known_powers import KnownPowers
 from learn.powers.nerf_powers import NerfPowers

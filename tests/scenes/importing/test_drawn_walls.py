@@ -7,7 +7,6 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-import bisplat
 from scenes.files.errors import ParameterError
 from scenes.importing.drawn_walls import counted_twice, drawn_twice, drawn_walls
 from scenes.importing.mesh_import import import_scene
@@ -82,15 +81,6 @@ def test_import_makes_sheets_unless_told_otherwise(tmp_path):
     assert any("--walls as-sheets" in sentence for sentence in report.warnings)
     with pytest.raises(ParameterError, match="walls: expected as-sheets or as-drawn, found 'sheets'"):
         imported(path, walls="sheets")
-
-
-def test_imported_scene_follows_its_frequency(tmp_path):
-    path = tmp_path / "wall.ply"
-    path.write_bytes(box((3, 1, 0), (3.2, 3, 2.8)).export(file_type="ply"))
-    written = bisplat.write_scene(imported(path, frequency=2.4e9)[0], tmp_path / "scene")
-    written.write_text(written.read_text().replace("frequency: 2400000000.0", "frequency: 28 GHz"))
-    scene = bisplat.load_scene(written)
-    assert scene.materials["concrete"] == p2040_material("concrete", 28e9) and scene.objects[0].thickness == 0.2
 
 
 INNER = box((-2, -2, 0.3), (4, 2, 2.7))

@@ -69,20 +69,6 @@ def test_the_same_builders_make_files_that_are_read(tmp_path, name, content):
     np.testing.assert_allclose(part.mesh.triangles, [hostile.CORNERS])
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "areas"),
-    [
-        ("a.obj", hostile.parts_obj(), {"wall/brick": 0.3, "wall/glass": 0.5, "door_leaf": 0.15}),
-        ("a.stl", hostile.solids_stl(), {"wall": 0.5, "door": 0.5}),
-        ("a.gltf", hostile.gltf_bytes(nodes=[hostile.INSTANCES]), {"node_0": 1.5}),
-    ],
-)
-def test_files_of_several_parts_are_read(tmp_path, name, content, areas):
-    (tmp_path / name).write_bytes(content)
-    parts = read_mesh_file(tmp_path / name).parts
-    assert {part.name: part.mesh.area for part in parts} == pytest.approx(areas)
-
-
 def test_buffers_beside_a_gltf_are_read_up_to_a_size(tmp_path, monkeypatch):
     data = np.asarray(hostile.CORNERS, "<f4").tobytes() + np.arange(3, dtype="<u4").tobytes()
     (tmp_path / "data").mkdir()

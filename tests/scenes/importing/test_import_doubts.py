@@ -1,15 +1,9 @@
 """A unit by which a place has another size than what happens in it is refused or doubted, and the right one named."""
 
-import sys
-
 import numpy as np
 import pytest
-import trimesh
 
-from bisplat.__main__ import main
-from scenes.drawing import scene_drawing
 from scenes.files.errors import InputError
-from scenes.importing import import_doubts
 from scenes.importing.import_doubts import antenna_warnings, unit_doubt
 from scenes.importing.lengths import METRES
 from scenes.importing.mesh_import import import_scene
@@ -75,50 +69,6 @@ def test_import_refuses_the_unit_before_it_looks_at_the_gateway(tmp_path):
         import_scene(tmp_path / "room.stl", [("*", "brick")], gateway=GATEWAY, transmitter=REGION)
     _, report = import_scene(tmp_path / "room.stl", [("*", "brick")], unit="mm", gateway=GATEWAY, transmitter=REGION)
     assert report.warnings == ()
-
-
-# The command
-
-
-@pytest.fixture
-def bisplat_scene(tmp_path, monkeypatch, capsys):
-    """Function: unit and further options -> exit status, stderr, the folder, of a room in centimetres."""
-    room = trimesh.Scene()
-    for name, low, high in (("Shell", (0, 0, 0), (500, 400, 300)), ("Desk.001", (100, 100, 20), (240, 160, 60))):
-        room.add_geometry(box(low, high), node_name=name, geom_name=name)
-    room.export(tmp_path / "room.glb")
-    monkeypatch.setattr(scene_drawing, "draw_scene", lambda scene, path: None)
-
-    def run(unit, *options):
-        given = "--up z --default-material brick --gateway 4.7 2 1.8 --boresight -1 0 0".split()
-        given += "--region-min 1 1 0.8 --region-max 2.5 3 1.7".split()
-        command = ["bisplat", "scene", tmp_path / "room.glb", "-o", tmp_path / unit, "--unit", unit, *given, *options]
-        monkeypatch.setattr(sys, "argv", list(map(str, command)))
-        try:
-            main()
-            status = 0
-        except SystemExit as leaving:
-            status = leaving.code
-        return status, capsys.readouterr().err, tmp_path / unit
-
-    return run
-
-
-def test_command_writes_nothing_by_a_unit_that_cannot_be(bisplat_scene, monkeypatch):
-    monkeypatch.setattr(import_doubts, "REFUSED", (1 / 30, 100.0))
-    status, err, folder = bisplat_scene("m", "--frequency", "915e6")
-    assert status == 1 and err.count("\n") == 1 and "with the unit cm it would be 5 x 4 x 3 m" in err
-    assert not folder.exists()
-
-
-def test_command_warns_of_a_doubtful_unit_and_says_which_frequency_it_assumed(bisplat_scene):
-    status, err, folder = bisplat_scene("m")
-    read, warning, frequency = err.splitlines()
-    assert read.endswith("room.glb: read with up axis z and unit m")
-    assert status == 0 and (folder / "scene.yaml").exists()
-    assert warning.startswith("bisplat: warning: ") and "with the unit cm" in warning
-    assert "assumed 915 MHz, since the file has no frequency" in frequency
-    assert "frequency: 915000000.0" in (folder / "scene.yaml").read_text()
 
 
 @pytest.mark.filterwarnings("error")

@@ -1,7 +1,5 @@
 """Scene files of Mitsuba and Sionna RT become the places they describe, or one sentence that says why not."""
 
-import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -210,32 +208,19 @@ REFUSED = {
     # the elements, and what the sentence has to have: the place, what was found, what was perhaps meant
     "sphere": (shape(kind="sphere"), 'shape "wall"', '"sphere"', "rectangle"),
     "missing mesh": (shape(FILENAME.format("gone.ply"), "ply"), 'shape "wall"', "gone.ply"),
-    "no file name": (shape(kind="ply"), 'shape "wall"', '""'),
-    "wrong mesh": (shape(FILENAME.format("a.obj"), "ply"), 'shape "wall"', ".ply", '"a.obj"'),
     "lookat": (moved('<lookat origin="0 0 1"/>'), 'shape "wall"', "<lookat>"),
-    "other transform": (shape('<transform name="to_uv"/>'), 'shape "wall"', '<transform name="to_uv">'),
     "flat": (moved('<scale z="0"/>'), 'shape "wall"', "invertible affine", "0.0"),
     "perspective": (moved('<matrix value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1"/>'), 'shape "wall"', "invertible affine"),
     "no axis": (moved('<rotate angle="90"/>'), 'shape "wall"', "<rotate>", "axis"),
-    "no angle": (moved('<rotate x="1"/>'), 'shape "wall"', "angle", '""'),
     "matrix of four": (moved('<matrix value="1 0 0 1"/>'), 'shape "wall"', "9 or 16", '"1 0 0 1"'),
     "not a number": (moved('<translate x="one"/>'), 'shape "wall"', '"one"'),
-    "not finite": (moved('<translate x="nan"/>'), 'shape "wall"', '"nan"'),
     "no bsdf": (shape(), "found none for wall", "--material wall=MATERIAL"),
-    "looks only": (shape('<bsdf type="diffuse" id="mat-paint"/>'), "found none for wall", "--list"),
     "misspelt id": (shape('<bsdf type="diffuse" id="mat-itu_bric"/>'), '"bric"', '"brick"', "mat-itu_bric=MATERIAL"),
     "unknown type": (shape(bsdf("itu-radio-material", {"type": "vacuum"})), 'shape "wall"', "mat-screen", '"vacuum"'),
     "unknown property": (
         shape(bsdf("radio-material", {"permittivity": 3})),
         '"permittivity"',
         '"relative_permittivity"',
-    ),
-    "value out of range": (
-        shape(bsdf("radio-material", {"relative_permittivity": 0.5})),
-        'shape "wall"',
-        '"screen"',
-        "relative_permittivity",
-        "0.5",
     ),
     "dangling reference": (CONCRETE + shape('<ref id="mat-itu_concret"/>'), '"mat-itu_concrete"'),
     "two materials": (shape(CONCRETE + CONCRETE), 'shape "wall"', "bsdf", "2"),
@@ -297,15 +282,7 @@ def test_etoile_end_to_end(tmp_path):
     assert read_scene(write_scene(scene, tmp_path / "etoile")) == scene
 
 
-def test_names_of_sionna_without_the_ray_tracer(monkeypatch):
-    code = (
-        "import sys\nfrom scenes.files.errors import InputError\n"
-        "from scenes.importing.mitsuba_xml import sionna_scene\n"
-        "try: sionna_scene('sionna:etoile')\nexcept InputError: pass\nprint('\\n'.join(sys.modules))"
-    )
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    roots = {line.split(".")[0] for line in loaded.splitlines()}
-    assert "scenes" in roots and not roots & {"sionna", "mitsuba", "drjit"}
+def test_scenes_of_sionna_need_its_package(monkeypatch):
     monkeypatch.setattr(optional_packages, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"the scene sionna:etoile needs Sionna RT, which is not installed"):
         sionna_scene("sionna:etoile")

@@ -147,11 +147,6 @@ def test_what_was_given_by_hand_stays_when_the_frequency_changes(scene, tmp_path
         ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01, frequency: 2.4 GHz}", "for 2400 MHz"),
         ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01, frequency: 0.9 GHz}", None),
         ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01}", None),
-        # A file of version 0.3 whose frequency was edited: concrete at 2.4 GHz.
-        (
-            "{relative_permittivity: 5.24, conductivity: 0.09163116512581294, thickness: 0.2}",
-            "those of concrete of ITU-R P.2040 at 2400 MHz",
-        ),
         ("{relative_permittivity: 1.0, conductivity: 1e7, thickness: 0.002}", None),  # metal, at any frequency
     ],
 )

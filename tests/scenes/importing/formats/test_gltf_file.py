@@ -1,7 +1,6 @@
 """glTF: triangles and fans, quantised arrays, extensions, transforms, names, and what is refused or left out."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -118,18 +117,6 @@ def test_morph_targets_without_weights_and_animations_are_read_at_rest(make):
     file = read_gltf(make.glb(meshes=meshes, nodes=[{"mesh": 0}], animations=[{"channels": [], "samplers": []}]), PATH)
     assert file.parts[0].mesh.area == pytest.approx(1)
     assert file.left_out == ("animations were left out: 1 in the file; the pose at rest was read",)
-
-
-def test_buffers_that_nothing_needs_are_not_opened(make):
-    views = [{"buffer": 1, "byteLength": 9}]
-    primitive = make.box((0, 0, 0), (1, 1, 1))
-    data = make.glb(
-        meshes=[{"primitives": [primitive]}],
-        nodes=[{"mesh": 0}],
-        buffers=[{"byteLength": len(make.data)}, {"uri": "gone.bin", "byteLength": 9}],
-        bufferViews=[*make.views, *views],
-    )
-    assert one(data).volume == pytest.approx(1)
 
 
 # --- transforms ----------------------------------------------------------------------------------------------
@@ -296,15 +283,3 @@ def test_extensions_of_a_group_are_named():
     nodes = [{"mesh": 0, "name": "closed shutter"}, hidden]
     file = read_gltf(make.glb(meshes=meshes, nodes=nodes, scenes=[{"nodes": [1]}]), PATH)
     assert len(file.parts) == 1 and "KHR_node_visibility" in file.left_out[0]
-
-
-def test_compression_that_is_not_required_needs_plain_arrays_beside_it(make):
-    primitive = make.box((0, 0, 0), (1, 1, 1), extensions={"KHR_draco_mesh_compression": {"bufferView": 0}})
-    keys = {"meshes": [{"primitives": [primitive]}], "nodes": [{"mesh": 0}]}
-    assert one(make.glb(**keys)).volume == pytest.approx(1)
-    fallback = [{"byteLength": 9, "extensions": {"EXT_meshopt_compression": {"fallback": True}}}]
-    with pytest.raises(InputError, match=re.escape("buffers[0]: expected data, found none (compressed by EXT_meshopt")):
-        read_gltf(json.dumps(make.header(**keys, buffers=fallback)).encode(), PATH)
-    del make.accessors[primitive["attributes"]["POSITION"]]["bufferView"]
-    with pytest.raises(InputError, match=r"expected plain geometry, .*KHR_draco_mesh_compression, export it uncompr"):
-        read_gltf(make.glb(**keys), PATH)

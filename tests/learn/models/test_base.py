@@ -1,9 +1,12 @@
-"""The spectrum of responses, which their scale and common phase do not change."""
+"""The spectrum of responses, which their scale and common phase do not change, and what is kept of tensors."""
+
+import copy
+import pickle
 
 import numpy as np
 import torch
 
-from learn.models.base import BeamformingLayer
+from learn.models.base import BeamformingLayer, Cache
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
 
@@ -42,3 +45,27 @@ def test_gradient_is_that_of_finite_differences():
         with torch.no_grad():
             higher, lower = (layer(responses + sign * change)[0, 40, 100] for sign in (1, -1))
         np.testing.assert_allclose(responses.grad[0].view(-1)[number], (higher - lower) / 2e-6, rtol=1e-5)
+
+
+def test_it_is_made_again_for_other_or_changed_tensors_only():
+    kept, tensor, calls = Cache(), torch.ones(3), []
+
+    def total(given: torch.Tensor) -> float:
+        def make() -> float:
+            calls.append(given)
+            return float(given.sum())
+
+        return kept.of([given], make)
+
+    assert [total(tensor), total(tensor)] == [3, 3] and len(calls) == 1
+    tensor[1] = 5
+    assert [total(tensor), total(tensor)] == [7, 7] and len(calls) == 2
+    assert total(tensor.clone()) == 7 and len(calls) == 3
+
+
+def test_copies_are_empty():
+    kept, tensor = Cache(), torch.ones(3)
+    kept.of([tensor], lambda: 1)
+    for other in (copy.deepcopy(kept), pickle.loads(pickle.dumps(kept))):
+        assert other.of([tensor], lambda: 2) == 2
+    assert kept.of([tensor], lambda: 3) == 1
