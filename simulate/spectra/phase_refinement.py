@@ -37,8 +37,8 @@ WRAPPED = 8
 class SpatialFrequencies:
     """A grid of spatial frequencies for an array: ``shape`` frequencies over one period of its transform.
 
-    With the spacing d in wavelengths, a direction u has the spatial frequencies (d u_x, d u_y), and beamforming is, up to
-    a factor of magnitude 1, the Fourier transform of the responses. The visible frequencies lie in a disk of radius d.
+    With the spacing d in wavelengths, a direction u has the spatial frequencies (d u_x, d u_y). Beamforming is, up to a
+    factor of magnitude 1, the Fourier transform of the responses. Visible frequencies lie in a disk of radius d.
     """
 
     beamformer: Beamformer  # the array, and the angular grid of its spectra
