@@ -21,9 +21,7 @@ from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
 from learn.powers.compare_powers import compare_powers as compare_powers
-from learn.powers.coverage import CoverageMap as CoverageMap
 from learn.powers.coverage import coverage_map as coverage_map
-from learn.powers.fit_powers import FittedPowers as FittedPowers
 from learn.powers.fit_powers import fit_powers as fit_powers
 from learn.reports.coverage_report import write_coverage as write_coverage
 from learn.reports.plots import plot_cdf as plot_cdf

@@ -10,8 +10,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from bisplat.interruption import SENTENCE, STATUS, heed_interrupts
-from bisplat.standard_streams import STDOUT, give_up_stdout, prepare_streams
+from bisplat.shell import SENTENCE, STATUS, STDOUT, give_up_stdout, heed_interrupts, prepare_streams
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -46,7 +45,7 @@ def _run(given: list[str]) -> None:
     import tyro
 
     from bisplat.commands.command_groups import COMMANDS, overview, stated_version
-    from bisplat.commands.number_options import REGISTRY
+    from bisplat.commands.common_options import REGISTRY
     from learn.training.registry import is_of_own_code
     from scenes.files.errors import InputError, ParameterError
     from scenes.files.plain_text import warning_once
@@ -91,7 +90,7 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
 
     import tyro
 
-    from bisplat.commands.number_options import REGISTRY
+    from bisplat.commands.common_options import REGISTRY
     from scenes.files.errors import printable
 
     escaped = [printable(argument) for argument in sys.argv[1:]]

@@ -24,7 +24,7 @@ from tyro.conf import Positional
 from benchmarks.ledger.printing import print_figures
 from learn.evaluation.prediction_intervals import intervals_by_distance
 from learn.training.config import Config
-from learn.training.deviation import nearest_known, pixel_errors
+from learn.training.conformal_deviation import nearest_known, pixel_errors
 from learn.training.registry import MODELS
 from learn.training.run_folder import Run, load_run
 from scenes.places.closet import closet

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.output_file import Force
+from bisplat.commands.common_options import Force
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import printable
 from scenes.files.output_folder import new_folder

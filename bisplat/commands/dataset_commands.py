@@ -8,10 +8,9 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional
 
-from bisplat.commands.array_option import array_option
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle, refuse_idle_propagation
-from bisplat.commands.output_file import Force, require_new
-from bisplat.commands.scene_changes import SceneChanges, changed_scene
+from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
 from bisplat.commands.simulate_command import Output
 from scenes.files.atomic import require_writable
 from scenes.files.errors import ParameterError, printable

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.compared_quantities import Fitted, evaluate_quantity, some_are_trained
 from bisplat.commands.idle_options import given_options, refuse_idle
-from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import EngineName
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tyro.conf import Positional
 
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle
-from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError, printable

@@ -3,10 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from bisplat.commands.array_option import array_option
+from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.plain_text import say
+
+
+def array_option(text: str) -> dict[str, Any]:
+    """Read the option ``--array``.
+
+    >>> array_option("4x8@0.4")
+    {'rows': 4, 'columns': 8, 'spacing': 0.4}
+    """
+    from scenes.scene.array_size import read_array
+    from scenes.scene.element_positions import as_positions, fault_of
+    from simulate.positions.positions import read_points
+
+    path = Path(text)
+    if path.suffix.lower() != ".csv":
+        if path.is_file():
+            expected = "a file of element positions whose name ends in .csv, with the header x,y,z, in metres"
+            raise ParameterError("array", f"expected {expected}, found {shown(text)}")
+        try:
+            rows, columns, spacing = read_array(text)
+        except ParameterError as error:
+            or_file = ", or a CSV file of element positions, found"
+            raise ParameterError("array", error.message.replace(", found", or_file, 1)) from None
+        return {"rows": rows, "columns": columns} | ({} if spacing is None else {"spacing": spacing})
+    elements = as_positions("array", read_points(path))
+    fault = fault_of(elements)
+    if fault is not None:
+        raise InputError(f"{path}: {fault}")
+    return {"elements": elements}
+
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from scenes.scene.description import Scene
@@ -28,18 +58,7 @@ class SceneChanges:
 
 
 def changed_scene(place: Scene, changes: SceneChanges) -> Scene:
-    """Apply the changes to a scene, and say what they are.
-
-    Args:
-        place: the scene as it is described.
-        changes: what the user wants to be different.
-
-    Returns:
-        The changed copy, checked; the scene itself if nothing changes.
-
-    Raises:
-        InputError: a change is malformed, or gives a scene that is not valid.
-    """
+    """Apply the changes to a scene, and say what they are."""
     from scenes.checks.validation import doubts, validate
 
     if changes == SceneChanges():

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.array_option import array_option
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle
-from bisplat.commands.import_options import print_list, read_own_material, read_rule
-from bisplat.commands.output_file import Force, require_new
-from bisplat.commands.scene_changes import SceneChanges, changed_scene
-from scenes.files.errors import InputError, printable
+from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
+from scenes.files.errors import InputError, printable, shown
+from scenes.files.input_file import parse_number
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
+from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # a slow import that the help of the command line does not need
     from scenes.scene.description import Scene
+    from scenes.scene.materials import RadioMaterial
 
 Triple = tuple[float, float, float]
 
@@ -201,3 +202,68 @@ def _describe(place: Scene, json: bool, drawing: Path | None) -> None:
     print_table("scene (metres, hertz)", {"": description})
     if drawing is not None:
         print(printable(f"drawing: {drawing}"))
+
+
+if TYPE_CHECKING:  # slow imports that the help of the command line does not need
+    from scenes.scene.materials import RadioMaterial
+
+
+def read_rule(text: str) -> tuple[str, str]:
+    """Read NAME=MATERIAL. The name may contain "="."""
+    pattern, separator, material = text.rpartition("=")
+    if not separator:
+        raise InputError(f"--material: expected NAME=MATERIAL, found {shown(text)}")
+    return pattern, material
+
+
+def read_own_material(text: str) -> RadioMaterial:
+    """Read NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS."""
+    from scenes.scene.materials import RadioMaterial
+
+    name, _, values = text.rpartition("=")
+    try:
+        permittivity, conductivity, thickness = map(parse_number, values.split(","))
+    except ValueError:
+        name = ""
+    if not name or "=" in name:
+        raise InputError(
+            "--own-material: expected NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS, such as wet=15,2.2,0.5 for a relative "
+            f"permittivity of 15, 2.2 S/m and 0.5 m, found {shown(text)}"
+        )
+    try:
+        return RadioMaterial(name, permittivity, conductivity, thickness)
+    except InputError as error:
+        raise InputError(f"--own-material: {error}") from None
+
+
+def print_list(listing: dict[str, Any]) -> None:
+    """Print what ``parts_of`` returns."""
+    rows = [
+        {
+            "object": part["name"],
+            "node": part["node"],
+            "material in the file": part["material in the file"],
+            "mesh file": part["mesh file"],
+            "size (m)": " ".join(map(plain, part["size"])),
+            "area (m²)": part["area"],
+            "triangles": part["triangles"],
+            "becomes": part["material"] or "–",
+            "by": part["by"] or "nothing: add --material NAME=MATERIAL or --default-material MATERIAL",
+        }
+        for part in listing["parts"]
+    ]
+    for optional in ("node", "material in the file", "mesh file"):
+        if all(row[optional] in ("", row["object"]) for row in rows):
+            rows = [{key: value for key, value in row.items() if key != optional} for row in rows]
+    print_rows("objects", rows)
+    rows = [
+        {"unit of the file": unit} | {name: " ".join(map(plain, corner)) for name, corner in bounds.items()}
+        for unit, bounds in listing["bounds"].items()
+    ]
+    print_rows("size, lowest and highest corner (m)", rows)
+    say(f"{listing['file']}: up axis {listing['up']}, unit {listing['unit']}, {listing['frequency'] / 1e6:g} MHz")
+    if listing["evidence"]:
+        reasons = "; ".join(listing["evidence"]["reasons"])
+        say(f"{listing['file']}: evidence of {listing['evidence']['axis']} up: {reasons}")
+    for sentence in listing["warnings"]:
+        say(f"warning: {listing['file']}: {sentence}")

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle
-from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.model_settings import Steps

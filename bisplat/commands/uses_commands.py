@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.common_options import Force, require_new
 from bisplat.commands.idle_options import given_options, refuse_idle, refuse_idle_propagation
-from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
@@ -117,7 +117,6 @@ def plan(
     output: Output,
     positions: Annotated[int | None, arg(aliases=["-n"])] = None,
     target: float | None = None,
-    tour: bool = False,
     seed: int = 0,
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     force: Force = False,
@@ -134,7 +133,6 @@ def plan(
         output: the CSV file to write, with the header x,y,z, in metres, in the world frame.
         positions: number of positions (default: as many as the target needs, at most 1000; without a target 50).
         target: tell how many more spectra this median SSIM needs.
-        tour: order the positions as a short walk, instead of by usefulness.
         seed: seed of the candidate positions.
         propagation: what the ray tracer follows in a scene.
     """
@@ -152,7 +150,7 @@ def plan(
     refuse_idle_propagation(followed, [load_scene(run_or_scene)] if followed.diffuse else [])
     with FitProgress("plan") as progress:
         planned = plan_positions(
-            run_or_scene, positions, target=target, tour=tour, seed=seed, propagation=followed, report=progress
+            run_or_scene, positions, target=target, seed=seed, propagation=followed, report=progress
         )
     write_positions(output, planned.positions)
     before, after = planned.open_variance[[0, -1]]
@@ -160,7 +158,3 @@ def plan(
     if planned.needed is not None:
         print(planned.needed.sentence())
     print(f"open variance of the field: {before:.1%} before, {after:.1%} after")
-    if planned.tour is not None:
-        crossings = planned.tour.crossings
-        through = f"; {crossings} of its legs cross an object and need a detour" if crossings else ""
-        print(f"tour: {planned.tour.length:.1f} m{through}")

@@ -17,14 +17,11 @@ from simulate.spectra.lags import EXAMINED
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import evenly, spectrum_of
 
-DARK = 128
-"""If no picture of a folder reaches this level, the pictures use less than half of their 255 levels."""
+DARK = 128  # If no picture of a folder reaches this level, the pictures use less than half of their 255 levels
 
-RETRIEVED = 4
-"""Number of pictures whose responses are found, to compare their magnitudes."""
+RETRIEVED = 4  # Number of pictures whose responses are found, to compare their magnitudes
 
-MOST_RETRIEVED = 36
-"""Elements above which this would take too long."""
+MOST_RETRIEVED = 36  # Elements above which this would take too long
 
 EQUAL = 0.005
 """Standard deviation of the magnitudes over the elements, relative to their mean, up to which they are equal. Rounding

@@ -16,13 +16,11 @@ from learn.models.base import Report, SpectrumModel
 from learn.planning.candidates import CANDIDATES, candidates_among, free_candidates
 from learn.planning.greedy import choose
 from learn.planning.planned_fields import fields_of_powers, fields_of_run, fields_of_scene
-from learn.planning.tour import Tour, short_tour
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
     ParameterError,
     named,
-    require_flag,
     require_instance,
     require_seed,
     require_whole,
@@ -108,22 +106,20 @@ class Plan:
     """Positions to measure.
 
     Attributes:
-        positions: [n, 3] metres, world frame. The most useful is first; with a tour they are in its order.
+        positions: [n, 3] metres, world frame. The most useful is first.
         open_variance: [n + 1] mean kriging variance at the candidates, as a share of the field's variance, 0…1: before
             the first position and after each of them, in the order of usefulness. It is 1 where nothing is known.
-        tour: the walk through the positions. None: none was asked for.
         needed: how many more spectra the target needs. None: there was no target.
 
     Example:
         >>> import bisplat
         >>> planned = bisplat.plan("runs/lab", 3)
-        >>> planned.positions.shape, planned.open_variance.shape, planned.tour is None
+        >>> planned.positions.shape, planned.open_variance.shape, planned.needed is None
         ((3, 3), (4,), True)
     """
 
     positions: Float[np.ndarray, "n 3"]
     open_variance: Float[np.ndarray, " n+1"]
-    tour: Tour | None
     needed: Needed | None = None
 
 
@@ -132,7 +128,6 @@ def plan(
     n: int | None = None,
     *,
     target: float | None = None,
-    tour: bool = False,
     seed: int = 0,
     propagation: Propagation = Propagation(),
     report: Report = SpectrumModel.report,
@@ -157,13 +152,12 @@ def plan(
         n: number of positions, 1…1000. None: as many as the target needs, but at most 1000; 50 without a target.
         target: a median SSIM of ``helmholtz`` between the known positions. The plan then tells how many more spectra it
             needs, by the curve of measured rooms, for an array of 4 × 4 elements half a wavelength apart.
-        tour: return the positions as a short walk instead of in the order of usefulness.
         seed: seed of the candidates, and of the traced positions.
         propagation: the mechanisms that the rays follow in a scene.
         report: called with the phase, the number of steps done, and the number of all steps of the phase.
 
     Returns:
-        The positions, the kriging variance that remains after each of them, and the walk.
+        The positions, and the kriging variance that remains after each of them.
 
     Raises:
         ParameterError: ``n`` or ``seed`` is not a whole number in its range; the curve does not have the target, or
@@ -172,7 +166,7 @@ def plan(
             candidates.
 
     Example:
-        >>> planned = plan("runs/lab", 5, tour=True)
+        >>> planned = plan("runs/lab", 5)
         >>> planned.positions.shape, bool(planned.open_variance[-1] < planned.open_variance[0])
         ((5, 3), True)
     """
@@ -181,7 +175,6 @@ def plan(
     if target is not None:
         require_within(0, 1, "a median SSIM", target=target)
     require_seed(seed=seed)
-    require_flag(tour=tour)
     require_instance(Propagation, propagation=propagation)
     require_instance(Run, RssiDataset, Scene, str, PathLike, run_or_scene=run_or_scene)
     subject = run_or_scene if isinstance(run_or_scene, Run | RssiDataset | Scene) else _read(run_or_scene)
@@ -218,11 +211,7 @@ def plan(
         open_fields.append(field.open_at(candidates, known))
     chosen, left = choose(open_fields, n, lambda done, total: report("positions", done, total))
     positions = candidates[chosen].round(6)  # as a CSV has them
-    left = left / sum(field.weight for field in fields)
-    if not tour:
-        return Plan(positions, left, None, needed)
-    walk = short_tour(positions, scene, lambda done, total: report("tour", done, total))
-    return Plan(positions[walk.order], left, walk, needed)
+    return Plan(positions, left / sum(field.weight for field in fields), needed)
 
 
 def _candidates(

@@ -134,7 +134,6 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
             problems.append(f"{folder / 'metadata.json'}: band.{error}")
     found = read_responses(folder / "channels.npz", rows_known, elements, problems, band)
     responses, retrieved = found.channels, found.retrieved
-    warnings.extend(found.oddities)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
     warnings.extend(changed_places(metadata, positions, receivers))

@@ -84,7 +84,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         **{"dataset": "data", "methods": ["nearest"], "split": "random", "train_size": 3, "seed": 0}
     },
     "crossvalidate": lambda: {"run": "network", "scene": "closet", "positions": 2, "seed": 1, "field": "field"},
-    "plan": lambda: {"run_or_scene": "kriged", "n": 2, "tour": False, "seed": 0},
+    "plan": lambda: {"run_or_scene": "kriged", "n": 2, "seed": 0},
     "locate_powers": lambda: {"dataset": "powers", "heard": [[-60.0]], "known": None, "level": 0.0, "seed": 0},
     "locate_channels": lambda: {"dataset": "csi", "heard": [[[1j]]], "known": None, "seed": 0},
     "locate": lambda: {"runs": [], "pictures": []},

@@ -474,7 +474,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"run_or_scene": run, "n": 2},
             {
                 "run_or_scene": OBJECT, "n": (*(each for each in WHOLE if each is not None), 1001),
-                "target": ("0.9", True, 0, 1.5, -1, NAN, [0.9]), "tour": FLAG, "seed": SEED, "propagation": OBJECT,
+                "target": ("0.9", True, 0, 1.5, -1, NAN, [0.9]), "seed": SEED, "propagation": OBJECT,
             },
             CALLBACK,
         ),
@@ -590,8 +590,6 @@ NOT_CALLED = {
     "Dataset": "made by simulate and read_dataset",
     "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
     "CsiDataset": "made by read_csi",
-    "FittedPowers": "made by fit_powers",
-    "CoverageMap": "made by coverage_map",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",

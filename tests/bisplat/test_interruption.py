@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bisplat.interruption import SENTENCE
+from bisplat.shell import SENTENCE
 
 ROOT = Path(__file__).parents[2]
 
@@ -19,7 +19,7 @@ os.kill(os.getpid(), signal.SIGINT)
 
 HEED = """
 import os, signal
-from bisplat.interruption import heed_interrupts
+from bisplat.shell import heed_interrupts
 heed_interrupts()
 press = lambda *_: os.kill(os.getpid(), signal.SIGINT)
 class A: pass

@@ -12,7 +12,7 @@ import tyro
 
 from bisplat.__main__ import main
 from bisplat.commands.command_groups import COMMANDS
-from bisplat.commands.number_options import REGISTRY
+from bisplat.commands.common_options import REGISTRY
 
 HUGE = "9" * 4000
 

@@ -11,6 +11,7 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
+from learn.models.base import Region
 from learn.models.geometry import distances
 from learn.models.kriging.delay_powers import fit_delay_powers, white_noise
 from learn.models.kriging.deviation_curve import left_out_curve, normal_curve, on_curve
@@ -57,7 +58,7 @@ class BandField(KrigedField):
 
     neighbours = 64
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength, "responses")
         self.register_buffer("components", torch.zeros(0, 0, 2))
         self.register_buffer("powers", torch.zeros(0))

@@ -25,7 +25,7 @@ from learn.localisation.refine import FARTHEST, MODES, candidate_points, refine
 from learn.models.geometry import grid_in
 from learn.reports.evaluation_report import write_locations
 from learn.training import run_folder
-from learn.training.deviation import Deviation
+from learn.training.conformal_deviation import Deviation
 from learn.training.run_files import TrainingFile
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_writer import write_gateway

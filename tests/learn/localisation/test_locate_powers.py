@@ -142,8 +142,8 @@ def test_plan_lowers_the_variance_of_powers(hall, bisplat_command):
     assert planned.positions.shape == (8, 3) and (np.diff(planned.open_variance) < 0).all()
     low, high = hall.positions.min(axis=0), hall.positions.max(axis=0)
     assert ((planned.positions > low - 1e-6) & (planned.positions < high + 1e-6)).all()
-    status, out, _ = bisplat_command("plan", hall.folder, "-n", "8", "--tour", "-o", "next.csv")
-    assert status == 0 and "open variance of the field" in out and "tour: " in out
+    status, out, _ = bisplat_command("plan", hall.folder, "-n", "8", "-o", "next.csv")
+    assert status == 0 and "open variance of the field" in out
     with pytest.raises(bisplat.InputError, match="target: expected none for received powers"):
         bisplat.plan(hall, target=0.9)
 

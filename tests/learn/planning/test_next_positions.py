@@ -79,7 +79,7 @@ def assert_free_and_in_the_region(positions: np.ndarray, scene: Scene) -> None:
 
 def test_positions_in_a_scene_are_free_and_most_useful_first(scene):
     planned = plan(scene, 12, propagation=COARSE)
-    assert planned.positions.shape == (12, 3) and planned.tour is None
+    assert planned.positions.shape == (12, 3)
     assert_free_and_in_the_region(planned.positions, scene)
     assert planned.open_variance[0] == pytest.approx(1, abs=1e-3)
     gains = -np.diff(planned.open_variance)
@@ -130,12 +130,11 @@ def test_open_variance_is_that_of_the_model(scene, traced_run):
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_models")
 def test_run_of_another_model_on_measured_spectra_has_candidates_among_its_positions(finished_run, tiny):
-    planned = plan(finished_run, 5, tour=True)
+    planned = plan(finished_run, 5)
     known = read_points(tiny / "tx_pos.csv")
     assert (planned.positions >= known.min(axis=0) - 1e-6).all()
     assert (planned.positions <= known.max(axis=0) + 1e-6).all()
     assert planned.positions[:, 2] == pytest.approx(1)  # all are at this height
-    assert planned.tour is not None and planned.tour.crossings == 0
     assert planned.open_variance[-1] < planned.open_variance[0] < 0.9
 
 
@@ -151,8 +150,8 @@ def test_candidates_are_in_the_hull_of_measured_positions():
 
 def test_command_writes_a_csv_that_simulate_reads(scene, traced_run, command, tmp_path):
     csv, file = tmp_path / "positions.csv", write_scene(scene, tmp_path / "scene")
-    status, out, err = command("plan", traced_run.folder, "-n", 6, "-o", csv, "--tour")
-    assert status == 0 and "6 positions: " in out and "open variance" in out and "tour: " in out
+    status, out, err = command("plan", traced_run.folder, "-n", 6, "-o", csv)
+    assert status == 0 and "6 positions: " in out and "open variance" in out
     assert "plan: positions" in err
     assert csv.read_text().startswith("x,y,z\n")
     simulated = ("simulate", file, "-o", tmp_path / "data", "--positions", csv, "--max-depth", 0)

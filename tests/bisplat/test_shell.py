@@ -22,7 +22,7 @@ def shell(command: str, folder: Path, **variables: str) -> subprocess.CompletedP
 
 def test_no_file_gets_the_number_of_a_closed_stream(tmp_path):
     """Libraries would print in it."""
-    code = "from bisplat.standard_streams import prepare_streams as p; p(); f = open('x', 'w'); assert f.fileno() > 2"
+    code = "from bisplat.shell import prepare_streams as p; p(); f = open('x', 'w'); assert f.fileno() > 2"
     assert shell(f'{sys.executable} -c "{code}" >&- 2>&- <&-', tmp_path).returncode == 0
 
 
@@ -52,7 +52,7 @@ def test_the_overview_in_ascii(tmp_path):
 
 
 SAY = """
-from bisplat.standard_streams import prepare_streams
+from bisplat.shell import prepare_streams
 prepare_streams()
 from scenes.files.progress import progress_bar
 from scenes.files.plain_text import say
