@@ -40,7 +40,7 @@ def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
         return
     hint = did_you_mean(name, known)
     if not hint.endswith("?"):
-        hint += f" (or give its values: --own-material {quoted(f'{name}={VALUES}')})"
+        hint += f" (or give its values: --own-material {shlex.quote(f'{name}={VALUES}')})"
     raise InputError(f"unknown material {named(name)}; {hint}")
 
 
@@ -51,15 +51,10 @@ def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -
     try:
         return p2040_material(name, frequency)
     except OutsideP2040 as error:
-        advice = f"for another one, give its values: --own-material {quoted(f'{name}={VALUES}')}"
+        advice = f"for another one, give its values: --own-material {shlex.quote(f'{name}={VALUES}')}"
         raise OutsideP2040(error.name, error.frequency, advice) from None
 
 
 def proposed_rule(name: str) -> str:
-    """Write a rule for a name, without its material, that the user can copy into a shell."""
-    return quoted(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")  # no option begins with "?"
-
-
-def quoted(word: str) -> str:
-    """Write a word of a command that the user can copy into a shell."""
-    return shlex.quote(word)
+    """Write a rule for a name, without its material, that the user can copy into a shell. No option begins with "?"."""
+    return shlex.quote(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")
