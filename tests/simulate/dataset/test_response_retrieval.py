@@ -6,6 +6,7 @@ import pytest
 import bisplat
 from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
+from simulate.dataset import responses_file
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import (
     encode_picture,
