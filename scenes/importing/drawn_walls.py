@@ -15,7 +15,7 @@ from scenes.importing.lengths import plain
 from scenes.importing.material_rules import listed
 from scenes.importing.thick_walls import SOLID, walls_as_sheets
 from scenes.scene.description import Scene, SceneObject
-from scenes.scene.permittivity import conducting_objects, is_conductor
+from scenes.scene.materials import conducting_objects, is_conductor
 
 Walls = Literal["as-sheets", "as-drawn"]
 """Whether walls that are drawn as boxes become sheets, or keep both faces."""

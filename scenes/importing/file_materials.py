@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from scenes.files.errors import InputError, did_you_mean, named
-from scenes.scene.materials import OutsideP2040, RadioMaterial, material_names, p2040_material
+from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
 
 BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)
 """Blender numbers copies: Wall, Wall.001, Wall.002."""
@@ -24,7 +24,7 @@ def short_name(name: str) -> str:
 
 def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
     """The material that a name stands for; case, spaces, "mat-", "itu_" and Blender's number do not count."""
-    table = {_plain(known): known for known in (*material_names(), *own)}
+    table = {_plain(known): known for known in (*P2040, *own)}
     return name if name in own else table.get(_plain(name))
 
 
@@ -35,7 +35,7 @@ def _plain(name: str) -> str:
 
 def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
     """Refuse the name of a material that is neither the user's own nor one of ITU-R P.2040."""
-    known = (*own, *material_names())
+    known = (*own, *P2040)
     if name in known:
         return
     hint = did_you_mean(name, known)
