@@ -558,7 +558,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "p2040_materials": Call(
             bisplat.p2040_materials,
             {"names": ["concrete"], "frequency": 1e9},
-            {"names": ("concrete", 3, None, ["x"], [3], np.ones((2, 3))), "frequency": (*NUMBER, 0, None)},
+            {"names": ("concrete", 3, ["x"], [3], np.ones((2, 3))), "frequency": (*NUMBER, 0, None)},
         ),
         "shapes.box": Call(
             bisplat.shapes.box, {"low": (0, 0, 0), "high": (1, 1, 1)}, {"low": [*POINT, (1, 0, 0)], "high": POINT}
@@ -583,7 +583,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
 
 NOT_CALLED = {
     "InputError": "an error",
-    "material_names": "a function without parameters",
     "SpectrumModel": "a base class",
     "PredictsResponses": "a protocol",
     "Run": "made by train and load_run",
