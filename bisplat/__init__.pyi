@@ -21,9 +21,7 @@ from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
 from learn.powers.compare_powers import compare_powers as compare_powers
-from learn.powers.coverage import CoverageMap as CoverageMap
 from learn.powers.coverage import coverage_map as coverage_map
-from learn.powers.fit_powers import FittedPowers as FittedPowers
 from learn.powers.fit_powers import fit_powers as fit_powers
 from learn.reports.coverage_report import write_coverage as write_coverage
 from learn.reports.plots import plot_cdf as plot_cdf
@@ -45,7 +43,6 @@ from scenes.scene.antennas import Transmitter as Transmitter
 from scenes.scene.description import Scene as Scene
 from scenes.scene.description import SceneObject as SceneObject
 from scenes.scene.materials import RadioMaterial as RadioMaterial
-from scenes.scene.materials import material_names as material_names
 from scenes.scene.materials import p2040_material as p2040_material
 from scenes.scene.materials import p2040_materials as p2040_materials
 from scenes.scene.orientation import facing as facing

@@ -17,6 +17,7 @@ from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import is_rssi
 
 if TYPE_CHECKING:
+    from learn.comparison.averaged_table import AveragedTable
     from learn.comparison.score_table import ScoreTable
 
 
@@ -25,14 +26,14 @@ class Fitted:
     """What is fitted to the powers or channels of a folder."""
 
     folder: Path
-    methods: Sequence[str]
+    methods: Sequence[str]  # names; none: all that are not trained by steps
     split: SplitKind
     guard: float
     budget: float
     seeds: int = 1
-    sizes: Sequence[int] | None = None
-    over_band: bool = False
-    scene: str | None = None
+    sizes: Sequence[int] | None = None  # numbers of training positions or rows. None: all of the training part.
+    over_band: bool = False  # whether the folder holds spectra, whose responses over the band are fitted
+    scene: str | None = None  # the scene that the twin of received powers corrects
 
     @property
     def kind(self) -> str:
@@ -92,7 +93,7 @@ def some_are_trained(kind: str, methods: Sequence[str], output: Path | None) -> 
         return name in tables[kind] and trained_by_steps(tables[kind][name])
 
     stated = output is not None and (output / PROTOCOL).is_file()
-    return stated or any(":" in name or is_trained(name) for name in methods)
+    return stated or any((":" in name and "=" not in name) or is_trained(name) for name in methods)
 
 
 def compare_quantity(fitted: Fitted, output: Path | None, json: bool) -> None:
@@ -142,12 +143,17 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
 
 
 def _print(title: str, fitted: Fitted, comparison: ScoreTable, json: bool) -> None:
+    what = fitted.kind if fitted.over_band or is_rssi(fitted.folder) else "the downlink, predicted from the uplink"
+    print_scores(f"{title} of {what}", comparison, json)
+
+
+def print_scores(title: str, comparison: AveragedTable, json: bool) -> None:
+    """Print a table with its remark, or all scores as JSON."""
     if json:
         print(json_format.dumps(comparison.facts(), indent=2))
         return
     headings, *lines = comparison.cells()
-    what = fitted.kind if fitted.over_band or is_rssi(fitted.folder) else "the downlink, predicted from the uplink"
-    print_rows(f"{title} of {what}", [dict(zip(headings, line, strict=True)) for line in lines])
+    print_rows(title, [dict(zip(headings, line, strict=True)) for line in lines])
     remark = comparison.remark()
     if remark is not None:
         print(printable(f"bisplat: {remark}"))

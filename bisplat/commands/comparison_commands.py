@@ -18,7 +18,7 @@ from learn.data.splits import SplitKind
 from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.input_file import what_is_at
-from scenes.files.plain_text import print_rows
+from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
 
 if TYPE_CHECKING:
@@ -46,8 +46,8 @@ Models = Annotated[
     tuple[str, ...],
     arg(
         aliases=["--methods"],
-        help="names (documentation: Train and compare models), or module:Class for your own. Default: all; in a sweep, "
-        "some.",
+        help="names (documentation: Train and compare models), module:Class for your own, or LABEL=FOLDER of predicted "
+        "test spectra. Default: all; in a sweep, some.",
     ),
 ]
 DescribedScene = Annotated[
@@ -118,6 +118,7 @@ def compare(
     comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output, guard, steps)
     write_comparison(comparison, output)
     print_averages("comparison", comparison.table(), json, comparison.remark())
+    say(f"fingerprint of the dataset: {comparison.settings.dataset_sha256}")
     print(printable(f"table: {output / 'table.html'}"), file=sys.stderr)
 
 

@@ -23,7 +23,7 @@ from scenes.files.json_yaml_xml import read_json
 from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from simulate.generation.simulation import simulate
 from simulate.positions.placement import place
 from simulate.positions.positions import MOST_POSITIONS
@@ -32,35 +32,18 @@ if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
 
-BISPLAT_MODEL = "bisplat-aperture"
-"""The BiSplat model that the demo trains in addition to the default model."""
+BISPLAT_MODEL = "bisplat-aperture"  # The BiSplat model that the demo trains in addition to the default model
 
-SPECTRA_LEAST = 10
-"""Fewer leave too little to train on, to validate with and to test on."""
+SPECTRA_LEAST = 10  # Fewer leave too little to train on, to validate with and to test on
 
-RECORD = "demo.json"
-"""Name of the file with the demo's settings."""
+RECORD = "demo.json"  # Name of the file with the demo's settings
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
 
 
 def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[str, Any]:
-    """Run the demo, or continue an interrupted one.
-
-    Args:
-        folder: output folder of dataset/, run/ (the default model), run-bisplat/, report.html and metrics.json.
-        spectra: number of spectra to simulate; a fifth of them is for testing.
-        steps: number of optimiser steps of the BiSplat model; None: its own.
-
-    Returns:
-        The content of metrics.json; a score whose name has no model is the default model's.
-
-    Raises:
-        ParameterError: fewer than ``SPECTRA_LEAST`` spectra, no steps, or absurdly many of either.
-        MissingExtraError: the ray tracer is not installed.
-        InputError: the folder holds other files, or a demo with other settings, or another process writes to it.
-    """
+    """Run the demo, or continue an interrupted one; the content of metrics.json."""
     require_whole(SPECTRA_LEAST, MOST_POSITIONS, spectra=spectra)
     if steps is not None:
         require_whole(1, STEPS_MOST, steps=steps)

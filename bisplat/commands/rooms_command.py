@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json as json_format
 from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg
 
+from bisplat.commands.compared_quantities import print_scores
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import printable
-from scenes.files.plain_text import print_rows, say
+from scenes.files.plain_text import say
 from simulate.dataset.dataset_kinds import Outline, Setting
 
 
@@ -74,15 +74,7 @@ def compare_in_rooms(
         from learn.reports.score_report import write_room_comparison
 
         write_room_comparison(comparison, output)
-    if json:
-        print(json_format.dumps(comparison.facts(), indent=2))
-    else:
-        headings, *lines = comparison.cells()
-        rows = [dict(zip(headings, line, strict=True)) for line in lines]
-        tested = "1 test room" if len(comparison.test) == 1 else f"{len(comparison.test)} test rooms"
-        print_rows(f"comparison in {tested}, setting {comparison.setting}", rows)
-        remark = comparison.remark()
-        if remark is not None:
-            print(printable(f"bisplat: {remark}"))
+    tested = "1 test room" if len(comparison.test) == 1 else f"{len(comparison.test)} test rooms"
+    print_scores(f"comparison in {tested}, setting {comparison.setting}", comparison, json)
     if output is not None:
         say(printable(f"results: {output / 'results.json'}"))

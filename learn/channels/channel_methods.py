@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.channels.known_channels import ChannelMethod, KnownChannels, PredictedChannels, strongest_ramp
-from learn.channels.linear_channels import Delays, JointChannels, PlacedChannels
+from learn.channels.linear_channels import Delays, HelmholtzChannels, HelmholtzPositions
 from learn.channels.nerf_channels import NerfChannels
 
 
@@ -63,9 +63,9 @@ CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
     "ramp": Ramp,
     "nearest": Nearest,
     "delays": Delays,
-    "helmholtz": JointChannels,
+    "helmholtz": HelmholtzChannels,
     "nerf2": NerfChannels,
-    "helmholtz-positions": PlacedChannels,
+    "helmholtz-positions": HelmholtzPositions,
 }
 """Functions that make new, unfitted methods."""
 

@@ -20,10 +20,6 @@ def strongest_ramp(channels: Complex[np.ndarray, "*rows A S"]) -> Float[np.ndarr
 
     The largest power of a finely sampled Fourier transform, summed over the antennas, gives it roughly. The mean phase
     between subcarriers that are half a band apart gives the rest.
-
-    Example:
-        >>> float(strongest_ramp(np.exp(-0.3j * np.arange(26))[None]).round(6))
-        -0.3
     """
     count = channels.shape[-1]
     power = np.square(np.abs(np.fft.fft(channels, FINER * count))).sum(axis=-2)
@@ -48,25 +44,17 @@ USUAL_WAVELENGTH = SPEED_OF_LIGHT / 2.4e9
 
 @dataclass(frozen=True)
 class KnownChannels:
-    """Channels of n known rows, from which a method learns. The downlink's subcarriers follow the uplink's evenly.
+    """Channels of n known rows, from which a method learns. The downlink's subcarriers follow the uplink's evenly."""
 
-    Attributes:
-        uplink: channels of the uplink.
-        downlink: channels of the downlink.
-        positions: positions of the end that moves, metres, world frame. None: they are not known.
-        seed: seed of everything that is random in a method.
-        minutes: training time of a method that is trained by steps.
-        antennas: positions of the antennas, metres, in the same frame. None: they are not known.
-        wavelength: metres.
-    """
-
-    uplink: Complex[np.ndarray, "n A S"]
-    downlink: Complex[np.ndarray, "n A S"]
+    uplink: Complex[np.ndarray, "n A S"]  # channels of the uplink
+    downlink: Complex[np.ndarray, "n A S"]  # channels of the downlink
+    # positions of the end that moves, metres, world frame. None: they are not known
     positions: Float[np.ndarray, "n 3"] | None = None
-    seed: int = 0
-    minutes: float = 5.0
+    seed: int = 0  # seed of everything that is random in a method
+    minutes: float = 5.0  # training time of a method that is trained by steps
+    # positions of the antennas, metres, in the same frame. None: they are not known
     antennas: Float[np.ndarray, "A 3"] | None = None
-    wavelength: float = USUAL_WAVELENGTH
+    wavelength: float = USUAL_WAVELENGTH  # metres
 
     @cached_property
     def alike(self) -> Complex[np.ndarray, "n A 2S"]:

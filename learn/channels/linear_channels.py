@@ -98,7 +98,7 @@ FEW_ROWS_NOISE = 1e-3
 """Noise if too few rows are known to choose one."""
 
 
-class JointChannels:
+class HelmholtzChannels:
     """The linear minimum-mean-square-error estimate over antennas and subcarriers.
 
     Its covariance is a mean of two: that of the known rows, which is right about every pair of antennas and subcarriers
@@ -214,14 +214,15 @@ LEAST_GAIN = 0.01
 """If the places explain a smaller share of the power of left-out rows, they are not used."""
 
 
-class PlacedChannels:
+class HelmholtzPositions:
     """Both links as one field over the place, and what it leaves of the downlink from what it leaves of the uplink.
 
     ``BandField`` predicts both links of a row from the known rows nearby. Of a row's own uplink, it leaves y_u − ŷ_u.
-    ``JointChannels``, fitted to what is left of known rows that are predicted from the others, estimates y_d − ŷ_d from
-    it. Two such steps are the linear minimum-mean-square-error estimate from the row's own uplink and its neighbours
-    together. If the places tell nothing, as where each row has a phase of its own, this is ``JointChannels`` alone. The
-    stated deviation is in proportion to what is left of the row's uplink, which shows how well the places predict it.
+    ``HelmholtzChannels``, fitted to what is left of known rows that are predicted from the others, estimates y_d − ŷ_d
+    from it. Two such steps are the linear minimum-mean-square-error estimate from the row's own uplink and its
+    neighbours together. If the places tell nothing, as where each row has a phase of its own, this is
+    ``HelmholtzChannels`` alone. The stated deviation is in proportion to what is left of the row's uplink, which shows
+    how well the places predict it.
     """
 
     # the fitted field of both links. None: the places are not used. Set by ``fit``, as the next.
@@ -230,7 +231,7 @@ class PlacedChannels:
 
     def fit(self, known: KnownChannels) -> None:
         self.field, self.found = None, "does not use places"
-        self._rest = JointChannels()
+        self._rest = HelmholtzChannels()
         both = np.concatenate([known.uplink, known.downlink], axis=2).astype(complex)
         if known.positions is None:
             say("helmholtz-positions: the positions (tx_pos.csv) are not known, so it is the same as helmholtz")

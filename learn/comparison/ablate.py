@@ -28,11 +28,7 @@ APERTURE: dict[str, dict[str, Any]] = {
 
 
 def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, TrainedModel]]:
-    """Yield the rows of a model's ablation table.
-
-    >>> [label for label, _ in variants("bisplat")]
-    ['bisplat', 'bisplat without dynamic network', 'bisplat without delta decoder', 'bisplat without BST']
-    """
+    """Yield the rows of a model's ablation table."""
     label = model if primitives is None else f"{model} ({primitives} primitives)"
     size = {} if primitives is None else {"primitives": primitives}
     yield label, TrainedModel(model, size)

@@ -19,11 +19,7 @@ BELOW = 1e-4
 
 
 def average_name(row: Mapping[str, Any]) -> str:
-    """The name of a row of ``averages``: its label, and its number of training spectra if it states one.
-
-    >>> average_name({"label": "mlp", "train_size": 200})
-    'mlp, 200'
-    """
+    """The name of a row of ``averages``: its label, and its number of training spectra if it states one."""
     return row["label"] if row["train_size"] is None else f"{row['label']}, {row['train_size']}"
 
 
@@ -33,17 +29,12 @@ def took_few_steps(row: Mapping[str, Any]) -> bool:
 
 
 def is_below_mean_picture(row: Mapping[str, Any]) -> bool:
-    """Whether a row scores lower than the mean of the known spectra. Rows of older versions do not tell."""
+    """Whether a row scores lower than the mean of the known spectra. Rows without the latter do not tell."""
     return row.get(MEAN_PICTURE) is not None and row["ssim_median"] < row[MEAN_PICTURE] - BELOW
 
 
 def doubts_of(averages: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """What is doubtful about each row that has doubts, by ``average_name``.
-
-    >>> row = {"label": "mlp", "train_size": None, "ssim_median": 0.4, "steps": 20, MEAN_PICTURE: 0.5}
-    >>> doubts_of([row])
-    {'mlp': 'only 20 training steps; below the mean picture (0.500)'}
-    """
+    """What is doubtful about each row that has doubts, by ``average_name``."""
     found = {}
     for row in averages:
         each = [f"only {row['steps']:g} training steps"] if took_few_steps(row) else []
@@ -55,11 +46,7 @@ def doubts_of(averages: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def footnote_of(averages: Sequence[Mapping[str, Any]]) -> str:
-    """What the mark of rows with doubts means. Empty: there are no such rows.
-
-    >>> footnote_of([{"label": "mlp", "train_size": None, "ssim_median": 0.4, "steps": 20}])
-    '† fewer than 100 training steps: says little'
-    """
+    """What the mark of rows with doubts means. Empty: there are no such rows."""
     found = [f"fewer than {FEW_STEPS} training steps"] if any(map(took_few_steps, averages)) else []
     if any(map(is_below_mean_picture, averages)):
         found.append("below the mean picture")
@@ -97,21 +84,12 @@ def remark_on(averages: Sequence[Mapping[str, Any]], minutes: float | None) -> s
 
 
 def spread_of(key: str) -> str:
-    """Key of the standard deviation of a score over the seeds.
-
-    >>> spread_of("ssim_median"), spread_of("error_median_db"), spread_of("ssim_mean")
-    ('ssim_spread', 'error_spread_db', 'ssim_mean_spread')
-    """
+    """Key of the standard deviation of a score over the seeds."""
     return key.replace("median", "spread") if "median" in key else f"{key}_spread"
 
 
 def averaged(rows: Sequence[Mapping[str, Any]], names: Sequence[str], ranked_by: str) -> list[dict[str, Any]]:
-    """Average rows that differ in their seed.
-
-    >>> rows = [{"label": "mlp", "seed": 0, "ssim_median": 0.5}, {"label": "mlp", "seed": 1, "ssim_median": 0.75}]
-    >>> averaged(rows, ["label"], "ssim_median")
-    [{'label': 'mlp', 'ssim_median': 0.625, 'seeds': 2, 'ssim_spread': 0.176776695}]
-    """
+    """Average rows that differ in their seed."""
     groups: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
     for row in rows:
         groups.setdefault(tuple(row[name] for name in names), []).append(row)

@@ -48,7 +48,9 @@ def compare(
     Args:
         dataset: a dataset, or its folder.
         models: names of baselines ("mean-picture", "nearest", "inverse-distance", "kriging", "kriging-responses"), of
-            models (as for ``train``) or of your own classes ("module:Class"). Or a dictionary from the label of a row
+            models (as for ``train``) or of your own classes ("module:Class"), or "LABEL=FOLDER" of a folder with the
+            predictions of another program: spectrum/NAME.png of each test spectrum, or spectra.npy [K, 90, 360] with
+            all of them in the order of ``split(...).test``. Or a dictionary from the label of a row
             to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
             or such an object, which is copied for each seed. None: every baseline and every model that needs no
             options.
@@ -105,13 +107,8 @@ def spectrum_factories(models: Models) -> dict[str, Callable[[], Method]]:
     """Functions that make new, unfitted methods, by the label of their rows.
 
     The label of a model of reduced size ends in "(reduced)", also a label of the user's.
-
-    >>> list(spectrum_factories(["nearest", "kriging"]))
-    ['nearest', 'kriging']
     """
-    return method_factories(
-        models, method_named, "models", lambda name: f"{name} (reduced)" if is_reduced(name) else name
-    )
+    return method_factories(models, method_named, "models", is_reduced)
 
 
 SWEPT = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance")

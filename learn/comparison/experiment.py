@@ -22,6 +22,7 @@ from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ce
 from learn.comparison.averaged_table import MEAN_PICTURE
 from learn.comparison.known_spectra import KnownSpectra, Method
 from learn.comparison.method_factories import built, checked_spectra, is_own, named, source_of
+from learn.comparison.predictions import Predictions
 from learn.comparison.results_folder import (
     PROTOCOL,
     SPLIT_SEED,
@@ -41,7 +42,7 @@ from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind, split
 from learn.training.config import require_same_spectra
 from learn.training.run_files import device_name
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError, require_whole, require_within, require_word, shown
+from scenes.files.errors import InputError, ParameterError, require_whole, require_within, require_word, shown
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.json_yaml_xml import plain_number
 from scenes.files.output_folder import own_folder
@@ -110,8 +111,11 @@ class Experiment:
     @cached_property
     def parts(self) -> Split:
         """The split with the whole training part."""
+        return self._parts(None)
+
+    def _parts(self, train_size: int | None) -> Split:
         settings = self.settings
-        return split(self.dataset, settings.split, settings.split_seed, guard=settings.guard or 0.0)
+        return split(self.dataset, settings.split, settings.split_seed, train_size, settings.guard or 0.0)
 
     @cached_property
     def test(self) -> Int[np.ndarray, " K"]:
@@ -121,15 +125,20 @@ class Experiment:
     @cached_property
     def distances(self) -> SplitDistances:
         """Distances from the test positions to the nearest ones of the whole known part."""
-        positions = self.dataset.positions
-        return SplitDistances.between(positions[self.parts.known], positions[self.test], self.dataset.wavelength)
+        return self._distances(self.test, None)
 
     def measure(
         self, methods: Mapping[str, Callable[[], Method]], seeds: int, sizes: Sequence[int | None] = (None,)
     ) -> None:
         """Measure the rows that are missing: all methods with the first seed, then all with the next one."""
         self.kept.require_file_names(methods)
-        unsuited = {label: self._unsuited(label, make) for label, make in methods.items()}
+        built_once = {label: built(label, make) for label, make in methods.items()}
+        for label, method in built_once.items():
+            if isinstance(method, Predictions):
+                if len(sizes) > 1 or sizes[0] is not None:
+                    raise ParameterError("models", f"expected methods that are fitted, found the predictions {label}")
+                self._read(method)  # refuses wrong ones before anything is fitted
+        unsuited = {label: self._unsuited(method) for label, method in built_once.items()}
         methods = {label: make for label, make in methods.items() if unsuited[label] is None}
         for label, why in unsuited.items():
             if why is not None and not methods:
@@ -137,23 +146,31 @@ class Experiment:
             if why is not None:
                 say(f"left out {label}: {why}")
         for size in sizes:  # a size that is too large is refused before anything is measured
-            split(self.dataset, self.settings.split, self.settings.split_seed, size, self.settings.guard or 0.0)
+            self._parts(size)
         for seed in range(seeds):
             for size in sizes:
                 for label, make in methods.items():
-                    self._measure_row(label, make, seed, size)
+                    if not (seed and isinstance(built_once[label], Predictions)):  # which no seed changes
+                        self._measure_row(label, make, seed, size)
 
-    def _unsuited(self, label: str, make: Callable[[], Method]) -> str | None:
+    def _read(self, method: Predictions) -> None:
+        """Read the predictions of the test part, of which the scored ones are kept."""
+        row_of = {index: row for row, index in enumerate(self.parts.test.tolist())}
+        names = [self.dataset.names[index] for index in row_of]
+        method.read(names, [row_of[index] for index in self.test.tolist()])
+
+    def _unsuited(self, method: Method) -> str | None:
         """Why one of our methods cannot be used on the dataset. None: it can be."""
-        method = built(label, make)
         return method.unsuited(self.dataset) if isinstance(method, TrainedModel | KrigingResponses) else None
 
     def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
         name, method = row_name(key), built(label, make)
-        ours = usual_methods()
-        source = source_of(label, method, ours)
-        if self.kept.is_measured(key, name, is_own(method), source, ours):
+        predicted = isinstance(method, Predictions)
+        if isinstance(method, Predictions):
+            self._read(method)
+        source = source_of(label, method, usual_methods())
+        if self.kept.is_measured(key, name, is_own(method), source):
             return
         say(name)
         known_as = {} if source is None else {"source": source}
@@ -184,8 +201,8 @@ class Experiment:
             "known": len(known.parts.known),
             "parameters": getattr(method, "parameters", None),
             "steps": getattr(method, "steps", None),
-            "training_seconds": round(seconds, 1),
-            "milliseconds_per_spectrum": round(milliseconds, 2),
+            "training_seconds": None if predicted else round(seconds, 1),
+            "milliseconds_per_spectrum": None if predicted else round(milliseconds, 2),
             MEAN_PICTURE: self._ssim_of_mean_picture(known),
         }
         self._keep(key, test, scores, {**cost, **known_as})
@@ -216,9 +233,8 @@ class Experiment:
 
     def _distances(self, test: Int[np.ndarray, " K"], train_size: int | None) -> SplitDistances:
         """Distances from test positions to the nearest known ones, where so many spectra are trained on."""
-        settings, positions = self.settings, self.dataset.positions
-        parts = split(self.dataset, settings.split, settings.split_seed, train_size, settings.guard or 0.0)
-        return SplitDistances.between(positions[parts.known], positions[test], self.dataset.wavelength)
+        known, positions = self._parts(train_size).known, self.dataset.positions
+        return SplitDistances.between(positions[known], positions[test], self.dataset.wavelength)
 
     def _spectra(self, indices: Int[np.ndarray, " K"]) -> Float[np.ndarray, "K 90 360"]:
         return spectrum_of(self.dataset.pictures[indices])
@@ -265,8 +281,8 @@ def begun(
     with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: in_common(read_protocol(path))):
         if (folder / PROTOCOL).exists():
             before = read_protocol(folder / PROTOCOL)
-            require_same_spectra(dataset, folder, before.get("dataset_sha256", ""))
-            if before.get("index_sha256") not in (None, settings.index_sha256):
+            require_same_spectra(dataset, folder, before["dataset_sha256"])
+            if before.get("index_sha256") != settings.index_sha256:
                 raise InputError(
                     f"{dataset.folder}: expected the index files with which {folder} was begun, found others; compare "
                     "in another folder"

@@ -89,13 +89,7 @@ def source_hash(method: Any) -> str | None:
 
 
 def source_of(label: str, method: Any, usual: Mapping[str, Callable[[], Any]]) -> str | None:
-    """A hash of what a method is, which tells when a row has to be measured again.
-
-    >>> from learn.comparison.spectrum_methods import BASELINES
-    >>> nearest = BASELINES["nearest"]()
-    >>> source_of("nearest", nearest, BASELINES) is None, len(source_of("ours", nearest, BASELINES))
-    (True, 16)
-    """
+    """A hash of what a method is, which tells when a row has to be measured again."""
     if is_own(method):
         return source_hash(method)
     make, found = usual.get(label.removesuffix(" (reduced)")), _in_words(method)
@@ -165,7 +159,10 @@ SEEDS_MOST = 1000
 
 
 def method_factories(
-    given: Any, find: Callable[[str], Callable[[], Any]], parameter: str, label: Callable[[str], str] = str
+    given: Any,
+    find: Callable[[str], Callable[[], Any]],
+    parameter: str,
+    is_reduced: Callable[[str], bool] = lambda _: False,
 ) -> dict[str, Callable[[], Any]]:
     """Functions that make new, unfitted methods, by the label of their rows."""
     if isinstance(given, str) or not isinstance(given, Iterable):
@@ -176,18 +173,24 @@ def method_factories(
     if isinstance(given, Mapping):
         found = {}
         for name, each in given.items():
-            reduced = label(each).removeprefix(each) if isinstance(each, str) else ""
-            found[f"{name}{reduced}"] = _maker(name, each, find, parameter)
+            found[f"{name}{_size(each, is_reduced)}"] = _factory(name, each, find, parameter)
     else:
         for name in given:
             require_instance(str, **{parameter: name})
-        found = {label(name): find(name) for name in given}
+        found = {f"{name.partition('=')[0]}{_size(name, is_reduced)}": find(name) for name in given}
+        if len(found) < len(set(given)):
+            raise ParameterError(parameter, f"expected a label of its own for each method, found {shown(given)}")
     for name, make in found.items():
         built(name, make, parameter)  # refuses it now rather than after hours of other rows
     return found
 
 
-def _maker(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], parameter: str) -> Callable[[], Any]:
+def _size(name: Any, is_reduced: Callable[[str], bool]) -> str:
+    """What the label of a method ends in."""
+    return " (reduced)" if isinstance(name, str) and is_reduced(name) else ""
+
+
+def _factory(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], parameter: str) -> Callable[[], Any]:
     if isinstance(given, str):
         return find(given)
     if not isinstance(given, type) and hasattr(given, "fit"):
@@ -201,11 +204,6 @@ def chosen_methods(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[s
     """The methods of a comparison of powers or channels that are given as ``methods``, by label.
 
     The label of a method of reduced size ends in "(reduced)".
-
-    >>> class Learned:
-    ...     by_steps = True
-    >>> list(chosen_methods(None, {"text": str, "learned": Learned}))
-    ['text']
     """
     if given is None:
         return {name: make for name, make in known.items() if not trained_by_steps(make)}
@@ -216,10 +214,10 @@ def chosen_methods(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[s
         require_word([*known, "module:Class"], methods=name)
         return known[name]
 
-    def label(name: str) -> str:
-        return f"{name} (reduced)" if name in known and getattr(known[name](), "reduced", False) else name
+    def is_reduced(name: str) -> bool:
+        return name in known and getattr(known[name](), "reduced", False)
 
-    return method_factories(given, find, "methods", label)
+    return method_factories(given, find, "methods", is_reduced)
 
 
 def trained_by_steps(make: Callable[[], Any]) -> bool:
@@ -237,11 +235,7 @@ def check_effort(budget: float, seeds: int, steps: int | None = None) -> None:
 
 
 def checked_sizes(what: str, **sizes: Any) -> list[int]:
-    """Sizes of training parts, rising.
-
-    >>> checked_sizes("positions", sizes=(200, 50))
-    [50, 200]
-    """
+    """Sizes of training parts, rising."""
     ((name, given),) = sizes.items()
     if isinstance(given, str) or not isinstance(given, Iterable):
         raise ParameterError(name, f"expected a list of numbers of training {what}, found {shown(given)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,11 +45,10 @@ class Settings:
     device: str  # name of the GPU, or number of CPU threads, on which methods are trained
     # largest number of test spectra, evenly spread over the test part. None: all of them.
     test_spectra: int | None = None
-    # fingerprint of the dataset. None: version 0.2 began the experiment and kept none.
-    dataset_sha256: str | None = None
+    dataset_sha256: str = ""  # fingerprint of the dataset
     # known positions nearer than this to a test position are left out, wavelengths. None: all are known.
     guard: float | None = None
-    # digest of the index files of the split "files". None: another split, or version 0.2 kept none.
+    # digest of the index files of the split "files". None: another split.
     index_sha256: str | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
@@ -67,7 +66,7 @@ class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     steps: Annotated[int, Meta(ge=1)] | None = None
     device: str
     test_spectra: Annotated[int, Meta(ge=1)] | None = None
-    dataset_sha256: str | None = None
+    dataset_sha256: str
     guard: Annotated[float, Meta(gt=0, le=GUARD_MOST)] | None = None
     index_sha256: str | None = None
 
@@ -82,11 +81,8 @@ def read_protocol(path: Path) -> dict[str, Any]:
 def in_common(settings: dict[str, Any]) -> dict[str, Any]:
     """The settings that all calls of a comparison must share.
 
-    The fingerprint of the data is left out, which is compared by itself, since old experiments have none. So is the
-    device where the number of steps is given, since it only decides how long they take.
-
-    >>> in_common({"dataset": "lab", "steps": 9, "device": "2 CPU threads", "dataset_sha256": "0f"})
-    {'dataset': 'lab', 'steps': 9}
+    Fingerprints of the data are left out, which are compared by themselves. So is the device where the number of steps
+    is given, since it only decides how long they take.
     """
     fixed_steps = settings.get("steps") is not None
     return {
@@ -148,18 +144,16 @@ class ResultsFile:
                     f"{shown(other)}"
                 )
 
-    def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None, ours: Container[str]) -> bool:
+    def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None) -> bool:
         """Whether a row has been measured; not if its method was another one or has been edited since.
 
         What is decided is said.
         """
         row = self.row(key)
-        if row is None or not (own or source is not None or "source" in row):
-            return row is not None
+        if row is None:
+            return False
         if own and source is None:
             say(f"{name}: measured before and kept; no source tells whether its class has changed since")
-        elif "source" not in row and not (own and key["label"] in ours):  # unless the row is of ours with this name
-            say(f"{name}: measured before and kept; an older version kept nothing that tells whether it has changed")
         elif row.get("source") != source:
             say(f"{name}: it or its settings have changed, so it is measured again and its old row is replaced")
             return False
@@ -175,11 +169,7 @@ class ResultsFile:
 
 
 def row_name(row: Mapping[str, Any]) -> str:
-    """Name of a row's file in per_sample/.
-
-    >>> row_name({"label": "bisplat without BST", "seed": 2, "train_size": 200})
-    'bisplat_without_BST-200-2'
-    """
+    """Name of a row's file in per_sample/."""
     size = "" if row["train_size"] is None else f"-{row['train_size']}"
     return f"{_file_name(row['label'])}{size}-{row['seed']}"
 
@@ -192,9 +182,6 @@ def run_folder(row: Mapping[str, Any]) -> Path:
     """Folder of a row's run below that of the comparison.
 
     It has another name for each version of a method that may change, so that none goes on with the weights of another.
-
-    >>> run_folder({"label": "ours", "seed": 0, "train_size": None, "source": "0123456789abcdef"}).as_posix()
-    'runs/ours-0-01234567'
     """
     source = row.get("source")
     return Path("runs") / (row_name(row) if source is None else f"{row_name(row)}-{source[:8]}")

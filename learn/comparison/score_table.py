@@ -16,23 +16,14 @@ from learn.data.splits import Split, SplitKind
 
 
 class Measure(NamedTuple):
-    """The score by which methods are ranked.
+    """The score by which methods are ranked."""
 
-    Attributes:
-        name: its name in those of figures.
-        key: its key in a row.
-        second: key of the score that ranks methods with equal ones.
-        small_is_good: whether the best method has the smallest.
-        of_each: what it is the median of, with the unit, for the axis of a figure.
-        share: what the shares of a distribution are of.
-    """
-
-    name: str
-    key: str
-    second: str
-    small_is_good: bool
-    of_each: str
-    share: str
+    name: str  # its name in those of figures
+    key: str  # its key in a row
+    second: str  # key of the score that ranks methods with equal ones
+    small_is_good: bool  # whether the best method has the smallest
+    of_each: str  # what it is the median of, with the unit, for the axis of a figure
+    share: str  # what the shares of a distribution are of
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -181,7 +181,7 @@ def score_fits(
                 key = {"label": label, "seed": seed, "train_size": size}
                 name, method = f"{average_name(key)}, seed {seed}", built(label, make, "methods")
                 source = source_of(label, method, usual)
-                if kept.is_measured(key, name, is_own(method), source, usual):
+                if kept.is_measured(key, name, is_own(method), source):
                     continue
                 if trained_by_steps(make):
                     say(name)

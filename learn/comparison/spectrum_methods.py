@@ -14,9 +14,9 @@ from jaxtyping import Float
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.known_spectra import KnownSpectra, Method
-from learn.data.comparable_phases import no_comparable_phases
+from learn.comparison.predictions import Predictions
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import unsuited
+from learn.models.capabilities import no_comparable_phases, unsuited
 from learn.training.config import Config, read_config
 from learn.training.registry import MODELS, model_class, model_entry, own_class
 from learn.training.run_files import TrainingFile, read_training, untrained_model
@@ -156,22 +156,13 @@ BASELINES: dict[str, Callable[[], Method]] = {
 
 
 def method_names() -> list[str]:
-    """Names of all baselines and of the models that need no options.
-
-    >>> "nearest" in method_names() and "helmholtz" in method_names()
-    True
-    """
+    """Names of all baselines and of the models that need no options."""
     return [*BASELINES, *(name for name, entry in MODELS.items() if not entry.needs)]
 
 
 def is_reduced(name: str) -> bool:
     """Whether a model is compared at a reduced size because there is no GPU."""
-    return (
-        isinstance(name, str)
-        and name in MODELS
-        and bool(MODELS[name].options_without_gpu)
-        and not torch.cuda.is_available()
-    )
+    return name in MODELS and bool(MODELS[name].options_without_gpu) and not torch.cuda.is_available()
 
 
 def method_named(name: str) -> Callable[[], Method]:
@@ -180,6 +171,12 @@ def method_named(name: str) -> Callable[[], Method]:
         raise ParameterError("models", f"expected names of methods, found {shown(name)}")
     if name in BASELINES:
         return BASELINES[name]
+    label, predicted, folder = name.partition("=")
+    if predicted:
+        if not label.strip() or not folder or label in usual_methods():
+            expected = "expected LABEL=FOLDER with a label that no method here has"
+            raise ParameterError("models", f"{expected}, found {shown(name)}")
+        return partial(Predictions, folder)
     if name in MODELS:
         if MODELS[name].needs:
             needed = ", ".join(MODELS[name].needs)
@@ -190,7 +187,9 @@ def method_named(name: str) -> Callable[[], Method]:
         return _trained(name)
     if not name.partition(":")[2]:
         known = ", ".join(method_names())
-        raise ParameterError("models", f"expected one of {known}, or module:Class, found {shown(name)}")
+        raise ParameterError(
+            "models", f"expected one of {known}, module:Class or LABEL=FOLDER of predictions, found {shown(name)}"
+        )
     found = own_class(name, "models")
     if isinstance(found, type) and issubclass(found, SpectrumModel):
         return partial(TrainedModel, name)

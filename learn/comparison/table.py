@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.baselines.array_ceiling import CEILING, shown_name
-from learn.comparison.averaged_table import average_name, averaged, doubts_of, remark_on
+from learn.comparison.averaged_table import AveragedTable, average_name, averaged, doubts_of, remark_on
 from learn.comparison.experiment import Experiment, read_scores
 from learn.comparison.results_folder import Settings, row_name
 from learn.data.split_distances import SplitDistances
@@ -30,7 +29,7 @@ HEADINGS = {
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(AveragedTable):
     """Rows measured by ``compare``, ``ablate`` or ``sweep``.
 
     ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
@@ -82,15 +81,9 @@ class Comparison:
         data = experiment.dataset
         return cls(experiment.folder, experiment.settings, experiment.kept.rows, experiment.distances, data.array)
 
-    def __len__(self) -> int:
-        return len(self.rows)
-
     def __repr__(self) -> str:
         methods = len({row["label"] for row in self.rows} - {CEILING})
         return f"Comparison({str(self.folder)!r}: {len(self)} rows, {methods} methods, split {self.settings.split})"
-
-    def __iter__(self) -> Iterator[dict[str, Any]]:
-        return iter(self.rows)
 
     def averages(self) -> list[dict[str, Any]]:
         """Average the rows over the seeds.
@@ -168,19 +161,8 @@ class Comparison:
         """
         return remark_on(self.averages(), self.settings.minutes)
 
-    def __str__(self) -> str:
-        lines = table_cells(self.table())
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        text = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in lines]
-        remark = self.remark()
-        return "\n".join(text if remark is None else [*text, remark])
-
-    def _repr_html_(self) -> str:
-        """The table as a notebook shows it."""
-        head, *body = table_cells(self.table())
-        rows = ["".join(f"<th>{cell}</th>" for cell in head)]
-        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
-        return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
+    def cells(self) -> list[list[str]]:
+        return table_cells(self.table())
 
 
 def table_cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:

@@ -20,8 +20,7 @@ from scenes.files.plain_text import say
 from simulate.spectra.array import Array
 from simulate.spectra.element_array import uniform
 
-FEWEST = 10
-"""From fewer positions no region can be told."""
+FEWEST = 10  # From fewer positions no region can be told
 
 THICK = 0.5
 """Positions spread along an axis if their extent along it is larger than this, in wavelengths. A field hardly changes
@@ -34,27 +33,16 @@ times of it."""
 
 Shape = Literal["volume", "plane", "path"]
 
-POWER: dict[Shape, int] = {"volume": 3, "plane": 2, "path": 1}
-"""How many dimensions each shape has."""
+POWER: dict[Shape, int] = {"volume": 3, "plane": 2, "path": 1}  # How many dimensions each shape has
 
 
 @dataclass(frozen=True)
 class Spacing:
-    """How densely known positions lie.
+    """How densely known positions lie."""
 
-    Attributes:
-        known: number of different known positions.
-        shape: what they fill: a volume, a plane (or a layer of less than half a wavelength), or a path.
-        size: volume in cubic wavelengths, area in square wavelengths, or length in wavelengths.
-
-    Example:
-        >>> Spacing(known=160, shape="volume", size=20.0).sentence()
-        'mean spacing 0.5 wavelengths (8 per cubic wavelength)'
-    """
-
-    known: int
-    shape: Shape
-    size: float
+    known: int  # number of different known positions
+    shape: Shape  # what they fill: a volume, a plane (or a layer of less than half a wavelength), or a path
+    size: float  # volume in cubic wavelengths, area in square wavelengths, or length in wavelengths
 
     @classmethod
     def between(cls, positions: Float[np.ndarray, "n 3"], wavelength: float) -> Spacing | None:
@@ -66,13 +54,6 @@ class Spacing:
         corners.
 
         Positions that were measured several times count once.
-
-        Args:
-            positions: known positions in the order of measurement, metres.
-            wavelength: metres.
-
-        Returns:
-            The spacing. None: there are fewer than ten positions, or all lie within half a wavelength.
         """
         positions = positions[np.sort(np.unique(positions, axis=0, return_index=True)[1])]
         n = len(positions)
@@ -152,15 +133,7 @@ class ScoreCurve:
 
     @classmethod
     def over(cls, rooms: Mapping[str, Mapping[float, float]]) -> ScoreCurve:
-        """The curve over several rooms, at the densities that all of them have.
-
-        More positions never make a room harder. So where a score falls with the density, which is chance, the line is
-        level.
-
-        >>> curve = ScoreCurve.over({"a": {1: 0.7, 2: 0.8}, "b": {1: 0.8, 2: 0.9, 4: 0.95}})
-        >>> [round(each, 2) for each in curve.at(2)]
-        [0.8, 0.85, 0.9]
-        """
+        """The curve over several rooms, at densities that all of them have; level where a score falls, by chance."""
         common = sorted(set.intersection(*(set(room) for room in rooms.values())))
         scores = np.array([[room[density] for density in common] for room in rooms.values()])
         return cls(
@@ -194,22 +167,12 @@ def score_curve(shape: Shape) -> ScoreCurve:
 
 
 def expected_score(density: float, flat: bool) -> Expected:
-    """The median SSIM that ``helmholtz`` reaches between known positions of a density.
-
-    Example:
-        >>> low, middle, high = expected_score(8, flat=False)
-        >>> low < middle < high < expected_score(32, flat=False).high
-        True
-    """
+    """The median SSIM that ``helmholtz`` reaches between known positions of a density."""
     return score_curve("plane" if flat else "volume").at(density)
 
 
 def is_as_measured(rows: int, columns: int, spacing: float) -> bool:
-    """Whether the curves were measured with uniform planar arrays like this one.
-
-    >>> is_as_measured(4, 4, 0.491), is_as_measured(4, 4, 2.7), is_as_measured(8, 8, 0.5)
-    (True, False, False)
-    """
+    """Whether the curves were measured with uniform planar arrays like this one."""
     return (rows, columns) == ELEMENTS and SPACINGS[0] <= spacing <= SPACINGS[1]
 
 
@@ -219,12 +182,7 @@ def _is_measured(array: Array) -> bool:
 
 
 def expectation(spacing: Spacing, array: Array, responses: bool) -> str:
-    """One sentence: the mean spacing of known positions, and the score to expect from it.
-
-    >>> from simulate.spectra.array import PlanarArray
-    >>> expectation(Spacing(known=90, shape="path", size=9.0), PlanarArray(), responses=True)
-    'mean spacing 0.1 wavelengths along a path: what score to expect is known of positions in a region alone'
-    """
+    """One sentence: the mean spacing of known positions, and the score to expect from it."""
     if spacing.shape == "path":
         return f"{spacing.sentence()}: what score to expect is known of positions in a region alone"
     if not _is_measured(array):
@@ -243,12 +201,7 @@ def expectation(spacing: Spacing, array: Array, responses: bool) -> str:
 
 
 def facts(spacing: Spacing, array: Array, responses: bool) -> dict[str, Any]:
-    """The spacing and the score to expect as numbers, for JSON.
-
-    >>> from simulate.spectra.array import PlanarArray
-    >>> facts(Spacing(known=90, shape="path", size=9.0), PlanarArray(), responses=True)
-    {'known_positions_fill': 'path', 'mean_spacing_wavelengths': 0.1, 'expected_ssim': None}
-    """
+    """The spacing and the score to expect as numbers, for JSON."""
     expected = None
     if spacing.shape != "path" and _is_measured(array) and responses:
         expected = [round(each, 3) for each in score_curve(spacing.shape).at(spacing.density)]

@@ -40,21 +40,12 @@ def other_array(array: Array, found: Array, tolerance: float = SAME_SPACING) -> 
 
 
 def pose_difference(pose: Pose, found: Pose) -> tuple[float, float]:
-    """Distance (metres) and angle (degrees) between two poses of a gateway.
-
-    >>> turned = [0.0, 0.0, np.sin(np.pi / 8), np.cos(np.pi / 8)]
-    >>> pose_difference(([0, 0, 1], [0, 0, 0, 1]), ([0, 3, 5], turned))
-    (5.0, 45.0)
-    """
+    """Distance (metres) and angle (degrees) between two poses of a gateway."""
     turn = Rotation.from_quat(np.asarray(pose[1])).inv() * Rotation.from_quat(np.asarray(found[1]))
     distance = np.linalg.norm(np.subtract(pose[0], found[0]))
     return float(distance), round(float(np.degrees(turn.magnitude())), 6)
 
 
 def in_megahertz(wavelength: float) -> str:
-    """The frequency of a wavelength (metres), for a sentence.
-
-    >>> in_megahertz(0.125)
-    '2398 MHz'
-    """
+    """The frequency of a wavelength (metres), for a sentence."""
     return f"{SPEED_OF_LIGHT / wavelength / 1e6:.4g} MHz"

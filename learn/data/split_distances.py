@@ -19,8 +19,7 @@ from simulate.spectra.spectrum import evenly, spectrum_of
 BANDS = ((0.0, 0.25), (0.25, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, np.inf))
 """Bands of the distance to the nearest known position, wavelengths."""
 
-INDEPENDENT = 0.5
-"""From this distance on, in wavelengths, the spectra of two positions have little in common."""
+INDEPENDENT = 0.5  # From this distance on, in wavelengths, the spectra of two positions have little in common
 
 
 @dataclass(frozen=True)
@@ -94,11 +93,7 @@ def say_distances(distances: SplitDistances, before: str = "") -> None:
 
 
 def distance_bands(wavelengths: Float[np.ndarray, " K"]) -> Iterator[tuple[str, Bool[np.ndarray, " K"]]]:
-    """The bands of distances in words, with the positions in each.
-
-    >>> [words for words, within in distance_bands(np.array([0.3, 5.0])) if within.any()]
-    ['0.25 to 0.5 λ', 'over 2 λ']
-    """
+    """The bands of distances in words, with the positions in each."""
     for low, high in BANDS:
         words = f"{low:g} to {high:g} λ" if np.isfinite(high) else f"over {low:g} λ"
         yield words, (wavelengths >= low) & (wavelengths < high)
@@ -116,18 +111,10 @@ class Leakage:
     """K test spectra compared with the spectra at their nearest known positions.
 
     Known positions are those of the training and the validation part. A folder's own split has no validation part.
-
-    Attributes:
-        distance: [K] distance from each test position to the nearest known position, metres.
-        ssim: [K] SSIM of each test spectrum and the spectrum at the nearest known position, at most 1.
-
-    Example:
-        >>> found = Leakage(distance=np.array([0.02, 0.01, 0.03]), ssim=np.array([0.95, 0.97, 0.6]))
-        >>> found.ssim_median, found.leaks
-        (0.95, True)
     """
 
-    distance: Float[np.ndarray, " K"]
+    distance: Float[np.ndarray, " K"]  # [K] distance from each test position to the nearest known position, metres
+    # [K] SSIM of each test spectrum and the spectrum at the nearest known position, at most 1
     ssim: Float[np.ndarray, " K"]
 
     @property
@@ -155,11 +142,7 @@ class Leakage:
         return f"a median SSIM of {self.ssim_median:.3f} (eight of ten between {ssim_p10:.3f} and {ssim_p90:.3f})"
 
     def warning(self, split: SplitKind | None = None) -> str:
-        """Distances and similarity, with what follows if the split leaks.
-
-        Args:
-            split: the split. None: the dataset's own.
-        """
+        """Distances and similarity, with what follows if the split leaks."""
         if split in ("blocked", "area"):
             better = "leave near positions out with --guard" + (", or use the split area" if split == "blocked" else "")
         else:

@@ -41,11 +41,9 @@ SPLITS: tuple[str, ...] = get_args(SplitKind)
 TEST_FRACTION = 0.2
 """Share of the spectra that ``random`` and ``area`` hold out for testing; the published loaders also split 80/20."""
 
-BLOCK, EVERY = 10, 4
-"""``blocked`` holds out every fourth block of ten consecutive spectra for testing."""
+BLOCK, EVERY = 10, 4  # ``blocked`` holds out every fourth block of ten consecutive spectra for testing
 
-AREAS = 10
-"""``area`` divides the region into so many areas."""
+AREAS = 10  # ``area`` divides the region into so many areas
 
 NUDGE = 1e-6
 """``area`` moves each position by this share of the region's size, so that none is as near to one centre as to another.
@@ -54,13 +52,11 @@ Rounding, which differs between machines, would decide about such a position."""
 VALIDATION_FRACTION = 0.1
 """Share of the training part that is set aside to choose the best checkpoint. The test part chooses nothing."""
 
-GUARD_MOST = 100.0
-"""Largest guard, wavelengths."""
+GUARD_MOST = 100.0  # Largest guard, wavelengths
 
 PARTS = ("train", "validation", "test")
 
-LARGEST_SPLIT = 40 * MEGABYTE
-"""Largest size of a split.json, bytes; a million names of six digits take 11 MB."""
+LARGEST_SPLIT = 40 * MEGABYTE  # Largest size of a split.json, bytes; a million names of six digits take 11 MB
 
 
 @dataclass(frozen=True)

@@ -30,13 +30,8 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import uniform
 from simulate.spectra.identification import tells_little
 
-SOURCES = {
-    "metadata": "metadata.json",
-    "fitted": "from the pictures",
-    "freq.txt": "freq.txt",
-    "assumed": "assumed",
-}
-"""For the user: how the frequency, the array and the grid are known."""
+# how the frequency, the array and the grid are known, for the user
+SOURCES = {"metadata": "metadata.json", "fitted": "from the pictures", "freq.txt": "freq.txt", "assumed": "assumed"}
 
 UNTOLD = "too few, or too near to one another, to tell their spacing"
 

@@ -14,19 +14,11 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, require_scorable, scorable, score
-from learn.data.same_receiver import (
-    SAME_DIRECTION,
-    SAME_PLACE,
-    in_megahertz,
-    other_array,
-    other_frequency,
-    pose_difference,
-)
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.prediction_intervals import StatedIntervals, intervals_by_distance
 from learn.models.base import Report
-from learn.training.config import Origin
-from learn.training.deviation import pixel_errors
+from learn.training.config import Origin, require_same_link
+from learn.training.conformal_deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
@@ -219,7 +211,8 @@ def evaluate(
             f"found {grid}"
         )
     if not same:
-        _require_same_link(run, known_data, tested_on)
+        receiver = run.folder, run.beamformer.array, float(run.model.wavelength)
+        require_same_link(*receiver, known_data, tested_on)
     parts = run.split(known_data)
     known, test = parts.known, parts.test if same else np.arange(len(tested_on.names))
     if index is not None:
@@ -266,37 +259,6 @@ def evaluate(
         origin=Origin.of(run.config, parts, run.dataset_sha256),
         tested_on=_tested_on(tested_on, same, index),
     )
-
-
-def _require_same_link(run: Run, known: Dataset, tested: Dataset) -> None:
-    """Refuse another dataset whose spectra a run does not predict. Warn if the end that stands still is elsewhere."""
-    wavelength, array = float(run.model.wavelength), run.beamformer.array
-    if other_frequency(wavelength, tested.wavelength):
-        assumed = "the assumed " if tested.frequency.source == "assumed" else ""
-        raise InputError(
-            f"{tested.folder}: expected spectra at {in_megahertz(wavelength)}, as {run.folder} predicts them, found "
-            f"{assumed}{in_megahertz(tested.wavelength)}"
-        )
-    if other_array(array, tested.array):
-        assumed = "the assumed " if tested.identification.source == "assumed" else ""
-        raise InputError(
-            f"{tested.folder}: expected spectra of {array.in_words}, as {run.folder} predicts them, found "
-            f"{assumed}{tested.array.in_words}"
-        )
-    if known.moving != tested.moving:
-        raise InputError(
-            f"{tested.folder}: expected spectra for which the {known.moving} moves, as for {run.folder}, found some "
-            f"for which the {tested.moving} does"
-        )
-    distance, angle = pose_difference(
-        (known.gateway_position, known.gateway_orientation), (tested.gateway_position, tested.gateway_orientation)
-    )
-    if distance > SAME_PLACE * tested.wavelength or angle > SAME_DIRECTION:
-        end, does = ("gateway", "receives") if tested.moving == "transmitter" else ("transmitter", "sends")
-        say(
-            f"warning: the {end} of {tested.folder} is {distance:.3g} m away from that of {run.folder} and turned by "
-            f"{angle:.3g}°; the run predicts what the latter {does}"
-        )
 
 
 def _tested_on(dataset: Dataset, same: bool, index: Path | None) -> str | None:

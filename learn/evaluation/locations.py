@@ -20,11 +20,9 @@ from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly
 
-LOCATED = 200
-"""Largest number of test transmitters that are located, evenly spread over the test part."""
+LOCATED = 200  # Largest number of test transmitters that are located, evenly spread over the test part
 
-NEAREST = (1, 4)
-"""Numbers of most similar known spectra whose positions the fingerprint baseline averages."""
+NEAREST = (1, 4)  # Numbers of most similar known spectra whose positions the fingerprint baseline averages
 
 
 @dataclass(frozen=True)

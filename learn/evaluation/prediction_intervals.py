@@ -15,33 +15,17 @@ from learn.models.kriging.deviation_curve import NORMAL
 
 @dataclass(frozen=True)
 class StatedIntervals:
-    """What became of the 90 % intervals of some spectra's values.
+    """What became of the 90 % intervals of some spectra's values."""
 
-    Attributes:
-        spectra: number of spectra.
-        share: share of the true values that are within their intervals.
-        width: mean width of the intervals; the values themselves are from 0 to 1.
-
-    Example:
-        >>> errors, deviation = np.array([[0.5, 2.0], [1.0, 1.0]]), np.array([0.1, 0.2])
-        >>> StatedIntervals.of(errors, deviation)
-        StatedIntervals(spectra=2, share=0.75, width=0.493...)
-    """
-
-    spectra: int
-    share: float
-    width: float
+    spectra: int  # number of spectra
+    share: float  # share of the true values that are within their intervals
+    width: float  # mean width of the intervals; the values themselves are from 0 to 1
 
     @classmethod
     def of(
         cls, errors_in_deviations: Float[np.ndarray, "K P"], deviation: Float[np.ndarray, " K"]
     ) -> StatedIntervals | None:
-        """Count the errors within the intervals. None: no deviation is stated, or none is finite.
-
-        Args:
-            errors_in_deviations: absolute errors at P pixels, divided by the deviation.
-            deviation: the stated deviation of each spectrum; nan far from everything known.
-        """
+        """Count the errors within the intervals. None: no deviation is stated, or none is finite."""
         told = np.isfinite(deviation)
         if not told.any():
             return None
@@ -58,12 +42,7 @@ def intervals_by_distance(
     deviation: Float[np.ndarray, " K"],
     wavelengths: Float[np.ndarray, " K"],
 ) -> Iterator[tuple[str, StatedIntervals]]:
-    """The intervals of each band of distances that has any, with the band in words.
-
-    Example:
-        >>> list(intervals_by_distance(np.array([[0.5]]), np.array([0.1]), np.array([3.0])))
-        [('over 2 λ', StatedIntervals(spectra=1, share=1.0, width=0.328...))]
-    """
+    """The intervals of each band of distances that has any, with the band in words."""
     for words, band in distance_bands(wavelengths):
         found = StatedIntervals.of(errors_in_deviations[band], deviation[band])
         if found is not None:

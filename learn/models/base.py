@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from simulate.spectra.compiled_beamformer import CompiledBeamformer
 
 
+Region = Float[np.ndarray, "2 3"]  # corners (min, max) of the box of training positions, metres, world frame
 Report = Callable[[str, int, int], None]  # takes a phase of a fit, the number of its steps done, and the largest number
 
 
@@ -235,7 +236,7 @@ State = tuple[Tensor, tuple[int, torch.device, torch.dtype]]
 """A tensor, and what changes with its values where it stays the same object: its version, device and type."""
 
 
-class Kept(Generic[T]):
+class Cache(Generic[T]):
     """Keeps what was last made of some tensors, until these are replaced or changed in place. A copy is empty."""
 
     def __init__(self) -> None:
@@ -245,7 +246,7 @@ class Kept(Generic[T]):
         """What ``make`` returns, which is called only if other tensors are given than the last time.
 
         >>> import torch
-        >>> kept, tensor = Kept(), torch.zeros(2)
+        >>> kept, tensor = Cache(), torch.zeros(2)
         >>> [kept.of([tensor], lambda: float(tensor.sum())), kept.of([tensor], lambda: 7.0)]
         [0.0, 0.0]
         >>> kept.of([tensor.add_(1)], lambda: float(tensor.sum()))
@@ -256,8 +257,8 @@ class Kept(Generic[T]):
             self._made = versions, make()
         return self._made[1]
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Kept[T]:
-        return Kept()
+    def __deepcopy__(self, memo: dict[int, Any]) -> Cache[T]:
+        return Cache()
 
     def __getstate__(self) -> dict[str, Any]:
         return {"_made": None}

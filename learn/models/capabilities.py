@@ -71,7 +71,7 @@ class HasPrimitives(Protocol):
 class StatesVariance(Protocol):
     """States the variance [B] of its predictions at B positions, relative to the field's variance, 0…1.
 
-    Runs scale it to a standard deviation of spectra (``learn.training.deviation``).
+    Runs scale it to a standard deviation of spectra (``learn.training.conformal_deviation``).
     """
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
@@ -242,3 +242,10 @@ def adapt_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"
         model.sample_one_field(torch.from_numpy(turn).float())
     if dataset.band_responses is not None and isinstance(model, LearnsBand):
         model.learn_band(dataset.band_responses[known])
+
+
+def no_comparable_phases(dataset: Dataset) -> str:
+    """What was expected and what was found, for the user, where phases of two positions cannot be compared."""
+    apart = dataset.phases_recorded_per_position
+    found = "phases that cannot be compared between positions" if apart else "pictures alone"
+    return f"expected element responses with their phases, found {found}"

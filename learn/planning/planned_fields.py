@@ -18,7 +18,7 @@ from learn.models.kriging.interpolators import WAYS
 from learn.models.kriging.kriged_field import KrigedField
 from learn.planning.greedy import OpenField
 from learn.powers.fit_powers import fit_powers
-from learn.powers.power_field import PowerField
+from learn.powers.helmholtz_powers import HelmholtzPowers
 from learn.training.run_folder import Run
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
@@ -97,7 +97,7 @@ def fields_of_powers(dataset: RssiDataset, seed: int) -> list[Field]:
     known.
     """
     method = fit_powers(dataset, seed=seed).method
-    assert isinstance(method, PowerField)
+    assert isinstance(method, HelmholtzPowers)
     covariance, noise = method.covariance, method.covariance.shares[2]
     field = max(1 - float(noise), LEAST_FIELD)
     return [Field(lambda a, b: covariance(a, b) / field, max(LEAST_NUGGET, float(noise) / field))]

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from learn.powers.helmholtz_powers import HelmholtzPowers
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
 from learn.powers.mirror_powers import MirrorPowers
 from learn.powers.nerf_powers import NerfPowers
 from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, Mean, Mri, Nearest
-from learn.powers.power_field import PowerField
 from learn.powers.twin_powers import TwinPowers
 from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
 from scenes.scene.description import Scene
@@ -32,7 +32,7 @@ POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
     "log-distance": LogDistance,
     "mri": Mri,
     "kriging": Kriging,
-    "helmholtz": PowerField,
+    "helmholtz": HelmholtzPowers,
     "mirror-images": MirrorPowers,
     "nerf2": NerfPowers,
 }

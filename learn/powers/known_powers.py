@@ -104,36 +104,19 @@ def _expected_below(
 
 @dataclass(frozen=True)
 class KnownPowers:
-    """Received powers at n known positions, from which a method learns.
+    """Received powers at n known positions, from which a method learns."""
 
-    Attributes:
-        positions: transmitter positions, metres, world frame.
-        powers: received powers, dBm; NaN where nothing was received.
-        gateways: positions of the G gateways, metres, world frame.
-        floor: power below which a gateway receives nothing, dBm.
-        wavelength: metres.
-        seed: seed of everything that is random in a method.
-        minutes: training time of a method that is trained by steps.
-    """
-
-    positions: Float[np.ndarray, "n 3"]
-    powers: Float[np.ndarray, "n G"]
-    gateways: Float[np.ndarray, "G 3"]
-    floor: float
-    wavelength: float
-    seed: int = 0
-    minutes: float = 5.0
+    positions: Float[np.ndarray, "n 3"]  # transmitter positions, metres, world frame
+    powers: Float[np.ndarray, "n G"]  # received powers, dBm; NaN where nothing was received
+    gateways: Float[np.ndarray, "G 3"]  # positions of the G gateways, metres, world frame
+    floor: float  # power below which a gateway receives nothing, dBm
+    wavelength: float  # metres
+    seed: int = 0  # seed of everything that is random in a method
+    minutes: float = 5.0  # training time of a method that is trained by steps
 
     @classmethod
     def of(cls, dataset: RssiDataset, known: Int[np.ndarray, " n"], seed: int = 0, minutes: float = 5.0) -> KnownPowers:
-        """The powers of a dataset at some of its positions.
-
-        Args:
-            dataset: received powers.
-            known: indices of the known positions.
-            seed: seed of everything that is random in a method.
-            minutes: training time of a method that is trained by steps.
-        """
+        """The powers of a dataset at some of its positions."""
         positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
         return cls(positions, powers, dataset.gateway_positions, dataset.floor_dbm, dataset.wavelength, seed, minutes)
 
@@ -155,15 +138,12 @@ class KnownPowers:
 
 @dataclass(frozen=True)
 class PredictedPowers:
-    """Powers that a method predicts at K positions, dBm. One below the floor predicts that nothing is received.
+    """Powers that a method predicts at K positions, dBm. One below the floor predicts that nothing is received."""
 
-    Attributes:
-        median: the predicted powers: the median, if the method predicts a distribution.
-        low, high: ends of the interval that holds the power with a probability of 90 %. None: the method states none.
-    """
-
-    median: Float[np.ndarray, "K G"]
+    median: Float[np.ndarray, "K G"]  # the predicted powers: the median, if the method predicts a distribution
+    # ends of the interval that holds the power with a probability of 90 %. None: the method states none
     low: Float[np.ndarray, "K G"] | None = None
+    # ends of the interval that holds the power with a probability of 90 %. None: the method states none
     high: Float[np.ndarray, "K G"] | None = None
 
 

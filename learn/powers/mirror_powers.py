@@ -14,8 +14,8 @@ from scipy.spatial.distance import cdist
 
 from learn.models.images.image_search import expected_amplitudes
 from learn.models.images.mirror_images import APART, image_waves, plane_distances, strongest_apart
+from learn.powers.helmholtz_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
-from learn.powers.power_field import ExplainedPowers
 from simulate.spectra.spectrum import evenly
 
 
@@ -58,12 +58,7 @@ def together(*images: SharedImages) -> SharedImages:
 def images_in_one_plane(
     gateways: Float[np.ndarray, "G 3"], region: Float[np.ndarray, "2 3"], wavelength: float
 ) -> SharedImages:
-    """The gateways themselves, and their images in planes beyond the transmitters, on all six sides.
-
-    >>> images = images_in_one_plane(np.array([[0.0, 0, 0], [3, 0, 0]]), np.array([[1.0, 0, 0], [2, 1, 1]]), 0.3)
-    >>> images.middles[:, 1].tolist(), images.sent[:, 1].tolist()  # the plane x = 2 m: one gateway is behind it
-    ([[4.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [True, False])
-    """
+    """The gateways themselves, and their images in planes beyond the transmitters, on all six sides."""
     count = len(gateways)
     itself = np.array([-1]), np.zeros(1)
     found = [SharedImages(gateways[:, None], np.ones((count, 1), bool), *itself)]

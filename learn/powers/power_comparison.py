@@ -24,14 +24,7 @@ def absolute_errors(predicted: PredictedPowers, truth: Float[np.ndarray, "K G"])
 
 
 def score_powers(predicted: PredictedPowers, truth: Float[np.ndarray, "K G"], floor: float) -> dict[str, Any]:
-    """Score predicted powers, all gateways together.
-
-    Example:
-        >>> truth = np.array([[-60.0], [-70.0], [np.nan]])
-        >>> found = score_powers(PredictedPowers(np.array([[-61.0], [-67.0], [-99.0]])), truth, floor=-95.0)
-        >>> found["error_median_db"], found["received_rightly"], found["not_received"], found["coverage_90"]
-        (2.0, 1.0, 1, None)
-    """
+    """Score predicted powers, all gateways together."""
     heard = ~np.isnan(truth)
     errors = absolute_errors(predicted, truth)[heard]
     row: dict[str, Any] = {

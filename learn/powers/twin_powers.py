@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
+from learn.powers.helmholtz_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
-from learn.powers.power_field import ExplainedPowers
 from learn.twin.described_gateways import scenes_with_gateways
 from scenes.files.optional_packages import require_extra
 from scenes.files.plain_text import say

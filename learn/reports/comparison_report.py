@@ -19,7 +19,7 @@ from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
 from learn.reports.provenance import Provenance
 from learn.reports.sweep_figure import draw_sweep, over_seeds
-from learn.reports.table_files import write_tables
+from learn.reports.table_files import marked_rows, write_tables
 from scenes.files.plain_text import in_figure
 
 COST_COLUMNS = {
@@ -30,10 +30,7 @@ COST_COLUMNS = {
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write the averages over the seeds, and the distribution of the SSIM of the first seed.
-
-    The files are table.html, table.tex, table.csv, and ssim_cdf.png (and .pdf).
-    """
+    """Write table.html, table.tex and table.csv of averages, and ssim_cdf.png (and .pdf) of the first seed."""
     rows = {average_name(row): row for row in comparison.table()}
     first_seed_rows = {average_name(row): row for row in reversed(comparison.rows)}
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
@@ -58,12 +55,8 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 
 @at_paper_size()
 def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png and learning_curves.png (and both as .pdf), table.tex and table.csv.
-
-    The former shows the median SSIM of every row; of several seeds, their mean and standard deviation. Rows with doubts
-    are marked, and a line below says which.
-    """
-    rows, doubts = comparison.averages()[::-1], comparison.doubts()
+    """Write ablation.png (median SSIM of every row), learning_curves.png, table.tex and table.csv."""
+    rows = comparison.averages()[::-1]
     figure = Figure(figsize=(PAGE, 0.6 + 0.2 * len(rows)), layout="constrained")
     axis = figure.subplots()
     styles = line_styles(row["label"] for row in rows)
@@ -72,7 +65,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
         axis.errorbar(
             row["ssim_median"], place, xerr=row.get("ssim_spread"), ls="", capsize=2, **{"marker": "o", **style}
         )
-    marked = [f"{name}{DOUBTFUL}" if name in doubts else name for name in map(average_name, rows)]
+    marked = [name for row in rows for name in marked_rows([row], comparison.doubts())]
     axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
@@ -85,10 +78,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
 
 
 def write_sweep(comparison: Comparison, folder: Path) -> None:
-    """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv.
-
-    Of several seeds, the points are means and the bars standard deviations. Methods with doubts are marked.
-    """
+    """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv."""
     averages, doubts = comparison.averages(), comparison.doubts()
     made, note = Provenance.of_comparison(comparison), footnote_of(comparison.averages())
     axes = ("training spectra", f"median SSIM{over_seeds(averages)}")
@@ -98,12 +88,7 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
 
 def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]], folder: Path) -> None:
     """Write table.tex and table.csv. Rows with doubts are marked."""
-    doubts = comparison.doubts()
-    rows = {
-        f"{name}{DOUBTFUL}" if name in doubts else name: row
-        for name, row in zip(map(average_name, averages), averages, strict=True)
-    }
-    note = footnote_of(comparison.averages())
+    rows, note = marked_rows(averages, comparison.doubts()), footnote_of(comparison.averages())
     write_tables(rows, {**SCORE_COLUMNS, **COST_COLUMNS}, folder, Provenance.of_comparison(comparison), note)
 
 

@@ -93,26 +93,19 @@ def _recorded(coverage: CoverageMap) -> Scene | None:
         return None
 
 
-MOST_PANELS = 24
-"""Most gateways with a panel; a figure of more would not fit a page."""
+MOST_PANELS = 24  # Most gateways with a panel; a figure of more would not fit a page
 
-BROADEST, NARROWEST = 5, 2
-"""Most and least panels in a row: high maps stand side by side, broad ones do not."""
+BROADEST, NARROWEST = 5, 2  # Most and least panels in a row: high maps stand side by side, broad ones do not
 
-SILENT = "0.82"
-"""Grey of cells in which nothing is received."""
+SILENT = "0.82"  # Grey of cells in which nothing is received
 
-UNHEARD = "nothing received"
-"""Label of such cells."""
+UNHEARD = "nothing received"  # Label of such cells
 
-INTERVAL = "magma_r"
-"""Colour map of the widths of intervals: dark is uncertain."""
+INTERVAL = "magma_r"  # Colour map of the widths of intervals: dark is uncertain
 
-SHOWN = (1, 99)
-"""Percentiles of the powers at which the colours end: one deep fade would make all others look alike."""
+SHOWN = (1, 99)  # Percentiles of the powers at which the colours end: one deep fade would make all others look alike
 
-MARGIN = 0.04
-"""Margin around a map, as a share of its larger side."""
+MARGIN = 0.04  # Margin around a map, as a share of its larger side
 
 
 @at_paper_size()
@@ -240,11 +233,7 @@ def _draw_strongest(coverage: CoverageMap, axis: Axes, lines: Float[np.ndarray, 
 
 
 def distinct(count: int) -> list[Any]:
-    """Colours (RGB or RGBA, 0…1) of so many gateways, as different as they can be.
-
-    >>> len(distinct(21)), distinct(3) == distinct(9)[:3]
-    (21, True)
-    """
+    """Colours (RGB or RGBA, 0…1) of so many gateways, as different as they can be."""
     if count <= 20:
         return list(colormaps["tab10" if count <= 10 else "tab20"].colors[:count])  # type: ignore[attr-defined]
     return list(colormaps["gist_rainbow"](np.linspace(0, 1, count)))

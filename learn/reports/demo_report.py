@@ -78,25 +78,14 @@ class DemoReport:
         return {**values, "rows": rows, "models": list(evaluations), "made": made}
 
 
-SHOWN = 6
-"""Number of spectra to show."""
+SHOWN = 6  # Number of spectra to show
 
 QUICK = Propagation(max_depth=1, rays=20_000)
 """At most one reflection or diffraction. The search for such paths takes seconds, that for all paths a minute."""
 
 
 def draw_first_look(scene: Scene, positions: Float[np.ndarray, "K 3"], seed: int, folder: Path) -> None:
-    """Trace the spectra of the first positions in a hurry, and draw them as first_look.png.
-
-    Args:
-        scene: the scene.
-        positions: transmitter positions, of which the first six are shown, metres, world frame.
-        seed: seed of the rays.
-        folder: folder to write to.
-
-    Raises:
-        InputError: libLLVM, which the ray tracer needs, is missing or too old.
-    """
+    """Trace the spectra of the first positions in a hurry, and draw them as first_look.png."""
     from simulate.rays.tracer import Tracer
 
     shown = positions[:SHOWN]
@@ -107,10 +96,5 @@ def draw_first_look(scene: Scene, positions: Float[np.ndarray, "K 3"], seed: int
 
 
 def draw_first_spectra(dataset: Dataset, folder: Path) -> None:
-    """Draw the first spectra of a dataset as spectra.png.
-
-    Args:
-        dataset: the dataset.
-        folder: folder to write to.
-    """
+    """Draw the first spectra of a dataset as spectra.png."""
     draw_spectra(dataset.spectra[:SHOWN], dataset.positions[:SHOWN], dataset.grid, folder / "spectra.png")

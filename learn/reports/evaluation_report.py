@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +26,7 @@ from learn.reports.method_styles import THIS_RUN, line_styles
 from learn.reports.paper import COLUMN, at_paper_size, save
 from learn.reports.plots import label_log_axis
 from learn.reports.provenance import Provenance
-from learn.reports.table_files import write_tables
+from learn.reports.table_files import as_csv, write_tables
 from scenes.files.atomic import write_atomically
 
 if TYPE_CHECKING:  # these load torch, and the first page of the demo must not wait for it
@@ -44,7 +43,7 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     made = Provenance.of_evaluation(evaluation)
     _write_metrics(evaluation, folder, None)
-    write_atomically(folder / "per_sample.csv", _per_sample(evaluation).encode())
+    write_atomically(folder / "per_sample.csv", as_csv(_per_sample(evaluation)).encode())
     prediction, truth, ssim = evaluation.prediction, evaluation.truth, evaluation.scores["model"].ssim
     curves = {shown: scores.ssim for shown, scores in named_scores(evaluation).items()}
     draw_ssim_distribution(curves, folder / "ssim_cdf.png", provenance=made)
@@ -101,26 +100,18 @@ def evaluation_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
     }
 
 
-def _per_sample(evaluation: Evaluation) -> str:
-    """CSV with a row for each test spectrum: its name, position (metres) and scores."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["name", "x", "y", "z", "ssim", "psnr_db", "mae", "aoa_error_deg", "ssim_nearest", "deviation"])
+def _per_sample(evaluation: Evaluation) -> Iterator[Sequence[Any]]:
+    """A line for each test spectrum, headings first: its name, position (metres) and scores."""
+    yield ["name", "x", "y", "z", "ssim", "psnr_db", "mae", "aoa_error_deg", "ssim_nearest", "deviation"]
     model, nearest = evaluation.scores["model"], evaluation.scores["nearest"]
     for row, index in enumerate(evaluation.test):
         position = evaluation.dataset.positions[index]
         scores = (model.ssim[row], model.psnr[row], model.mae[row], model.aoa_error[row], nearest.ssim[row])
         deviation = "" if evaluation.deviation is None else f"{evaluation.deviation[row]:.6f}"
-        writer.writerow([evaluation.dataset.names[index], *position, *(f"{value:.6f}" for value in scores), deviation])
-    return text.getvalue()
+        yield [evaluation.dataset.names[index], *position, *(f"{value:.6f}" for value in scores), deviation]
 
 
-CROSSVALIDATED = (
-    "crossvalidation_map",
-    "crossvalidation_distance",
-    "crossvalidation_examples",
-    "crossvalidation_polar",
-)
+CROSSVALIDATED = tuple(f"crossvalidation_{name}" for name in ("map", "distance", "examples", "polar"))
 
 
 def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:

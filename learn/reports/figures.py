@@ -22,11 +22,7 @@ RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 
 
 
 def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
-    """Names and indices of the spectra that are drawn as examples.
-
-    >>> ranked(np.array([0.9, 0.1, 0.5]))
-    [('worst', 1), ('lower quartile', 1), ('median', 2), ('upper quartile', 0), ('best', 0)]
-    """
+    """Names and indices of the spectra that are drawn as examples."""
     order = np.argsort(ssim)
     return [(name, int(order[round(share * (len(order) - 1))])) for name, share in RANKS.items()]
 
@@ -133,8 +129,7 @@ def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path, provenance: P
     save(figure, path, provenance)
 
 
-LARGEST_AOA_ERROR = 30.0
-"""Upper end of the colour scale of AoA errors in the map, degrees."""
+LARGEST_AOA_ERROR = 30.0  # Upper end of the colour scale of AoA errors in the map, degrees
 
 
 class MapScore(NamedTuple):

@@ -50,8 +50,7 @@ class Picture(NamedTuple):
     width: int  # width on the screen at most, CSS pixels
 
 
-ON_SCREEN = 1.35
-"""How much larger than on paper a figure is on a screen."""
+ON_SCREEN = 1.35  # How much larger than on paper a figure is on a screen
 
 
 def embedded(folder: Path, names: tuple[str, ...]) -> dict[str, Picture]:

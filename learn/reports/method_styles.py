@@ -37,8 +37,7 @@ KNOWN: dict[str, tuple[str, Any, str]] = {
 }
 """Colour, dash and marker of the methods of this package."""
 
-ALSO_CALLED = {"mean": "mean-picture"}
-"""Other names of methods, those in rooms and for powers."""
+ALSO_CALLED = {"mean": "mean-picture"}  # Other names of methods, those in rooms and for powers
 
 _COLOURS = ("#e377c2", "#393b79", "#637939", "#8c6d31", "#843c39", "#00b3a4", "#f0a30a", "#5254a3")
 _OTHERS = [
@@ -49,26 +48,16 @@ _OTHERS = [
 THIS_RUN, DOUBTFUL = " (this run)", " †"
 """What follows a method's name in tables and figures: it is the run that the page is about; its scores are doubtful."""
 
-REDUCED = " (reduced)"
-"""What follows it where the model has a smaller size than the published one, for want of a GPU."""
+REDUCED = " (reduced)"  # What follows it where the model has a smaller size than the published one, for want of a GPU
 
 
 def method_name(label: str) -> str:
-    """The name of a method without what tables and figures add to it.
-
-    >>> method_name("bisplat (this run)"), method_name("mlp, 200 †"), method_name("nerf2 (reduced)")
-    ('bisplat', 'mlp', 'nerf2')
-    """
+    """The name of a method without what tables and figures add to it."""
     return re.sub(r", \d+$", "", label.removesuffix(DOUBTFUL)).removesuffix(THIS_RUN).removesuffix(REDUCED)
 
 
 def line_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """Properties of the lines of methods: colour, dash, width, and marker for lines with points.
-
-    >>> styles = line_styles(["mine", "helmholtz"])
-    >>> styles == line_styles(["helmholtz", "mine"]), styles["helmholtz"]["color"]
-    (True, '#1f4e9e')
-    """
+    """Properties of the lines of methods: colour, dash, width, and marker for lines with points."""
     found: dict[str, dict[str, Any]] = {}
     taken: set[int] = set()
     sizes: Counter[str] = Counter()

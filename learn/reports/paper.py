@@ -16,11 +16,9 @@ from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable
 
-COLUMN, PAGE = 3.5, 7.16
-"""Widths of a column and of a page of a two-column journal, inches."""
+COLUMN, PAGE = 3.5, 7.16  # Widths of a column and of a page of a two-column journal, inches
 
-PNG_DPI, PDF_DPI = 220, 200
-"""Dots per inch of PNG files, and of pictures within a PDF."""
+PNG_DPI, PDF_DPI = 220, 200  # Dots per inch of PNG files, and of pictures within a PDF
 
 PNG_EFFORT = 3
 """Compression of PNG files, 0 to 9. They are a little larger than with the usual 6, and written in half the time."""
@@ -40,8 +38,7 @@ STYLE: dict[str, Any] = {
 """Properties of Matplotlib for figures that are included at their own width."""
 
 _NOTE_POINTS, _FOOT_POINTS = 7, 6
-_LETTER = 0.53
-"""Mean width of a letter, in font sizes; a little too wide, so that no line is cut."""
+_LETTER = 0.53  # Mean width of a letter, in font sizes; a little too wide, so that no line is cut
 
 
 def at_paper_size() -> Any:
@@ -50,10 +47,7 @@ def at_paper_size() -> Any:
 
 
 def save(figure: Figure, path: Path, provenance: Provenance | None = None, note: str = "") -> None:
-    """Write a figure as PNG, and as PDF for papers.
-
-    The figure grows at its foot by the lines of the note and of the provenance; its axes keep their size.
-    """
+    """Write a figure as PNG and PDF; it grows at its foot by the lines of the note and of the provenance."""
     lines = [(note, _NOTE_POINTS, "0.2")] if note else []
     if provenance is not None:
         lines.append((provenance.sentence(), _FOOT_POINTS, "0.45"))

@@ -28,8 +28,7 @@ from simulate.spectra.spectrum import check_spectra
 MAGNITUDE = "viridis"
 DIFFERENCE = "RdBu_r"
 PHASE = "twilight"
-LEAST_DB = -30.0
-"""Lower end of the scale in decibels, dB relative to the spectrum's maximum."""
+LEAST_DB = -30.0  # Lower end of the scale in decibels, dB relative to the spectrum's maximum
 
 
 def plot_spectrum(
@@ -205,11 +204,7 @@ def _quantity(difference: bool) -> str:
 
 
 def label_log_axis(axis: Axis) -> None:
-    """Choose and label the ticks of a logarithmic axis. Call it when everything is drawn.
-
-    By itself, Matplotlib labels only one or two powers of ten on an axis of two decades, and 2×10², 3×10², … on a
-    shorter one.
-    """
+    """Label the ticks of a logarithmic axis, when all is drawn; Matplotlib labels too few on a short one."""
     low, high = sorted(axis.get_view_interval())
 
     def ticks(locator: Locator) -> int:

@@ -6,7 +6,7 @@ import datetime
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,16 +16,13 @@ if TYPE_CHECKING:  # loads torch
     from learn.comparison.table import Comparison
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
+    from simulate.spectra.array import Array
 
 PACKAGE = "bisplat-wrf"
 
 
 def command(given: Sequence[str]) -> str:
-    """The command of this process as one can type it again, with ~ for the home folder.
-
-    >>> command(["/opt/venv/bin/bisplat", "evaluate", "my run"]), command(["ipython"])
-    ("bisplat evaluate 'my run'", 'Python')
-    """
+    """The command of this process as one can type it again, with ~ for the home folder."""
     program = Path(given[0]) if given else Path()
     if not (program.name == "bisplat" or program.parts[-2:] == ("bisplat", "__main__.py")):
         return "Python"
@@ -39,14 +36,7 @@ def command(given: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where the scores of a report come from.
-
-    Example:
-        >>> numbers = "18 training"
-        >>> made = Provenance("lab", "mlp", "lab", "random", numbers, "", "0", "Python", "2026-01-31", "1.0")
-        >>> made.sentence()
-        'Model mlp, seed 0. Dataset lab, split random: 18 training. bisplat-wrf 1.0, 2026-01-31, Python.'
-    """
+    """Where the scores of a report come from."""
 
     title: str  # what the report is about
     model: str  # names of the models, or of what else predicts
@@ -65,30 +55,28 @@ class Provenance:
     def of_evaluation(cls, evaluation: Evaluation) -> Provenance:
         """The provenance of an evaluation of a run."""
         origin, tested = evaluation.origin, f"{len(evaluation)} test spectra"
-        return cls(
-            title=f"{evaluation.run_name} on held-out spectra",
-            model=origin.model,
-            dataset=evaluation.dataset.folder.resolve().name if evaluation.tested_on is None else origin.dataset,
-            split=origin.split if evaluation.tested_on is None else f"{origin.split}, tested on {evaluation.tested_on}",
-            spectra=f"{origin.train} training, {origin.validation} validation, {tested}",
-            distances=evaluation.distances.sentence(),
-            array=evaluation.dataset.array.cannot_tell or "",
-            seed=str(origin.seed),
-            fingerprint=origin.fingerprint,
-        )
+        made = cls._of_run(f"{evaluation.run_name} on held-out spectra", evaluation, tested, evaluation.dataset.array)
+        if evaluation.tested_on is not None:
+            return replace(made, split=f"{origin.split}, tested on {evaluation.tested_on}")
+        return replace(made, dataset=evaluation.dataset.folder.resolve().name)
 
     @classmethod
     def of_crossvalidation(cls, fresh: CrossValidation) -> Provenance:
         """The provenance of a comparison with a fresh simulation."""
-        origin, tested = fresh.origin, f"{len(fresh)} fresh positions ({fresh.truth_by} of {fresh.scene_name})"
+        tested = f"{len(fresh)} fresh positions ({fresh.truth_by} of {fresh.scene_name})"
+        return cls._of_run(f"{fresh.run_name} against {fresh.truth_by}", fresh, tested, fresh.array)
+
+    @classmethod
+    def _of_run(cls, title: str, found: Evaluation | CrossValidation, tested: str, array: Array) -> Provenance:
+        origin = found.origin
         return cls(
-            title=f"{fresh.run_name} against {fresh.truth_by}",
+            title=title,
             model=origin.model,
             dataset=origin.dataset,
             split=origin.split,
             spectra=f"{origin.train} training, {origin.validation} validation, {tested}",
-            distances=fresh.distances.sentence(),
-            array=fresh.array.cannot_tell or "",
+            distances=found.distances.sentence(),
+            array=array.cannot_tell or "",
             seed=str(origin.seed),
             fingerprint=origin.fingerprint,
         )
@@ -112,7 +100,7 @@ class Provenance:
             distances=_distances(comparison, rows),
             array=(comparison.array and comparison.array.cannot_tell) or "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
-            fingerprint=settings.dataset_sha256 or "",
+            fingerprint=settings.dataset_sha256,
         )
 
     @classmethod

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import warnings
 from collections.abc import Iterable, Sequence
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +20,7 @@ from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
 from learn.reports.provenance import Provenance
 from learn.reports.score_report import draw_score_distribution, draw_scores
-from learn.reports.table_files import write_scores
+from learn.reports.table_files import as_csv, write_scores
 from scenes.files.atomic import write_atomically
 from simulate.csi.csi_dataset import CsiDataset
 from simulate.spectra.band import delay_spread
@@ -39,7 +37,7 @@ def write_score_evaluation(comparison: ScoreTable, model: str, folder: Path) -> 
     elif isinstance(comparison, ChannelComparison):
         captions = draw_channel_figures(comparison, model, folder, made)
         table, of_powers = _channels(comparison), {}
-    write_atomically(folder / "per_sample.csv", _csv(table).encode())
+    write_atomically(folder / "per_sample.csv", as_csv(table).encode())
     warning = None if comparison.distances is None else comparison.distances.warning()
     write_page(
         folder / "report.html",
@@ -86,14 +84,7 @@ def _channels(comparison: ChannelComparison) -> Iterable[Sequence[Any]]:
         yield [index, *([] if places is None else places[index]), *values]
 
 
-def _csv(lines: Iterable[Sequence[Any]]) -> str:
-    text = StringIO()
-    csv.writer(text, lineterminator="\n").writerows(lines)
-    return text.getvalue()
-
-
-WORST = 95
-"""Percentile of the errors at which the colour scale ends."""
+WORST = 95  # Percentile of the errors at which the colour scale ends
 
 
 def draw_power_figures(comparison: PowerComparison, model: str, folder: Path, made: Provenance) -> dict[str, str]:
@@ -119,8 +110,7 @@ def draw_power_figures(comparison: PowerComparison, model: str, folder: Path, ma
     return captions
 
 
-LEAST_DB = -40.0
-"""Magnitudes further below the largest one of an example are drawn there."""
+LEAST_DB = -40.0  # Magnitudes further below the largest one of an example are drawn there
 
 
 def draw_channel_figures(comparison: ChannelComparison, model: str, folder: Path, made: Provenance) -> dict[str, str]:

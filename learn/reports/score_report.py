@@ -18,8 +18,7 @@ from learn.reports.sweep_figure import draw_sweep, over_seeds
 from learn.reports.table_files import write_scores
 from learn.rooms.room_comparison import RoomComparison
 
-SHOWN = 95
-"""Percentile of the errors of the worst method at which the axis of their distribution ends."""
+SHOWN = 95  # Percentile of the errors of the worst method at which the axis of their distribution ends
 
 
 def write_score_comparison(comparison: ScoreTable, folder: Path) -> None:

@@ -15,8 +15,7 @@ from learn.reports.paper import COLUMN, at_paper_size, save
 from learn.reports.provenance import Provenance
 from scenes.files.plain_text import in_figure
 
-ROOM = 0.1
-"""Share of the axis that the label of a tick takes."""
+ROOM = 0.1  # Share of the axis that the label of a tick takes
 
 
 @at_paper_size()
@@ -56,11 +55,7 @@ def draw_sweep(
 
 
 def with_room(sizes: Sequence[int], width: float) -> list[int]:
-    """The sizes whose labels have room beside each other on a logarithmic axis.
-
-    >>> with_room([200, 800, 3000, 3100], 3.0)
-    [200, 800, 3000]
-    """
+    """The sizes whose labels have room beside each other on a logarithmic axis."""
     chosen: list[int] = []
     for size in sizes:
         if not chosen or np.log(size / chosen[-1]) >= ROOM * width:

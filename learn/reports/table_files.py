@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,7 @@ from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable
 
-LATEX, CSV = "table.tex", "table.csv"
-"""Names of the files."""
+LATEX, CSV = "table.tex", "table.csv"  # Names of the files
 
 _SPECIAL = {
     "\\": r"\textbackslash{}",
@@ -34,20 +33,12 @@ _SPECIAL = {
 
 
 def in_latex(text: str) -> str:
-    r"""Escape text for LaTeX.
-
-    >>> print(in_latex("my_model & 5 %"))
-    my\_model \& 5 \%
-    """
+    r"""Escape text for LaTeX."""
     return "".join(_SPECIAL.get(sign, sign) for sign in printable(text))
 
 
 def shown_number(value: float, key: str) -> str:
-    """A number of a table, with as many digits as say something.
-
-    >>> shown_number(0.91234, "ssim_median"), shown_number(4000.0, "steps"), shown_number(0.04, "seconds")
-    ('0.912', '4,000', '0.04')
-    """
+    """A number of a table, with as many digits as say something."""
     if key in ("parameters", "training_seconds", "steps"):
         return f"{value:,.0f}"
     return (
@@ -62,10 +53,7 @@ def write_tables(
     provenance: Provenance,
     note: str = "",
 ) -> None:
-    """Write table.tex and table.csv.
-
-    table.tex is a ``tabular``, which needs the package booktabs. A comment above it says where it comes from.
-    """
+    """Write table.tex, a ``tabular`` that needs booktabs and says where it comes from, and table.csv."""
     present = {key: title for key, title in columns.items() if any(row.get(key) is not None for row in rows.values())}
     write_atomically(folder / LATEX, _latex(rows, present, provenance, note).encode())
     write_atomically(folder / CSV, _csv(rows, present).encode())
@@ -76,9 +64,20 @@ def write_scores(comparison: AveragedTable, folder: Path, provenance: Provenance
     facts = {**comparison.facts(), "provenance": provenance.facts()}
     write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
     averages = comparison.averages()
-    doubts = doubts_of(averages)
-    rows = {f"{average_name(row)}{DOUBTFUL if average_name(row) in doubts else ''}": row for row in comparison.table()}
+    rows = marked_rows(comparison.table(), doubts_of(averages))
     write_tables(rows, comparison.COLUMNS, folder, provenance, footnote_of(averages))
+
+
+def marked_rows(rows: Iterable[Mapping[str, Any]], doubts: Collection[str]) -> dict[str, Mapping[str, Any]]:
+    """Rows by their names, which are marked if there are doubts."""
+    return {f"{name}{DOUBTFUL if name in doubts else ''}": row for row in rows for name in [average_name(row)]}
+
+
+def as_csv(lines: Iterable[Sequence[Any]]) -> str:
+    """Lines of cells as CSV, headings first."""
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerows(lines)
+    return text.getvalue()
 
 
 def _latex(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str], provenance: Provenance, note: str) -> str:
@@ -108,9 +107,5 @@ def _csv(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str]) -> s
         keys.append(key)
         if any(row.get(spread_of(key)) is not None for row in rows.values()):
             keys.append(spread_of(key))
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["method", *keys])
-    for name, row in rows.items():
-        writer.writerow([name, *("" if row.get(key) is None else row[key] for key in keys)])
-    return text.getvalue()
+    cells = ([name, *("" if row.get(key) is None else row[key] for key in keys)] for name, row in rows.items())
+    return as_csv([["method", *keys], *cells])

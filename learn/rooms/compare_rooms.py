@@ -17,8 +17,8 @@ from learn.comparison.method_factories import (
     built,
     check_effort,
     checked_spectra,
+    chosen_methods,
     is_own,
-    method_factories,
     named,
     source_of,
 )
@@ -27,7 +27,6 @@ from learn.data.metrics import ssim
 from learn.data.same_receiver import other_array, other_frequency
 from learn.rooms.room_comparison import RoomComparison, RoomProtocol, RoomRow
 from learn.rooms.room_methods import ROOM_METHODS, USUAL, KnownInRoom, RoomMethod
-from learn.training.registry import own_class
 from learn.training.run_files import device_name
 from scenes.files.errors import (
     InputError,
@@ -35,7 +34,6 @@ from scenes.files.errors import (
     require_instance,
     require_seed,
     require_whole,
-    require_word,
     shown,
 )
 from scenes.files.plain_text import say
@@ -119,7 +117,7 @@ def compare_rooms(
     folder = given_folder(output)
     require_instance(Rooms, str, PathLike, rooms=rooms)
     rooms = rooms if isinstance(rooms, Rooms) else read_rooms(rooms)
-    chosen = method_factories(USUAL if methods is None else methods, _named, "methods")
+    chosen = chosen_methods(USUAL if methods is None else methods, ROOM_METHODS)
     if test_rooms is None:
         test_rooms = max(1, len(rooms) // TEST_ROOMS)
     require_whole(1, len(rooms), test_rooms=test_rooms)
@@ -165,14 +163,6 @@ def compare_rooms(
 
 Parts = tuple[Int[np.ndarray, " K"], Int[np.ndarray, " n"]]
 """Indices of a room's test spectra, and of those that can be known."""
-
-
-def _named(name: str) -> Callable[[], Any]:
-    """The function that makes a method of a name."""
-    if name.partition(":")[2]:
-        return own_class(name, "methods")
-    require_word([*ROOM_METHODS, "module:Class"], methods=name)
-    return ROOM_METHODS[name]
 
 
 def _require_one_array(rooms: Sequence[Dataset]) -> None:
@@ -229,7 +219,7 @@ def _measure(
     source = source_of(label, method, ROOM_METHODS)
     keys: list[dict[str, Any]] = [{"label": label, "seed": seed, "train_size": size} for size in sizes]
     own = is_own(method)
-    missing = [key for key in keys if not kept.is_measured(key, row_name(key), own, source, ROOM_METHODS)]
+    missing = [key for key in keys if not kept.is_measured(key, row_name(key), own, source)]
     if not missing:
         return
     say(f"{label}, seed {seed}")

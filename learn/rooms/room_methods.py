@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import torch
@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 from pytorch_msssim import ssim as gaussian_ssim
 from torch import Tensor, nn
 
-from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
+from learn.comparison.spectrum_methods import InverseDistance, MeanPicture, Nearest
 from learn.models.base import SpectrumModel
 from learn.models.images.image_field import ImageField
 from learn.models.kriging.helmholtz import HelmholtzField
@@ -81,30 +81,6 @@ class RoomMethod(Protocol):
         """Predict spectra, 0…1, in this room, at transmitter positions in metres, world frame."""
 
 
-class MeanOfKnown:
-    """The mean of all known spectra: k nearest neighbours with k = L."""
-
-    def fit(self, room: KnownInRoom) -> None:
-        self._room = room
-
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        return mean_picture(self._room.spectra, positions)
-
-
-class NearestKnown(MeanOfKnown):
-    """A copy of the nearest known spectrum."""
-
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        return nearest(self._room.positions, self._room.spectra, positions)
-
-
-class InverseDistanceInRoom(MeanOfKnown):
-    """The mean of the four nearest known spectra, weighted by 1 / distance."""
-
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        return inverse_distance(self._room.positions, self._room.spectra, positions)
-
-
 class _Modelled:
     """Base of methods that fit a model to the known spectra of one room."""
 
@@ -117,31 +93,26 @@ class _Modelled:
 class HelmholtzInRoom(_Modelled):
     """``helmholtz``, fitted to the known spectra and responses of the room alone."""
 
+    field: ClassVar[type[HelmholtzField | ImageField]] = HelmholtzField
+
     def fit(self, room: KnownInRoom) -> None:
         dataset = room.dataset
-        model = HelmholtzField(_box(room), dataset.beamformer, dataset.wavelength)
+        model = self.field(_box(room), dataset.beamformer, dataset.wavelength)
         model.fit(dataset, room.known)
         self._model = model
 
 
-class HelmholtzOfPictures(_Modelled):
+class HelmholtzOfPictures(HelmholtzInRoom):
     """``helmholtz``, fitted to the pictures of the room alone, as the methods that learn in other rooms see them."""
 
     def fit(self, room: KnownInRoom) -> None:
-        dataset = replace(room.dataset, responses=None)
-        model = HelmholtzField(_box(room), dataset.beamformer, dataset.wavelength)
-        model.fit(dataset, room.known)
-        self._model = model
+        super().fit(replace(room, dataset=replace(room.dataset, responses=None)))
 
 
-class ImagesInRoom(_Modelled):
+class MirrorImagesInRoom(HelmholtzInRoom):
     """``mirror-images``, fitted to the known responses of the room alone, with the gateway's place and orientation."""
 
-    def fit(self, room: KnownInRoom) -> None:
-        dataset = room.dataset
-        model = ImageField(_box(room), dataset.beamformer, dataset.wavelength)
-        model.fit(dataset, room.known)
-        self._model = model
+    field = ImageField
 
 
 class TwinInRoom(_Modelled):
@@ -237,13 +208,13 @@ def _scene_of(dataset: Dataset) -> Path:
     return path
 
 
-ROOM_METHODS: dict[str, Callable[[], RoomMethod]] = {
-    "mean": MeanOfKnown,
-    "nearest": NearestKnown,
-    "inverse-distance": InverseDistanceInRoom,
+ROOM_METHODS: dict[str, Callable[[], Any]] = {
+    "mean": MeanPicture,
+    "nearest": Nearest,
+    "inverse-distance": InverseDistance,
     "helmholtz": HelmholtzInRoom,
     "helmholtz-pictures": HelmholtzOfPictures,
-    "mirror-images": ImagesInRoom,
+    "mirror-images": MirrorImagesInRoom,
     "attention": AttentionOverNeighbours,
     "twin": TwinInRoom,
 }

@@ -36,20 +36,11 @@ class Speed(NamedTuple):
     validation: float  # seconds of a validation and its checkpoint
 
     def steps_in(self, minutes: float) -> int:
-        """The largest number of steps that fit into the minutes with their validations, or 1 if not even one does.
-
-        >>> speed = Speed(step=0.1, validation=2.0)
-        >>> speed.steps_in(2.0), speed.steps_in(60.0), speed.steps_in(-1.0)
-        (1000, 35700, 1)
-        """
+        """The largest number of steps that fit into the minutes with their validations, or 1 if not even one does."""
         return max(1, bisect_right(range(1, STEPS_MOST + 1), minutes, key=self.minutes_of))
 
     def minutes_of(self, steps: int) -> float:
-        """How long a training of so many steps takes, with its validations.
-
-        >>> Speed(step=0.1, validation=2.0).minutes_of(1000)
-        2.0
-        """
+        """How long a training of so many steps takes, with its validations."""
         return round((steps * self.step + len(epochs_of(steps)) * self.validation) / 60, 9)
 
 
@@ -70,10 +61,7 @@ def timed(
     seed: int,
     processes: int = 1,
 ) -> Timed:
-    """Estimate how long a training takes, or choose the number of its steps by the time that it may take.
-
-    A warning is printed if nothing of a budget is left after the search for responses behind pictures.
-    """
+    """Estimate how long a training takes, or choose the number of its steps by the time that it may take."""
     learned = learned_responses(model, dataset, parts, by_steps)
     spent = learned.seconds / 60
     shared = replace(by_steps, batch_size=max(1, by_steps.batch_size // processes))

@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from msgspec import Meta, Struct
 
-from learn.data.same_receiver import in_megahertz, other_array, other_frequency
+from learn.data.same_receiver import (
+    SAME_DIRECTION,
+    SAME_PLACE,
+    in_megahertz,
+    other_array,
+    other_frequency,
+    pose_difference,
+)
 from learn.data.splits import PARTS, Split, SplitKind, read_split
 from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL
@@ -23,11 +30,12 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_whole, shown
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.options import check_kinds
+from scenes.files.plain_text import say
 from scenes.files.schema import Count, conform
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_kind
 
@@ -60,29 +68,18 @@ class ReceiverOfElements(Receiver, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
-    """Settings of a run. The same settings on the same dataset give the same weights.
+    """Settings of a run. The same settings on the same dataset give the same weights."""
 
-    Attributes:
-        dataset: absolute path of the dataset folder.
-        model: name of the model, or ``module:Class``.
-        split: how the test part is chosen.
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-        seed: seed of the initial weights and the order of the spectra.
-        split_seed: seed of the split.
-        train_size: number of training spectra, drawn at random from the training part. None: all of them.
-        options: options of the model that differ from its defaults.
-        by_steps: settings of training by steps. None: the model is fitted in closed form.
-    """
-
-    dataset: str
-    model: str = DEFAULT_MODEL
-    split: SplitKind = "files"
-    seed: Count = 0
-    split_seed: Count = 0
+    dataset: str  # absolute path of the dataset folder
+    model: str = DEFAULT_MODEL  # name of the model, or ``module:Class``
+    split: SplitKind = "files"  # how the test part is chosen
+    seed: Count = 0  # seed of the initial weights and the order of the spectra
+    split_seed: Count = 0  # seed of the split
+    # number of training spectra, drawn at random from the training part. None: all of them
     train_size: Annotated[int, Meta(ge=1)] | None = None
-    guard: float = 0.0
-    options: dict[str, Option] = field(default_factory=dict)
-    by_steps: Steps | None = None
+    guard: float = 0.0  # known positions nearer than this to a test position are left out, wavelengths
+    options: dict[str, Option] = field(default_factory=dict)  # options of the model that differ from its defaults
+    by_steps: Steps | None = None  # settings of training by steps. None: the model is fitted in closed form
 
     def __post_init__(self) -> None:
         check_kinds(self)
@@ -90,10 +87,7 @@ class Config:
         object.__setattr__(self, "options", {name: _as_json(name, value) for name, value in self.options.items()})
 
     def settings(self) -> dict[str, Any]:
-        """All settings in one flat dictionary, by the names of the parameters of ``train``.
-
-        An option of one's own model that has the name of a parameter is called "option seed".
-        """
+        """All settings in one flat dictionary; an option that has the name of a setting is called "option seed"."""
         content = asdict(self)
         options, by_steps = content.pop("options"), content.pop("by_steps")
         settings = {**content, **(by_steps or {})}
@@ -218,14 +212,39 @@ def require_same_receiver(dataset: Dataset, folder: Path, beamformer: Beamformer
         )
 
 
+def require_same_link(folder: Path, array: Array, wavelength: float, known: Dataset, tested: Dataset) -> None:
+    """Refuse another dataset whose spectra a run does not predict. Warn if the end that stands still is elsewhere."""
+    if other_frequency(wavelength, tested.wavelength):
+        assumed = "the assumed " if tested.frequency.source == "assumed" else ""
+        raise InputError(
+            f"{tested.folder}: expected spectra at {in_megahertz(wavelength)}, as {folder} predicts them, found "
+            f"{assumed}{in_megahertz(tested.wavelength)}"
+        )
+    if other_array(array, tested.array):
+        assumed = "the assumed " if tested.identification.source == "assumed" else ""
+        raise InputError(
+            f"{tested.folder}: expected spectra of {array.in_words}, as {folder} predicts them, found "
+            f"{assumed}{tested.array.in_words}"
+        )
+    if known.moving != tested.moving:
+        raise InputError(
+            f"{tested.folder}: expected spectra for which the {known.moving} moves, as for {folder}, found some "
+            f"for which the {tested.moving} does"
+        )
+    distance, angle = pose_difference(
+        (known.gateway_position, known.gateway_orientation), (tested.gateway_position, tested.gateway_orientation)
+    )
+    if distance > SAME_PLACE * tested.wavelength or angle > SAME_DIRECTION:
+        end, does = ("gateway", "receives") if tested.moving == "transmitter" else ("transmitter", "sends")
+        say(
+            f"warning: the {end} of {tested.folder} is {distance:.3g} m away from that of {folder} and turned by "
+            f"{angle:.3g}°; the run predicts what the latter {does}"
+        )
+
+
 @dataclass(frozen=True)
 class Origin:
-    """Where a model comes from.
-
-    Example:
-        >>> Origin("helmholtz", "lab", "random, seed 0", seed=0, train=18, validation=2)
-        Origin(model='helmholtz', dataset='lab', split='random, seed 0', seed=0, train=18, validation=2, fingerprint='')
-    """
+    """Where a model comes from."""
 
     model: str  # the model's name, or ``module:Class``
     dataset: str  # name of the folder of the dataset it was trained on
@@ -244,9 +263,5 @@ class Origin:
 
 
 def split_words(kind: str, guard: float | None, seed: int) -> str:
-    """A split in words.
-
-    >>> split_words("random", 0.5, 0)
-    'random, guard 0.5 wavelengths, seed 0'
-    """
+    """A split in words."""
     return f"{kind}, guard {guard:g} wavelengths, seed {seed}" if guard else f"{kind}, seed {seed}"

@@ -37,19 +37,16 @@ from scenes.files.input_file import require_regular
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 
-GRADIENT_NORM = 1.0
-"""Gradients are clipped to this norm."""
+GRADIENT_NORM = 1.0  # Gradients are clipped to this norm
 
 WHERE = ("accelerator", "devices", "num_nodes", "strategy")
 """Arguments of Lightning's Trainer that say where a training runs, and change its weights by rounding alone."""
 
 LAST, PREVIOUS = "last.ckpt", "previous.ckpt"
 
-BEST = "best"
-"""Key of the best weights and their score. Checkpoints of other programs do not have it."""
+BEST = "best"  # Key of the best weights and their score. Checkpoints of other programs do not have it
 
-LARGEST = 10**11
-"""Largest size of a checkpoint, bytes."""
+LARGEST = 10**11  # Largest size of a checkpoint, bytes
 
 UNREADABLE = (
     UnpicklingError, RuntimeError, OSError, EOFError, ValueError, LookupError, TypeError, AttributeError,
@@ -60,11 +57,9 @@ training."""
 
 
 def quiet_trainer(**settings: Any) -> L.Trainer:
-    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own.
-
-    A branch that is bypassed gets no gradient; the strategy of several processes (DDP) allows that.
-    """
+    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own."""
     several = (settings.get("devices", 1), settings.get("num_nodes", 1)) != (1, 1)
+    # A branch that is bypassed gets no gradient; this strategy of DDP allows that.
     where = {"accelerator": "auto", "devices": 1, "strategy": "ddp_find_unused_parameters_true" if several else "auto"}
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
@@ -79,8 +74,8 @@ def quiet_trainer(**settings: Any) -> L.Trainer:
     )
 
 
-def process_count(trainer: Mapping[str, Any]) -> int:
-    """Number of processes of a training that runs where these arguments of Lightning's Trainer say."""
+def process_count(trainer: Mapping[str, Any], batch_size: int) -> int:
+    """Number of processes, which share a batch, of a training where these arguments of Lightning's Trainer say."""
     for name in trainer:
         if name not in WHERE:
             raise ParameterError("trainer", f"expected some of {', '.join(WHERE)}, found {shown(name)}")
@@ -90,15 +85,20 @@ def process_count(trainer: Mapping[str, Any]) -> int:
         raise ParameterError(
             "trainer", f"expected arguments of Lightning's Trainer, found {shown(dict(trainer))} ({reason(error)})"
         ) from error
-    return found.num_devices * found.num_nodes
+    count = found.num_devices * found.num_nodes
+    if batch_size % count:
+        raise ParameterError("batch_size", f"expected a multiple of the number of devices, {count}, found {batch_size}")
+    return count
+
+
+def is_first_process() -> bool:
+    """Whether this is the first of the processes of a training."""
+    return getattr(rank_zero_only, "rank", 0) == 0
 
 
 @contextmanager
 def interrupts() -> Iterator[None]:
-    """Turn the end of Lightning's loop by SIGINT or SIGTERM into KeyboardInterrupt.
-
-    Lightning raises SystemExit with various statuses, and ignores later SIGINTs.
-    """
+    """Turn the end of Lightning's loop by SIGINT or SIGTERM, SystemExit of various statuses, into KeyboardInterrupt."""
     on_interrupt = signal.getsignal(signal.SIGINT)
     try:
         yield
@@ -196,7 +196,7 @@ class WholeFiles(CheckpointIO):
                 continue
             if faults:
                 self._last_is_damaged = True
-                if getattr(rank_zero_only, "rank", 0) == 0:
+                if is_first_process():
                     say(f"{faults[0]}; training resumes from the checkpoint before it, {file.name}")
             return content
         raise InputError(

@@ -16,8 +16,7 @@ from scenes.files.errors import ParameterError, shown
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import LARGEST_GREY
 
-PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
-"""Number of positions per batch of a prediction, by type of device."""
+PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}  # Number of positions per batch of a prediction, by type of device
 
 RESPONSES_AT_ONCE = 4096
 """Number of element responses per batch on the CPU, if the spectra are those of responses and need no memory besides:
@@ -54,11 +53,7 @@ def batches_for(
 
 
 def checked_dtype(dtype: Any) -> np.dtype:
-    """The type of numbers that a user asks for.
-
-    >>> checked_dtype(np.uint8)
-    dtype('uint8')
-    """
+    """The type of numbers that a user asks for."""
     try:
         found = None if dtype is None else np.dtype(dtype)
     except (TypeError, ValueError):
@@ -116,10 +111,7 @@ def _write(
 
 
 def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) -> Bool[np.ndarray, " B"]:
-    """Write numbers into an array, at least 0 and at most 1, as grey levels if it holds these.
-
-    Interpolated spectra can be a little below 0 or above 1.
-    """
+    """Write numbers into an array, at least 0 and at most 1 (interpolated ones can be beyond), or as grey levels."""
     finite = np.ones(len(numbers), bool)
     for first in range(0, len(numbers), PREDICT_AT_ONCE["cpu"]):  # so few that they stay in a cache
         some = slice(first, first + PREDICT_AT_ONCE["cpu"])

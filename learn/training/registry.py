@@ -25,8 +25,7 @@ if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
 
 
-OURS = ("scenes", "simulate", "learn", "bisplat")
-"""Our packages."""
+OURS = ("scenes", "simulate", "learn", "bisplat")  # Our packages
 
 
 def own_class(name: str, parameter: str) -> Any:
@@ -47,25 +46,14 @@ def own_class(name: str, parameter: str) -> Any:
 
 
 def what_happened(error: BaseException) -> str:
-    """An error of the user's code in words, with the line of the user's code at which it happened.
-
-    >>> try:
-    ...     [][0]
-    ... except IndexError as error:
-    ...     what_happened(error)
-    'IndexError: list index out of range'
-    """
+    """An error of the user's code in words, with the line of the user's code at which it happened."""
     frames = [each for each in extract_tb(error.__traceback__) if _is_users(each)]
     place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
     return f"{type(error).__name__}: {reason(error)}{place}"
 
 
 def is_of_own_code(error: BaseException | None) -> bool:
-    """Whether an error passed through code of the user's, so that its traceback tells more than the sentence.
-
-    >>> is_of_own_code(None)
-    False
-    """
+    """Whether an error passed through code of the user's, so that its traceback tells more than the sentence."""
     return error is not None and any(map(_is_users, extract_tb(error.__traceback__)))
 
 
@@ -80,26 +68,20 @@ def _is_users(frame: FrameSummary) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelEntry:
-    """One model of the table.
+    """One model of the table."""
 
-    Attributes:
-        builds: the class, as ``module:Class``. It is called with ``(region, beamformer, wavelength, **options)``.
-        summary: what the model does, for a reader.
-        by_steps: its settings of training by gradient steps. None: its method ``fit`` fits it in closed form.
-        options: arguments of the class that differ from the class's own defaults.
-        options_without_gpu: further arguments for ``compare`` without a GPU, for a model that would be too slow on a
-            CPU. Its rows are marked "(reduced)".
-        needs: options without which it cannot be built. ``compare`` leaves it out if no models are named.
-        extra: the extra of bisplat-wrf that it needs.
-    """
-
-    builds: str
-    summary: str
+    builds: str  # the class, as ``module:Class``. It is called with ``(region, beamformer, wavelength, **options)``
+    summary: str  # what the model does, for a reader
+    # its settings of training by gradient steps. None: its method ``fit`` fits it in closed form
     by_steps: Steps | None = field(default_factory=Steps)
+    # arguments of the class that differ from the class's own defaults
     options: Mapping[str, Any] = field(default_factory=dict)
+    # further arguments for ``compare`` without a GPU, for a model that would be too slow on a CPU. Its rows are marked
+    # "(reduced)"
     options_without_gpu: Mapping[str, Any] = field(default_factory=dict)
+    # options without which it cannot be built. ``compare`` leaves it out if no models are named
     needs: tuple[str, ...] = ()
-    extra: str | None = None
+    extra: str | None = None  # the extra of bisplat-wrf that it needs
 
 
 BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=1.0, full_resolution=0.0)
@@ -182,16 +164,11 @@ MODELS: dict[str, ModelEntry] = {
     ),
 }
 
-DEFAULT_MODEL = "helmholtz"
-"""The model that ``train`` uses if none is named."""
+DEFAULT_MODEL = "helmholtz"  # The model that ``train`` uses if none is named
 
 
 def model_entry(name: str) -> ModelEntry:
-    """The entry of a model.
-
-    >>> model_entry("bisplat").by_steps.learning_rate
-    0.002
-    """
+    """The entry of a model."""
     if isinstance(name, str) and name in MODELS:
         return MODELS[name]
     if not isinstance(name, str) or not name.partition(":")[2]:
@@ -240,11 +217,7 @@ PRESETS: dict[str, Preset] = {"paper": Preset("bisplat", 8000), "paper-plus": Pr
 
 
 def in_words(preset: PresetName, steps: int, given: Mapping[str, Any], minutes: float) -> str:
-    """What a preset trains, what the user changed, how long it takes, and where the documentation says how good it is.
-
-    >>> in_words("paper", 8000, {"primitives": 250}, 12.34).partition(";")[0]
-    'preset paper: bisplat with primitives=250, 8000 steps, about 12 minutes here'
-    """
+    """What a preset trains, what the user changed, how long it takes, and where the docs say how good it is."""
     changed = ", ".join(f"{name}={shown(value)}" for name, value in given.items() if name != "steps")
     model = PRESETS[preset].model + (f" with {changed}" if changed else "")
     time = f"about {minutes:.2g} minutes here" if minutes < 100 else f"about {minutes / 60:.2g} hours here"

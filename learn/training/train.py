@@ -11,14 +11,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import torch
-from rich.console import Console
 
 from learn.data.expected_score import say_expectation
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
-from learn.models.base import SpectrumModel
-from learn.models.capabilities import FitsInClosedForm, unsuited
+from learn.models.capabilities import unsuited
 from learn.models.kriging.retrieved_field import not_retrieved
 from learn.models.model_settings import MINUTES_MOST, Steps
 from learn.models.quadrature import quadrature
@@ -30,7 +28,6 @@ from learn.training.config import (
     require_untested,
     write_config,
 )
-from learn.training.fit_progress import FitProgress
 from learn.training.registry import (
     DEFAULT_MODEL,
     PRESETS,
@@ -42,7 +39,7 @@ from learn.training.registry import (
 )
 from learn.training.run_files import untrained_model, write_training
 from learn.training.run_folder import Run, load_run, load_weights, save_weights
-from learn.training.validation_part import Learned, learned_responses, told, validate
+from learn.training.validation_part import Learned, fit_in_closed_form, learned_responses
 from scenes.files.atomic import require_writable
 from scenes.files.errors import (
     InputError,
@@ -128,10 +125,9 @@ def train(
     require_instance(Dataset, str, PathLike, dataset=dataset)
     require_path(output=output)
     require_word(SPLITS, split=split)
-    if options is not None:
-        require_instance(Mapping, options=options)
-    if trainer is not None:
-        require_instance(Mapping, trainer=trainer)
+    for name, mapping in (("options", options), ("trainer", trainer)):
+        if mapping is not None:
+            require_instance(Mapping, **{name: mapping})
     if preset is not None:
         require_word(tuple(PRESETS), preset=preset)
         if model not in (DEFAULT_MODEL, PRESETS[preset].model):
@@ -188,10 +184,9 @@ def train(
 def _with_steps_of(folder: Path, config: Config) -> Config:
     """Settings with the number of steps that the run in a folder began with, to continue it within its old budget."""
     assert config.by_steps is not None
-    begun = read_config(folder).config.by_steps
-    steps = config.by_steps.steps if begun is None else begun.steps
-    say(f"{folder}: keeps the {steps} steps that this run began with, whatever the budget")
-    return replace(config, by_steps=replace(config.by_steps, steps=steps))
+    begun = read_config(folder).config.by_steps or config.by_steps
+    say(f"{folder}: keeps the {begun.steps} steps that this run began with, whatever the budget")
+    return replace(config, by_steps=replace(config.by_steps, steps=begun.steps))
 
 
 def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset, processes: int) -> Timed:
@@ -199,7 +194,7 @@ def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset,
     from learn.training.budget import timed  # imports Lightning, which a fit in closed form does not need
 
     assert config.by_steps is not None
-    require_own(folder, "run", "config.json", config.settings(), _recorded_settings)
+    require_own(*_own(config, folder))
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     torch.manual_seed(config.seed)
     model = untrained_model(config, dataset, parts)
@@ -219,8 +214,7 @@ def train_run(
     An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run.
     """
     _check(config, trainer)
-    own: Any = (folder, "run", "config.json", config.settings(), _recorded_settings)
-    require_own(*own)
+    require_own(*_own(config, folder))
     finished = (folder / "weights.safetensors").exists()
     if not finished:
         require_writable(folder / "config.json")
@@ -238,19 +232,20 @@ def train_run(
         require_same_receiver(dataset, before.folder, before.beamformer, float(before.model.wavelength))
         if before.is_trained_on(dataset):
             require_untested(before.split(dataset).known, before.folder, dataset, parts)
-    if config.by_steps is not None and not _is_first_process():  # only the first claims the folder and writes to it
-        _train(config, folder, trainer, dataset, parts, learned)
-        return
-    with own_folder(*own):
+    if config.by_steps is not None:
+        from learn.training.lightning_trainer import is_first_process
+
+        if not is_first_process():  # only the first claims the folder and writes to it
+            _train(config, folder, trainer, dataset, parts, learned)
+            return
+    with own_folder(*_own(config, folder)):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
             write_config(folder, config, dataset, parts)
             if say_split:
                 known, tested = dataset.positions[parts.known], dataset.positions[parts.test]
-                sizes = (
-                    f"{len(parts.train)} training, {len(parts.validation)} validation, {len(parts.test)} test spectra"
-                )
+                sizes = f"{len(parts.train)} training, {len(parts.validation)} validation, {len(parts.test)} test"
                 distances = SplitDistances.between(known, tested, dataset.wavelength)
-                say_distances(distances, f"split {config.split}: {sizes}; ")
+                say_distances(distances, f"split {config.split}: {sizes} spectra; ")
                 say_expectation(known, dataset.wavelength, dataset.array, dataset.responses is not None)
             unfound = not_retrieved(dataset)
             if unfound is not None:
@@ -258,15 +253,9 @@ def train_run(
             _train(config, folder, trainer, dataset, parts, learned)
 
 
-def _is_first_process() -> bool:
-    """Whether this is the first of the processes that train a model by steps."""
-    from lightning.pytorch.utilities import rank_zero_only
-
-    return getattr(rank_zero_only, "rank", 0) == 0
-
-
-def _recorded_settings(file: Path) -> dict[str, Any]:
-    return read_config(file.parent).config.settings()
+def _own(config: Config, folder: Path) -> Any:
+    """The run folder with these settings, as ``own_folder`` and ``require_own`` take it."""
+    return folder, "run", "config.json", config.settings(), lambda file: read_config(file.parent).config.settings()
 
 
 def _train(
@@ -276,7 +265,10 @@ def _train(
     torch.manual_seed(config.seed)
     model = untrained_model(config, dataset, parts)
     if config.by_steps is None:
-        _fit_in_closed_form(model, dataset, parts, folder)
+        began = time.perf_counter()
+        validation = fit_in_closed_form(model, dataset, parts)
+        write_training(folder, 0, time.perf_counter() - began, *validation, dataset.positions[parts.known])
+        save_weights(folder, model)
         return
     from learn.training.gradient_steps import Spectra, train_by_steps
 
@@ -302,29 +294,4 @@ def _check(config: Config, trainer: Mapping[str, Any]) -> int:
         return 1
     from learn.training.lightning_trainer import process_count  # imports Lightning
 
-    processes = process_count(trainer)
-    if config.by_steps.batch_size % processes:
-        raise ParameterError(
-            "batch_size",
-            f"expected a multiple of the number of devices, {processes}, found {config.by_steps.batch_size}",
-        )
-    return processes
-
-
-def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, folder: Path) -> None:
-    """Fit a model to the training part and score it on the validation part; then fit it to both with the same choices.
-
-    Known spectra of both parts are used in the end, as by the baselines.
-    """
-    if not isinstance(model, FitsInClosedForm):
-        raise ParameterError("model", f"expected a model with fit and refit, found {type(model).__name__}")
-    began = time.perf_counter()
-    with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
-        found = model.fit(dataset, parts.train)
-    validation = validate(model, dataset, parts)
-    with FitProgress(f"fit to all {len(parts.known)} known spectra") as model.report:
-        model.refit(dataset, parts.known)
-    Console(stderr=True).print(f"bisplat: {found}", highlight=False, soft_wrap=True)
-    told(validation.deviation, len(parts.validation))
-    write_training(folder, 0, time.perf_counter() - began, *validation, dataset.positions[parts.known])
-    save_weights(folder, model)
+    return process_count(trainer, config.by_steps.batch_size)

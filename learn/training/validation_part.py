@@ -7,16 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
+from rich.console import Console
 
 from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
-from learn.models.capabilities import LearnsBand, PredictsResponses
+from learn.models.capabilities import FitsInClosedForm, LearnsBand, PredictsResponses
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.model_settings import Steps
-from learn.training.deviation import (
+from learn.training.conformal_deviation import (
     LEAST_VALIDATED,
     Deviation,
     errors_over_gaps,
@@ -36,27 +37,18 @@ STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
 """Smallest number of steps between validations, and number of validations of a long training, which has more steps than
 the product of both."""
 
-VALIDATED = 128
-"""Largest number of validation spectra, evenly spread over the validation part."""
+VALIDATED = 128  # Largest number of validation spectra, evenly spread over the validation part
 
 
 def epochs_of(steps: int) -> list[int]:
-    """Number of steps between validations, for each validation; they add up to ``steps``.
-
-    >>> epochs_of(250), epochs_of(99), epochs_of(3001)[-2:]
-    ([125, 125], [99], [200, 200])
-    """
+    """Number of steps between validations, for each validation; they add up to ``steps``."""
     validations = max(1, min(steps // STEPS_PER_VALIDATION, VALIDATIONS))
     each, more = divmod(steps, validations)
     return [each + 1] * more + [each] * (validations - more)
 
 
 def validation_sample(part: Int[np.ndarray, " n"]) -> Int[np.ndarray, " v"]:
-    """The spectra of a validation part on which models are validated.
-
-    >>> len(validation_sample(np.arange(1000))), len(validation_sample(np.arange(50)))
-    (128, 50)
-    """
+    """The spectra of a validation part on which models are validated."""
     return evenly(part, VALIDATED)
 
 
@@ -113,6 +105,19 @@ def told(deviation: Deviation | None, validated: int) -> None:
         say(deviation.facts())
 
 
+def fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation:
+    """Fit a model to the training part and score it on validation; then fit it to both with the same choices."""
+    assert isinstance(model, FitsInClosedForm)
+    with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
+        found = model.fit(dataset, parts.train)
+    validation = validate(model, dataset, parts)
+    with FitProgress(f"fit to all {len(parts.known)} known spectra") as model.report:
+        model.refit(dataset, parts.known)
+    Console(stderr=True).print(f"bisplat: {found}", highlight=False, soft_wrap=True)
+    told(validation.deviation, len(parts.validation))
+    return validation
+
+
 class Learned(NamedTuple):
     """What a network learns from."""
 
@@ -125,10 +130,8 @@ class Learned(NamedTuple):
 def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_steps: Steps) -> Learned:
     """The responses from which a model learns, if there are any.
 
-    Responses are found behind pictures if the model predicts responses, if ``by_steps.find_phases`` is set, and if
-    there are neither too few training pictures nor too many. They are used if kriging of them predicts the validation
-    spectra better than inverse-distance weighting does. On the measured sample this holds for the split ``files``, but
-    not for ``blocked``.
+    Responses are found behind pictures if the model predicts some and ``by_steps.find_phases`` is set. They are used if
+    kriging of them predicts the validation spectra better than inverse-distance weighting does.
     """
     if not isinstance(model, PredictsResponses):
         return Learned(None)

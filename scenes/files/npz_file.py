@@ -60,12 +60,6 @@ def read_npz(path: Path, what: str, arrays: Mapping[str, Expected], limit: int) 
         raise InputError(f"{path}: expected {what}, found a damaged file ({reason(error)})") from error
 
 
-def names_in(path: Path) -> set[str]:
-    """The names of the arrays in an archive that ``read_npz`` has read."""
-    with zipfile.ZipFile(path) as archive:
-        return {each.removesuffix(".npy") for each in archive.namelist()}
-
-
 def read_npy(path: Path, expected: Expected, limit: int) -> np.ndarray:
     """Read an array of a .npy file."""
     require_regular(path, expected.what, limit)

@@ -13,9 +13,6 @@ from simulate.csi.csi_dataset import OF_EACH, CsiDataset, inspect_csi
 from simulate.dataset.dataset_kinds import TAKE_CHANNELS, TAKE_PLACED_CHANNELS
 from simulate.dataset.dataset_reader import Inspection
 
-WIDE = 100.0
-"""Metres. Antennas of a base station that spread over more are taken for a mistake of the unit."""
-
 
 @dataclass(frozen=True)
 class CsiCheck(Inspection[CsiDataset]):
@@ -99,15 +96,6 @@ def _oddities(dataset: CsiDataset) -> list[str]:
     silent = int((~(dataset.uplink.any(axis=(1, 2)) & dataset.downlink.any(axis=(1, 2)))).sum())
     if silent:
         found.append(f"{silent} of {len(dataset)} rows have a link of zeros alone")
-    dead = int((~(dataset.uplink.any(axis=(0, 2)) & dataset.downlink.any(axis=(0, 2)))).sum())
-    if dead:
-        found.append(f"{dead} of {dataset.uplink.shape[1]} antennas have a link of zeros alone")
-    spread = float(np.ptp(dataset.antenna_positions, axis=0).max())
-    if spread > WIDE:
-        found.append(f"the antennas spread over {spread:,.0f} m: are they in metres?")
-    places = len(np.unique(dataset.antenna_positions, axis=0))
-    if places < len(dataset.antenna_positions):
-        found.append(f"{len(dataset.antenna_positions)} antennas are at {places} different positions only")
     return found
 
 

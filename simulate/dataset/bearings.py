@@ -46,34 +46,19 @@ class Turn:
     by: float = 0  # azimuth of the first column, degrees
 
     def __str__(self) -> str:
-        """The turn in words.
-
-        >>> str(Turn(by=180)), str(Turn(mirrored=True)), str(Turn(True, 90))
-        ('turned by 180°', 'mirrored', 'mirrored and turned by 90°')
-        """
+        """The turn in words."""
         words = ["mirrored"] if self.mirrored else []
         return " and ".join([*words, *([f"turned by {self.by:.6g}°"] if self.by else [])])
 
     def option(self, grid: AngularGrid) -> str:
-        """The option of ``bisplat convert`` that states these azimuths of pictures on a grid.
-
-        >>> Turn(by=180).option(AngularGrid()), Turn(True, 0).option(AngularGrid())
-        ('--azimuths -180 179', '--azimuths 0 -359')
-        """
+        """The option of ``bisplat convert`` that states these azimuths of pictures on a grid."""
         span = grid.azimuths_deg[-1]
         first = self.by - 360 if self.by and not self.mirrored else self.by
         return f"--azimuths {first:.6g} {first - span if self.mirrored else first + span:.6g}"
 
 
 def turns_of(array: Array) -> list[Turn]:
-    """The turns and mirrorings that leave an array the same; first the one that changes nothing.
-
-    >>> [str(turn) for turn in turns_of(PlanarArray(2, 3))[1:]]
-    ['turned by 180°', 'mirrored', 'mirrored and turned by 180°']
-    >>> from simulate.spectra.element_array import ElementArray
-    >>> len(turns_of(ElementArray.circle(8, 0.1).at("2.4 GHz")))
-    16
-    """
+    """The turns and mirrorings that leave an array the same; first the one that changes nothing."""
     if not isinstance(array, PlanarArray):
         return _turns_of_places(array.positions - array.positions.mean(axis=0))
     turns = (0, 90, 180, 270) if array.rows == array.columns else (0, 180)
@@ -114,11 +99,7 @@ class Bearing:
     grating: float | None = None
 
     def doubt(self, grid: AngularGrid) -> str | None:
-        """A sentence if the azimuths of pictures on a grid seem to be others, or if the array seems to have moved.
-
-        >>> Bearing(48.0, None, 48.0, grating=2.7).doubt(AngularGrid()).partition(":")[0]
-        'the strongest directions are 48° from those of the transmitters (median)'
-        """
+        """A sentence if the azimuths of pictures on a grid seem to be others, or if the array seems to have moved."""
         if self.grating is not None:
             if not self.error > 2 * POINTS:
                 return None

@@ -14,9 +14,8 @@ from scenes.files.errors import InputError, ParameterError, require_path, shown
 from scenes.files.input_file import what_is_at
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.plain_text import say
-from scenes.scene.description import Scene
+from scenes.scene.description import Scene, with_same_array
 from scenes.scene.frequency import read_frequency
-from scenes.scene.same_array import with_same_array
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
@@ -134,7 +133,6 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
             problems.append(f"{folder / 'metadata.json'}: band.{error}")
     found = read_responses(folder / "channels.npz", rows_known, elements, problems, band)
     responses, retrieved = found.channels, found.retrieved
-    warnings.extend(found.oddities)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
     warnings.extend(changed_places(metadata, positions, receivers))

@@ -125,11 +125,7 @@ def _differing(listed: Float[np.ndarray, " K"], simulated: Float[np.ndarray, " F
 
 
 def named(hertz: Float[np.ndarray, " K"]) -> str:
-    """The different frequencies, for a sentence.
-
-    >>> named(np.array([9.15e8, 2.4e9, 9.15e8]))
-    '915 MHz, 2.4 GHz'
-    """
+    """The different frequencies, for a sentence."""
     different = np.unique(hertz)
     more = ", …" if len(different) > LISTED else ""
     return ", ".join(str(Frequency(float(each))) for each in different[:LISTED]) + more

@@ -109,6 +109,8 @@ def changed_places(
     changed = [name for name, digests in found.items() if digests != {made[name]}]
     if not changed:
         return []
+    if len(changed) == 2 and found["tx_pos.csv"] == {made["rx_pos.csv"]}:
+        return ["tx_pos.csv and rx_pos.csv are exchanged: metadata.json has the digest of each other's positions"]
     return [f"{' and '.join(changed)} changed since the simulation: metadata.json has the digest of other positions"]
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Complex
 
 from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
-from scenes.files.npz_file import Expected, names_in, read_npz
+from scenes.files.npz_file import Expected, read_npz
 from simulate.spectra.band import Band
 
 LARGEST_NPZ = 2000 * MEGABYTE
@@ -19,8 +19,6 @@ LARGEST_NPZ = 2000 * MEGABYTE
 
 RESPONSE_MAGNITUDES = 1e-12, 1e12
 """Bounds of the largest magnitude of a dataset's responses. Models square it in single precision."""
-
-UNREAD_BAND = "the array band in channels.npz is not read, since metadata.json states no band of subcarriers"
 
 
 class Responses(NamedTuple):
@@ -31,7 +29,6 @@ class Responses(NamedTuple):
     retrieved: bool = False  # whether they have unknown phases of their own, such as those found behind pictures
     # responses at all subcarriers; None if there are none
     over_band: Complex[np.ndarray, "K elements subcarriers"] | None = None
-    oddities: tuple[str, ...] = ()  # sentences on what is odd about the file
 
 
 def read_responses(
@@ -57,9 +54,7 @@ def read_responses(
     except InputError as error:
         problems.append(str(error))
         return Responses()
-    unread = band is None and "band" in names_in(path)
-    oddities = (UNREAD_BAND,) if unread else ()
-    return Responses(found["channels"], bool(found.get("retrieved", False)), found.get("band"), oddities)
+    return Responses(found["channels"], bool(found.get("retrieved", False)), found.get("band"))
 
 
 def check_responses(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -58,8 +59,18 @@ def read_arrays(path: Path) -> Arrays:
 
 
 def _numpy(path: Path) -> Arrays:
-    loaded = np.load(io.BytesIO(read_bytes(path, "arrays of NumPy", LARGEST)), allow_pickle=False)
+    content = io.BytesIO(read_bytes(path, "arrays of NumPy", LARGEST))
+    if zipfile.is_zipfile(content):
+        _require_small(path, sum(each.file_size for each in zipfile.ZipFile(content).infolist()))
+    content.seek(0)
+    loaded = np.load(content, allow_pickle=False)
     return {path.stem: loaded} if isinstance(loaded, np.ndarray) else {name: loaded[name] for name in loaded.files}
+
+
+def _require_small(path: Path, size: int) -> None:
+    """Refuse what is larger once it is unpacked than a file may be."""
+    if size > LARGEST:
+        raise InputError(f"{path}: expected at most {LARGEST // MEGABYTE} MB when unpacked, found {size // MEGABYTE}")
 
 
 def _matlab(path: Path) -> Arrays:
@@ -75,6 +86,7 @@ def _hdf5(path: Path) -> Arrays:
 
     def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
         if isinstance(item, h5py.Dataset) and len(found) < MOST_ARRAYS and not name.startswith("#"):
+            _require_small(path, item.nbytes)
             found[name] = _plain(item)
 
     with h5py.File(path, "r") as file:

@@ -9,10 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, shown
@@ -51,7 +49,8 @@ LISTED = 5
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:
     """Write a folder's spectra as a NeRF² dataset folder."""
     require_valid(conversion)
-    if conversion.frequency is not None and len(several := several_frequencies(source)) and _is_simulated(source):
+    simulated = "scene_file" in read_metadata(source / "metadata.json", [])
+    if conversion.frequency is not None and len(several := several_frequencies(source)) and simulated:
         for name, value in asdict(conversion).items():
             if name != "frequency" and value != getattr(Conversion(), name):
                 wrong = f"expected none for a simulated folder, which states it, found {shown(value)}"
@@ -63,10 +62,6 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         if inspection.dataset is None:  # for reasons that lie in the source
             raise InputError(inspection.problems[0].replace(str(unfinished), str(source)))
         return said + _of_result(inspection.dataset, conversion)
-
-
-def _is_simulated(folder: Path) -> bool:
-    return "scene_file" in read_metadata(folder / "metadata.json", [])
 
 
 def _one_frequency(source: Path, output: Path, frequency: float | str, several: Sequence[float]) -> list[str]:
@@ -93,12 +88,20 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     """Convert into an empty folder."""
     if other := not_spectra(source):
         raise InputError(other)
-    metadata = _metadata(source / "metadata.json")
+    problems: list[str] = []
+    metadata = read_metadata(source / "metadata.json", problems)
+    if "scene_file" in metadata:
+        raise InputError(f"{source}: expected the folder of another program, found one that bisplat simulated")
     if conversion.moving is not None:
         metadata["moving"] = conversion.moving
-    gateway = _gateway(source / "gateway_info.yml")
-    positions = read_points(source / "tx_pos.csv")
-    receivers = _receivers(source, metadata, len(positions))
+    # Copied unchanged, with the keys of other programs.
+    gateway = read_bytes(source / "gateway_info.yml", "the gateway's position and orientation", MEGABYTE)
+    read_gateway(source / "gateway_info.yml", problems)
+    positions, receivers = read_points(source / "tx_pos.csv"), None
+    if metadata.get("moving") == "both":
+        receivers = read_receivers(source / "rx_pos.csv", "both", len(positions), problems)
+    if problems:
+        raise InputError(problems[0])
     files = picture_files(source / "spectrum")
     numbers = np.array([int(path.stem) for path in files])
     rows = numbers - min(numbers[0], 1)
@@ -122,7 +125,11 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     grid = grid_of(found, conversion) or stated_grid(metadata)
     if grid is not None and conversion.azimuths is not None:
         grid = replace(grid, azimuth_step_deg=1.0)
-    reading = reading_of(_sample(chosen, found, conversion, grid), conversion, _array(metadata, kept.frequency), grid)
+    examined = evenly(np.array(chosen, object), EXAMINED)
+    sample = np.stack([read_in_size(path, found, conversion, grid or AngularGrid()) for path in examined])
+    array = stated_array(metadata)
+    array = None if array is None else array.at((kept.frequency or Frequency()).hertz)
+    reading = reading_of(sample, conversion, array, grid)
     said += kept.said + _of_pictures(found, conversion) + reading.said
     names = picture_names(len(chosen))
     with progress_bar() as progress:
@@ -144,46 +151,6 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     return said + said_of_indices
 
 
-def _metadata(path: Path) -> dict[str, Any]:
-    """The content of a metadata.json that a person wrote; empty if there is none."""
-    problems: list[str] = []
-    metadata = read_metadata(path, problems)
-    if problems:
-        raise InputError(problems[0])
-    if "scene_file" in metadata:
-        raise InputError(f"{path.parent}: expected the folder of another program, found one that bisplat simulated")
-    return metadata
-
-
-def _receivers(source: Path, metadata: dict[str, Any], count: int) -> Float[np.ndarray, "K 3"] | None:
-    """The places of the array for each row of tx_pos.csv; None if one end stands still."""
-    if metadata.get("moving") != "both":
-        return None
-    problems: list[str] = []
-    receivers = read_receivers(source / "rx_pos.csv", "both", count, problems)
-    if problems:
-        raise InputError(problems[0])
-    return receivers
-
-
-def _gateway(path: Path) -> bytes:
-    """The content of gateway_info.yml, to be copied unchanged, including the keys of other programs."""
-    content = read_bytes(path, "the gateway's position and orientation", MEGABYTE)
-    problems: list[str] = []
-    read_gateway(path, problems)
-    if problems:
-        raise InputError(problems[0])
-    return content
-
-
-def _sample(
-    files: Sequence[Path], found: Survey, conversion: Conversion, grid: AngularGrid | None
-) -> Float[np.ndarray, "n 90 360"]:
-    """The levels, 0 to 1, of pictures spread evenly over the folder."""
-    chosen = evenly(np.array(files, object), EXAMINED)
-    return np.stack([read_in_size(path, found, conversion, grid or AngularGrid()) for path in chosen])
-
-
 def _of_pictures(found: Survey, conversion: Conversion) -> list[str]:
     """Sentences on what is changed since the files are not 8-bit grey of 360 × 90 pixels."""
     said = []
@@ -201,12 +168,6 @@ def _of_pictures(found: Survey, conversion: Conversion) -> list[str]:
     if found.white != LARGEST_GREY:
         said.append(f"took the folder's largest level, {found.white}, for white")
     return said
-
-
-def _array(metadata: dict[str, Any], frequency: Frequency | None) -> Array | None:
-    """The array that metadata.json states, at the frequency of the folder."""
-    array = stated_array(metadata)
-    return None if array is None else array.at((frequency or Frequency()).hertz)
 
 
 def _elements(array: Array) -> str:

@@ -9,12 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.files.errors import InputError, require_flag, require_instance, require_path, shown
-from scenes.files.input_file import what_is_at
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_kinds import not_spectra
-from simulate.dataset.metadata import read_metadata_file
+from simulate.dataset.dataset_reader import read_metadata
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo_scenario import (
     MOST_INTERACTIONS,
@@ -85,15 +84,10 @@ def _check_name(folder: Path) -> None:
 
 def _request(source: Path) -> tuple[Request, Rays]:
     """The request and the engine that the dataset was simulated with."""
-    if not source.is_dir():
-        raise InputError(f"{source}: expected a dataset folder, found {what_is_at(source)}")
     if other := not_spectra(source):
         raise InputError(other)
     path = source / "metadata.json"
-    of_gateways = sorted(path.parent for path in source.glob("*/metadata.json"))
-    if of_gateways and not path.exists():
-        raise InputError(f"{source}: expected one dataset, found one for each gateway; give {of_gateways[0]}")
-    if not path.exists() or "scene_file" not in read_metadata_file(path, "the metadata of a dataset"):
+    if "scene_file" not in read_metadata(path, []):
         raise InputError(
             f"{source}: expected a simulated dataset, since its paths are traced in its scene, found one without a "
             "scene; a measured dataset has none"

@@ -32,16 +32,7 @@ def has_phases(arrays: Arrays) -> bool:
 
 
 def polar_responses(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] | None:
-    """Responses from an array of magnitudes and one of phases, or from columns of them; None if there are none.
-
-    >>> said = []
-    >>> found = {"RSSI": np.array([-6.0206, 0.0]), "phase_deg": np.array([0.5, 1.0])}
-    >>> name, responses = polar_responses(found, said)
-    >>> name, np.abs(responses).round(3).tolist(), np.degrees(np.angle(responses)).round(3).tolist()
-    ('RSSI and phase_deg', [0.5, 1.0], [0.5, 1.0])
-    >>> said
-    ['took RSSI for decibels, as its name says', 'took phase_deg for degrees, as its name says']
-    """
+    """Responses from an array of magnitudes and one of phases, or from columns of them; None if there are none."""
     columns = _columns_of_elements(arrays)
     arrays = {name: np.stack([arrays[each] for each in names], axis=1) for name, names in columns.items()} | arrays
     by_name = {each.lower(): each for each in arrays}

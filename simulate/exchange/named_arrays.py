@@ -20,17 +20,8 @@ from simulate.exchange.magnitudes_and_phases import has_phases, polar_responses
 from simulate.exchange.reading_options import Recording
 
 POSITIONS = (
-    "positions",
-    "position",
-    "pos",
-    "tx_pos",
-    "txpos",
-    "tx",
-    "xyz",
-    "locations",
-    "location",
-    "positions_m",
-    "p",
+    *("positions", "position", "pos", "tx_pos", "txpos", "tx"),
+    *("xyz", "locations", "location", "positions_m", "p"),
 )
 RESPONSES = ("responses", "response", "channels", "channel", "csi", "h", "y", "iq", "phasors", "phasor", "snapshots")
 """Usual names of arrays, without regard to case."""

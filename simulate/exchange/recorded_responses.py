@@ -111,12 +111,7 @@ def _together(files: Sequence[Path]) -> Arrays:
 
 
 def _of_order(told: Told, asked: bool, planar: bool = True) -> str:
-    """A sentence on the order of the elements of a planar array and the sign of the phases.
-
-    >>> print(_of_order(Told(Order(conjugated=True), 4.2, 140.0, True), asked=True))
-    took elements as numbered along x first, and phases that rise with the distance: the strongest directions are then
-    4° from the transmitters (median), otherwise 140°
-    """
+    """A sentence on the order of the elements of a planar array and the sign of the phases."""
     along, turning = "y" if told.order.columns_first else "x", "rise" if told.order.conjugated else "fall"
     order = f"elements as numbered along {along} first" if planar else "elements in the order of their positions"
     taken = f"took {order}, and phases that {turning} with the distance"

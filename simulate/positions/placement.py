@@ -58,10 +58,9 @@ def chosen_positions(
                 f"{scene.name}: expected at least {LEAST_POSITIONS} free places of a grid in the transmitter's region, "
                 f"found {len(points)}; ask for more positions than {places.n}, or enlarge the region"
             )
-    elif isinstance(given, str | Path):
-        points, how = read_positions(Path(given), scene, offsets), f"positions of {Path(given).name}"
     else:
-        points, how = check_positions(given, scene, offsets), "given positions"
+        how = f"positions of {Path(given).name}" if isinstance(given, str | Path) else "given positions"
+        points = given_positions(given, scene, offsets)
     return points.round(6), how
 
 
@@ -136,23 +135,14 @@ def _smooth_path(
     raise _no_free_place(scene)
 
 
-def check_positions(
-    positions: Float[np.ndarray, "n 3"], scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
+def given_positions(
+    given: Float[ArrayLike, "n 3"] | str | Path, scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
 ) -> Float[np.ndarray, "n 3"]:
-    """Check that positions from Python are finite, not too far away, and outside every object."""
-    found = free_places(positions, scene, offsets)
+    """Positions from a CSV or from Python: finite, not too far away, outside every object, and not all alike."""
+    found = free_places(given, scene, offsets)
     if all_the_same(found):
-        raise ParameterError("positions", f"expected at least two different positions, found {len(found)} alike")
-    return found
-
-
-def read_positions(
-    path: Path, scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
-) -> Float[np.ndarray, "n 3"]:
-    """Read positions from a CSV, and check that none is inside an object."""
-    found = free_places(path, scene, offsets)
-    if all_the_same(found):
-        raise InputError(f"{path}: expected at least two different positions, found {len(found)} alike")
+        wrong = f"expected at least two different positions, found {len(found)} alike"
+        raise InputError(f"{given}: {wrong}") if isinstance(given, str | Path) else ParameterError("positions", wrong)
     return found
 
 

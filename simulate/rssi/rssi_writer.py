@@ -127,12 +127,7 @@ def write_rssi_files(
 
 
 def positions_yaml(gateways: Mapping[str, Sequence[float]]) -> str:
-    """The text of gateway_position.yml.
-
-    >>> print(positions_yaml({"door": (0, 1, 2.5), "7": (3, 1, 2.5)}), end="")
-    door: [0.000000, 1.000000, 2.500000]
-    '7': [3.000000, 1.000000, 2.500000]
-    """
+    """The text of gateway_position.yml."""
     lines = []
     for name, position in gateways.items():
         key = yaml.dump({name: 0}, Dumper=PlainDumper, allow_unicode=True, width=inf)[: -len("0\n")]
@@ -141,13 +136,7 @@ def positions_yaml(gateways: Mapping[str, Sequence[float]]) -> str:
 
 
 def powers_csv(names: Sequence[str], rssi_dbm: Float[np.ndarray, "K G"]) -> str:
-    """The text of gateway_rssi.csv.
-
-    >>> print(powers_csv(["door", "window"], np.array([[-48.0, -61.25], [-99.99999, np.nan]])), end="")
-    door,window
-    -48,-61.25
-    -100,-100
-    """
+    """The text of gateway_rssi.csv."""
     stored = rssi_dbm.round(DECIMALS) + 0.0  # no -0
     stored[~(stored > NOT_RECEIVED)] = NOT_RECEIVED
     text = StringIO()
@@ -161,9 +150,6 @@ def split_of(count: int, seed: int) -> tuple[Int[np.ndarray, " n"], Int[np.ndarr
     """Draw an 80/20 split: indices of the training and of the test positions, in rising order.
 
     Both parts of four positions or more have at least two, since NeRF² cannot read an index file of one line.
-
-    >>> [len(part) for part in split_of(5, seed=0)], [len(part) for part in split_of(100, seed=0)]
-    ([3, 2], [80, 20])
     """
     tested = max(1 if count < 4 else 2, round(TEST_FRACTION * count))
     test = np.sort(np.random.default_rng(seed).permutation(count)[:tested])

@@ -525,7 +525,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "p2040_materials": Call(
             bisplat.p2040_materials,
             {"names": ["concrete"], "frequency": 1e9},
-            {"names": ("concrete", 3, None, ["x"], [3], np.ones((2, 3))), "frequency": (*NUMBER, 0, None)},
+            {"names": ("concrete", 3, ["x"], [3], np.ones((2, 3))), "frequency": (*NUMBER, 0, None)},
         ),
         "shapes.box": Call(
             bisplat.shapes.box,
@@ -554,15 +554,12 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
 
 NOT_CALLED = {
     "InputError": "an error",
-    "material_names": "a function without parameters",
     "SpectrumModel": "a base class",
     "PredictsResponses": "a protocol",
     "Run": "made by train and load_run",
     "Dataset": "made by simulate and read_dataset",
     "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
     "CsiDataset": "made by read_csi",
-    "FittedPowers": "made by fit_powers",
-    "CoverageMap": "made by coverage_map",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",

@@ -11,27 +11,27 @@ import torch
 from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
-from learn.models.base import Beamformed, Kept, runs_compiled
-from learn.models.geometry import distances, evenly_spread_directions
-from learn.models.kriging.interpolating_model import InterpolatingModel
+from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, runs_compiled
+from learn.models.encoding import evenly_spread_directions
 from learn.models.kriging.vecchia import fit_covariance
-from learn.models.kriging.wave_covariance import Separations, between_rows, leg_times, with_turned_rows
+from learn.models.kriging.wave_covariance import Separations, between_rows, distances, leg_times, with_turned_rows
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
-from simulate.spectra.angular_grid import COLUMNS
+from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
 if TYPE_CHECKING:
     from learn.models.kriging.compiled_kriging import CompiledKriging
 
+MOST_CACHED = 2000  # largest number of known spectra that are kept once they are computed, 260 MB
 DIRECTIONS = 100  # number of directions of the plane waves, spread evenly over the sphere
 
 Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
 
 
-class KrigedField(InterpolatingModel):
+class KrigedField(SpectrumModel):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
     By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
@@ -60,6 +60,10 @@ class KrigedField(InterpolatingModel):
 
     neighbours = 32
 
+    places: Tensor  # n known positions of the end that moves, metres, world frame
+    times: Tensor  # index of each known spectrum in its dataset
+    values: Tensor  # responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened
+    mean: Tensor  # mean of ``values`` over the known spectra; zero for responses
     # where the samples of a known position lie relative to it, metres, world frame: here one offset of 0
     offsets: Tensor
     directions: Tensor  # unit vectors u_j, world frame
@@ -68,16 +72,18 @@ class KrigedField(InterpolatingModel):
     drift: Tensor  # T, number of spectra
     nugget: Tensor  # ν
 
-    def __init__(
-        self,
-        region: Float[np.ndarray, "2 3"],
-        beamformer: Beamformer,
-        wavelength: float,
-        of: Literal["responses", "spectra"],
-    ):
-        super().__init__(region, beamformer, wavelength, of == "responses")
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float, of: Literal["responses", "spectra"]):
+        super().__init__(region, wavelength)
+        self.beamforming = BeamformingLayer(beamformer)
+        self.of_responses = of == "responses"
+        numbers = 2 * beamformer.array.elements if self.of_responses else ROWS * COLUMNS
+        self.register_buffer("places", torch.zeros(0, 3))
+        self.register_buffer("times", torch.zeros(0))
+        self.register_buffer("values", torch.zeros(0, numbers))
+        self.register_buffer("mean", torch.zeros(numbers))
+        self._spectra: Cache[Tensor] = Cache()
         self.register_buffer("offsets", torch.zeros(1, 3), persistent=False)
-        self._compiled: Kept[CompiledKriging] = Kept()
+        self._compiled: Cache[CompiledKriging] = Cache()
         # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
@@ -91,6 +97,37 @@ class KrigedField(InterpolatingModel):
         if len(self.places) > 1:  # a single spectrum does not determine a covariance
             self._maximise_likelihood()
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
+
+    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Interpolate between these spectra from now on, with the same covariance."""
+        self.places = torch.from_numpy(dataset.positions[known]).float()
+        self.times = torch.from_numpy(known).float()
+        if self.of_responses:
+            assert dataset.responses is not None
+            responses = torch.from_numpy(dataset.responses[known])
+            root_mean_square = responses.abs().square().mean().sqrt()
+            if root_mean_square > 0:  # pictures of one grey level have responses of zero
+                responses = responses / root_mean_square
+            self.values = torch.view_as_real(responses).flatten(1)
+            self.mean = torch.zeros(self.values.shape[1])
+        else:
+            self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
+            self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
+
+    def known_spectra(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b n 90 360"]:
+        """Spectra at known positions."""
+        values = self.values[members].float()
+        return self._as_spectra(values.flatten(0, -2)).unflatten(0, members.shape)
+
+    def all_known_spectra(self) -> Float[Tensor, "n 90 360"] | None:
+        """Spectra at all known positions, which are computed once. None: there are too many to keep."""
+        known = torch.arange(len(self.places))
+        return None if len(known) > MOST_CACHED else self._spectra.of([self.values], lambda: self.known_spectra(known))
+
+    def _as_spectra(self, values: Float[Tensor, "n C"]) -> Float[Tensor, "n 90 360"]:
+        if self.of_responses:
+            return self.beamforming(values.unflatten(-1, (-1, 2)))
+        return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (ROWS, COLUMNS))
 
     def _maximise_likelihood(self) -> None:
         what = "responses" if self.of_responses else "spectra"
@@ -233,6 +270,16 @@ class KrigedField(InterpolatingModel):
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
+        """As ``torch.nn.Module.load_state_dict``, but for the number of known spectra that the file has."""
+        known = len(state_dict["times"]) if state_dict.get("times", torch.zeros(())).ndim else 0
+        if not known:
+            raise RuntimeError("no known spectra")
+        for name in ("places", "times", "values"):
+            shape = (known, *getattr(self, name).shape[1:])
+            if name in state_dict and state_dict[name].shape != shape:  # checked before memory is allocated
+                raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
+            grey_levels = name == "values" and not self.of_responses
+            setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))
         loaded = super().load_state_dict(state_dict, strict, assign)
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
             raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")

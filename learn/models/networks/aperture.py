@@ -9,7 +9,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import Kept
+from learn.models.base import Cache, Region
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks.bisplat import SCALE_LEAST, SCALE_MOST, Primitives
 from learn.models.networks.feed_forward import ResidualFFN
@@ -54,7 +54,7 @@ class BiSplatAperture(ResponseNetwork):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,
@@ -65,7 +65,7 @@ class BiSplatAperture(ResponseNetwork):
     ):
         super().__init__(region, beamformer, wavelength)
         self.ordered = ordered
-        self._kept: dict[str, Kept[Tensor]] = {}
+        self._kept: dict[str, Cache[Tensor]] = {}
         azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
         self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
         self.register_buffer("elevations", torch.from_numpy(elevations).float(), persistent=False)
@@ -133,7 +133,7 @@ class BiSplatAperture(ResponseNetwork):
         weights = list(self.parameters())
         if any(each.is_inference() for each in weights):  # these do not tell whether they have changed
             return compute()
-        return self._kept.setdefault(compute.__name__, Kept()).of(weights, compute)
+        return self._kept.setdefault(compute.__name__, Cache()).of(weights, compute)
 
     def _depth(self) -> Float[Tensor, " N_p"]:
         return self.primitives.depth if self.ordered else torch.zeros_like(self.primitives.depth)

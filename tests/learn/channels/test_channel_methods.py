@@ -6,7 +6,7 @@ import pytest
 from learn.channels.channel_methods import Copy, Nearest, Ramp
 from learn.channels.channel_scores import snr_db
 from learn.channels.known_channels import KnownChannels, strongest_ramp, without_ramp
-from learn.channels.linear_channels import Delays, JointChannels, fit_profile, regression
+from learn.channels.linear_channels import Delays, HelmholtzChannels, fit_profile, regression
 from tests.csi_folders import paths
 
 S = 26
@@ -63,7 +63,7 @@ def test_nearest_takes_the_row_that_is_alike_with_its_factor():
     np.testing.assert_allclose(method.predict(given[..., :S]).downlink, given[..., S:])
 
 
-@pytest.mark.parametrize("method", [Delays, JointChannels])
+@pytest.mark.parametrize("method", [Delays, HelmholtzChannels])
 def test_delays_that_known_rows_share_continue_the_uplink(method):
     delays = np.array([[3, 11]]) / (8 * 52) * np.ones((30, 1))  # two paths of the profile's own delays
     channels = paths(delays, random(30, 2), directions=np.random.default_rng(1).uniform(0, 1, (30, 2)))
@@ -105,12 +105,12 @@ def test_antennas_together_tell_more_than_each_alone():
     delays = np.array([0.01, 0.018]) + generator.normal(0, 2e-4, (300, 2))
     channels = paths(delays, random(300, 2), directions=np.array([[0.0, 0.25]]) * np.ones((300, 1)), antennas=8)
     noisy = channels + 0.2 * random(*channels.shape, seed=2)
-    joint = JointChannels()
+    joint = HelmholtzChannels()
     assert median_snr(joint, noisy, channels, known=250) > median_snr(Delays(), noisy, channels, known=250) + 2
     assert joint.share > 0
 
 
-@pytest.mark.parametrize("method", [Copy, Ramp, Nearest, Delays, JointChannels])
+@pytest.mark.parametrize("method", [Copy, Ramp, Nearest, Delays, HelmholtzChannels])
 @pytest.mark.parametrize("rows", [1, 2, 7])
 def test_few_known_rows_and_links_of_zeros_do(method, rows):
     channels = random(rows, 2, 8)
@@ -124,7 +124,7 @@ def test_few_known_rows_and_links_of_zeros_do(method, rows):
     assert one.predict(given[..., :1]).downlink.shape == (4, 2, 1)
 
 
-@pytest.mark.parametrize("method", [Ramp, Nearest, Delays, JointChannels])
+@pytest.mark.parametrize("method", [Ramp, Nearest, Delays, HelmholtzChannels])
 def test_a_row_s_level_and_phase_change_its_prediction_alone(method):
     channels, made = rooms(20)[..., 20:32], method()
     up, down = np.split(channels, 2, axis=2)
@@ -136,7 +136,7 @@ def test_rows_of_too_many_numbers_are_predicted_antenna_by_antenna(monkeypatch, 
     channels = rooms(20)
     known = KnownChannels(channels[:15, :, :S], channels[:15, :, S:])
     monkeypatch.setattr("learn.channels.linear_channels.MOST_NUMBERS", channels.shape[1] * S - 1)
-    joint, alone = JointChannels(), Delays()
+    joint, alone = HelmholtzChannels(), Delays()
     for method in (joint, alone):
         method.fit(known)
     found, expected = (method.predict(channels[15:, :, :S]) for method in (joint, alone))

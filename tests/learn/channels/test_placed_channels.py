@@ -5,7 +5,7 @@ import pytest
 
 from learn.channels.channel_scores import coverage, snr_db
 from learn.channels.known_channels import KnownChannels
-from learn.channels.linear_channels import JointChannels, PlacedChannels
+from learn.channels.linear_channels import HelmholtzChannels, HelmholtzPositions
 
 WAVELENGTH, KNOWN, S = 0.3, 80, 6
 
@@ -42,28 +42,30 @@ def score(method, positions: np.ndarray | None, rows: np.ndarray, truth: np.ndar
 
 def test_places_help_where_the_uplink_is_noisy():
     (positions, rows), truth = waves(0.7), waves()[1]
-    placed = PlacedChannels()
-    assert score(placed, positions, rows, truth) > score(JointChannels(), positions, rows, truth) + 3
+    placed = HelmholtzPositions()
+    assert score(placed, positions, rows, truth) > score(HelmholtzChannels(), positions, rows, truth) + 3
     assert "of the power" in placed.found
 
 
 def test_without_positions_it_is_helmholtz_and_says_so(capsys):
     _, rows = waves(0.3)
-    assert score(PlacedChannels(), None, rows, rows) == score(JointChannels(), None, rows, rows)
+    assert score(HelmholtzPositions(), None, rows, rows) == score(HelmholtzChannels(), None, rows, rows)
     assert "the positions (tx_pos.csv) are not known" in capsys.readouterr().err
 
 
 def test_rows_with_a_phase_of_their_own_do_not_use_places():
     positions, rows = waves()
     rows = rows * np.exp(2j * np.pi * np.random.default_rng(1).uniform(size=(len(rows), 1, 1)))
-    placed = PlacedChannels()
-    assert score(placed, positions, rows, rows) == pytest.approx(score(JointChannels(), positions, rows, rows), abs=0.5)
+    placed = HelmholtzPositions()
+    assert score(placed, positions, rows, rows) == pytest.approx(
+        score(HelmholtzChannels(), positions, rows, rows), abs=0.5
+    )
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_few_rows_do_not_use_places(count):
     positions, rows = waves()
-    placed = PlacedChannels()
+    placed = HelmholtzPositions()
     placed.fit(KnownChannels(rows[:count, :, :S], rows[:count, :, S:], positions[:count], wavelength=WAVELENGTH))
     assert placed.field is None
     assert np.isfinite(placed.predict(rows[:3, :, :S], positions[:3]).downlink).all()
@@ -73,7 +75,7 @@ def test_stated_intervals_hold_near_known_places_and_far_from_them():
     """Half of the tested rows are at known places; those far away are predicted from their own uplink alone."""
     positions, rows = waves(0.3)
     known, tested = positions[:, 0] < 0.35, np.arange(len(rows)) % 3 == 0
-    placed = PlacedChannels()
+    placed = HelmholtzPositions()
     taught = known & ~tested
     placed.fit(KnownChannels(rows[taught][..., :S], rows[taught][..., S:], positions[taught], wavelength=WAVELENGTH))
     for some in (known & tested, ~known):

@@ -25,7 +25,7 @@ from learn.comparison import experiment
 from learn.comparison import spectrum_methods as trained_model
 from learn.comparison.ablate import ablate, variants
 from learn.comparison.averaged_table import FEW_STEPS, averaged
-from learn.comparison.compare import SWEPT, compare, spectrum_factories, sweep
+from learn.comparison.compare import compare, spectrum_factories, sweep
 from learn.comparison.experiment import CEILING
 from learn.comparison.known_spectra import KnownSpectra
 from learn.comparison.spectrum_methods import TrainedModel, method_named, method_names
@@ -35,7 +35,6 @@ from learn.data.splits import split
 from learn.reports.comparison_report import validation_curve, write_ablation, write_comparison, write_sweep
 from learn.training.budget import Speed
 from learn.training.config import read_config
-from learn.training.registry import DEFAULT_MODEL
 from learn.training.run_files import read_training
 from learn.training.run_folder import load_run
 from learn.training.train import train
@@ -118,15 +117,7 @@ def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_pa
         compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "letters")
 
 
-def test_the_twin_of_spectra_is_refused_before_anything_is_written(tiny, tmp_path):
-    with pytest.raises(
-        ParameterError, match="models: expected models that need no option, found twin, which needs scene"
-    ):
-        compare(tiny, ("nearest", "twin"), budget=INSTANT, output=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("name", ["nearets", "no_such_module:Class", "json:NoSuchClass"])
+@pytest.mark.parametrize("name", ["nearets", "no_such_module:Class", "json:NoSuchClass", "twin"])
 def test_unknown_method_is_refused_before_anything_is_written(tiny, tmp_path, name):
     with pytest.raises(InputError, match="models: expected"):
         compare(tiny, ("nearest", name), budget=INSTANT, output=tmp_path / "out")
@@ -156,16 +147,7 @@ def test_a_method_that_predicts_no_spectra_is_refused_and_leaves_no_row(tiny, tm
 
 PAGE = "docs/how-to/add-my-own-model.md"
 METHOD = saved(PAGE, "mymethod.py")
-PYTHON_EXAMPLE, LOOP, *_ = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
-
-
-@pytest.mark.slow
-def test_python_example_in_the_docs_runs(workplace, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "data").symlink_to(workplace / "data")
-    values: dict = {}
-    exec(PYTHON_EXAMPLE, values)
-    assert len(values["table"]) == 4 and "ssim_median" in values["table"] and len(values["scores"]["ssim"]) > 0
+_, LOOP, *_ = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
 
 
 def test_loop_of_ones_own_in_the_docs_scores_the_mean_picture_as_a_comparison_does(workplace, tmp_path, monkeypatch):
@@ -319,14 +301,6 @@ def test_rows_of_other_index_files_are_not_mixed(tiny, tmp_path):
         compare(data, ("nearest", "mean-picture"), budget=INSTANT, output=tmp_path / "out")
 
 
-def test_a_class_with_the_label_of_one_of_our_methods_is_measured(tiny, tmp_path, capsys):
-    out = tmp_path / "out"
-    before = compare(tiny, ("nearest",), budget=INSTANT, output=out).rows[0]
-    after = compare(tiny, {"nearest": Grey}, budget=INSTANT, output=out).rows[0]
-    assert after["label"] == "nearest" and after["mae_mean"] != before["mae_mean"]
-    assert "it or its settings have changed" in capsys.readouterr().err
-
-
 def test_labels_whose_files_would_have_one_name_are_refused_before_anything_is_measured(tiny, tmp_path):
     out = tmp_path / "out"
     with pytest.raises(InputError, match="found 'my_model' beside 'my model'"):
@@ -335,16 +309,6 @@ def test_labels_whose_files_would_have_one_name_are_refused_before_anything_is_m
     compare(tiny, {"my model": Grey}, budget=INSTANT, output=out)
     with pytest.raises(InputError, match="found 'my_model' beside 'my model'"):
         compare(tiny, {"my_model": Grey}, budget=INSTANT, output=out)
-
-
-def test_a_row_of_a_class_from_before_sources_were_kept_stays(tiny, tmp_path, capsys):
-    out = tmp_path / "out"
-    compare(tiny, {"ours": Grey}, budget=INSTANT, output=out)
-    lines = [json.loads(line) for line in (out / "results.jsonl").read_text().splitlines()]
-    before = [{key: value for key, value in line.items() if key != "source"} for line in lines]
-    (out / "results.jsonl").write_text("".join(json.dumps(line) + "\n" for line in before))
-    compare(tiny, {"ours": Grey}, budget=INSTANT, output=out)
-    assert "ours-0: measured before and kept; an older version kept nothing" in capsys.readouterr().err
 
 
 def test_numbers_of_numpy_are_numbers(tiny, tmp_path):
@@ -477,10 +441,6 @@ def test_class_without_source_is_kept_and_that_is_said(tiny, tmp_path, capsys):
             "mine: expected fit to learn from what is known, found ZeroDivisionError",
         ),
         (KNN.replace("import numpy", "import nump"), "mine: expected predict to return spectra, found ModuleNotFound"),
-        (
-            KNN.replace("90, 360", "360, 90"),
-            r"mine: expected predict to return real, finite spectra \[5, 90, 360\]",
-        ),
     ],
 )
 def test_own_method_that_fails_is_one_sentence_and_other_rows_stay(tiny, tmp_path, own, rows, text, expected):
@@ -493,19 +453,10 @@ def test_own_method_that_fails_is_one_sentence_and_other_rows_stay(tiny, tmp_pat
         assert "own_copy.py, line " in str(caught.value)  # where it happened in the user's own file
 
 
-def test_module_that_is_nowhere_is_named(tiny):
-    with pytest.raises(ParameterError, match="found no module nowhere in this folder or on Python's path"):
-        compare(tiny, ("nowhere:Class",))
-
-
 @pytest.mark.parametrize("function", [compare, ablate, sweep, train])
 def test_split_is_the_folders_own_by_default_everywhere(function):
     command = getattr(training_commands, function.__name__, None) or getattr(comparison_commands, function.__name__)
     assert {signature(each).parameters["split"].default for each in (function, command)} == {"files"}
-
-
-def test_sweep_has_the_default_model_by_default():
-    assert signature(sweep).parameters["models"].default == SWEPT and DEFAULT_MODEL in SWEPT
 
 
 def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
@@ -672,14 +623,6 @@ def test_sweep_grows_the_training_part_and_keeps_the_test_part(tiny, tmp_path, r
     write_sweep(comparison, out)
     assert [row["train"] for row in rows(out)] == [5, 5, 15, 15] and {row["test"] for row in rows(out)} == {5}
     assert (out / "sweep.png").stat().st_size > 5000
-    with pytest.raises(InputError, match="expected 18 spectra to train on, found 17"):
-        sweep(tiny, (18,), ("nearest",), budget=INSTANT, output=out)
-
-
-def test_sweep_also_goes_on_from_a_finished_run(finished_run, tiny, tmp_path, rows):
-    sweep(tiny, (10,), ("nearest",), budget=INSTANT, init=finished_run, output=tmp_path / "out")
-    label = f"bisplat-aperture from {finished_run.name}"
-    assert [row["label"] for row in rows(tmp_path / "out")] == ["nearest", label]
 
 
 def test_a_run_of_another_folder_of_the_same_name_is_another_row(finished_run, tiny, tmp_path, rows, capsys):

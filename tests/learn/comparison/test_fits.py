@@ -67,13 +67,6 @@ def test_splits_are_those_of_spectra(kind, split):
         assert parts.test.tolist() == dataset.test.tolist()
 
 
-def test_train_size_leaves_fewer_known(kind):
-    whole, fewer = (kind.compare(kind.dataset, [kind.worse], train_size=size) for size in (None, 10))
-    assert fewer.test == whole.test == 12 and (fewer.known, whole.known) == (11, 48)
-    with pytest.raises(bisplat.InputError, match=f"expected 900 {kind.things} to train on, found 43"):
-        kind.compare(kind.dataset, [kind.worse], train_size=900)
-
-
 def test_sizes_share_the_test_part_and_are_contained_in_larger_ones(kind):
     parts = Parts.of(kind.dataset, "random", 0, (30, 10), 0.0)
     small, large = (parts.of_size[size] for size in (10, 30))
@@ -164,12 +157,6 @@ def test_methods_that_are_trained_by_steps_are_only_compared_if_named():
     assert list(chosen_methods(None, known)) == ["quick"] and list(chosen_methods(["learned"], known)) == ["learned"]
 
 
-def test_the_command_prints_the_best_first_and_writes_nothing(kind, bisplat_command, tmp_path):
-    status, out, _ = bisplat_command("compare", kind.dataset.folder, "--methods", kind.worse, kind.better)
-    assert status == 0 and re.search(rf"{kind.better}.*\n.* {kind.worse} ", out)
-    assert not list(tmp_path.iterdir())
-
-
 def test_the_command_writes_tables_and_a_figure(kind, bisplat_command, tmp_path):
     call = ("compare", kind.dataset.folder, "-o", "table", "--split", "random", "--models", kind.worse, kind.better)
     assert bisplat_command(*call, "--seeds", 2)[0] == 0
@@ -186,11 +173,6 @@ def test_the_command_writes_tables_and_a_figure(kind, bisplat_command, tmp_path)
     assert float(rows[0][kind.score.replace("median", "spread")]) == 0
     assert bisplat_command(*call)[0] == 0  # with the first seed alone, which is there
     assert json.loads((folder / "results.json").read_text())["fits"] == facts["fits"]
-
-
-def test_json_is_what_the_folder_has(kind, bisplat_command):
-    status, out, _ = bisplat_command("compare", kind.dataset.folder, "--models", kind.better, "--json")
-    assert status == 0 and json.loads(out)["methods"][kind.better][kind.score] > 0
 
 
 def test_sweep_writes_a_figure_and_all_rows(kind, bisplat_command, tmp_path):
@@ -272,15 +254,6 @@ def test_another_method_with_the_same_label_is_fitted_again(kind, tmp_path, caps
     again = compare([kind.better]).rows
     assert "have changed, so it is measured again" in capsys.readouterr().err
     assert len(again) == 1 and again[0][kind.score] != first[0][kind.score]
-
-
-def test_a_class_that_was_edited_is_fitted_again(kind, tmp_path, monkeypatch):
-    monkeypatch.setattr(Stops, "fits", 9)
-    hashes = iter(["first", "second"])
-    monkeypatch.setattr("learn.comparison.method_factories.source_hash", lambda method: next(hashes))
-    for _ in range(2):
-        comparison = kind.compare(kind.dataset, {"mine": Stops}, output=tmp_path / "kept")
-    assert Stops.fits == 11 and [row["source"] for row in comparison] == ["second"]
 
 
 def test_a_folder_of_other_settings_or_data_is_refused_and_kept(kind, tmp_path):

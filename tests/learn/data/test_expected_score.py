@@ -62,27 +62,6 @@ def test_density_for_a_score_is_the_inverse():
 
 
 @pytest.mark.usefixtures("curve")
-@pytest.mark.parametrize(
-    ("spacing", "said"),
-    [
-        (
-            Spacing(80, "volume", 20.0),
-            "mean spacing 0.63 wavelengths (4 per cubic wavelength): expect a median SSIM of about 0.80 (0.70 to 0.85) "
-            "from helmholtz between the known positions",
-        ),
-        (Spacing(10, "plane", 20.0), "expect a median SSIM of at most about 0.60 (0.50 to 0.70) from"),
-        (Spacing(640, "plane", 20.0), "expect a median SSIM of at least about 0.90 (0.80 to 0.95) from"),
-        (
-            Spacing(99, "path", 9.9),
-            "mean spacing 0.1 wavelengths along a path: what score to expect is known of positions",
-        ),
-    ],
-)
-def test_expectation_in_words(spacing, said):
-    assert said in expectation(spacing, PlanarArray(), True)
-
-
-@pytest.mark.usefixtures("curve")
 def test_expectation_is_of_the_array_that_was_measured():
     spacing = Spacing(80, "volume", 20.0)
     for other in (PlanarArray(8, 8), PlanarArray(spacing=2.7), PlanarArray(spacing=0.3)):

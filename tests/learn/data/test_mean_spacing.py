@@ -83,9 +83,3 @@ def test_grid_is_no_path():
 @pytest.mark.parametrize("positions", [uniform(9, (3, 3, 3)), uniform(40, (0.12, 0.12, 0.12)), np.ones((20, 3))])
 def test_too_few_or_too_near_tell_nothing(positions):
     assert Spacing.between(positions, WAVELENGTH) is None
-
-
-def test_sentence_has_both_units():
-    spacing = Spacing(160, "plane", 40.0)
-    assert spacing.wavelengths == 0.5
-    assert spacing.sentence() == "mean spacing 0.5 wavelengths (4 per square wavelength)"

@@ -36,12 +36,6 @@ def test_ssim_is_scikit_images_with_a_data_range_of_1(pictures):
     assert ssim(pictures[1], pictures[1]) == pytest.approx(1)
 
 
-def test_scores_of_single_precision_pictures_are_computed_in_double(pictures):
-    prediction, truth = (x.astype(np.float32) for x in pictures)
-    expected = [structural_similarity(p, t, data_range=1) for p, t in zip(prediction * 1.0, truth * 1.0, strict=True)]
-    np.testing.assert_allclose(score(prediction, truth, GRID).ssim, expected, atol=1e-6)
-
-
 def test_psnr_and_mean_absolute_error_by_hand():
     truth = np.zeros((3, 90, 360))
     prediction = truth.copy()
@@ -150,12 +144,6 @@ def test_leak_is_found_in_a_split_that_interleaves_a_path_and_not_in_one_that_cu
     # nearest of all is the last training position, for every test position
     copied = ssim(np.stack([dataset.spectra[39]] * 20).astype(float), dataset.spectra[40:].astype(float))
     assert cut.ssim_median == pytest.approx(np.median(copied), abs=1e-6)
-
-
-def test_folder_without_a_test_part_has_no_leakage(tmp_path, write_folder):
-    folder = write_folder(tmp_path / "path", count=5)
-    write_index(folder / "test_index.txt", [])
-    assert leakage(read_dataset(folder)) is None
 
 
 # The array's ceiling

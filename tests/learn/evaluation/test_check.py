@@ -5,7 +5,7 @@ import pytest
 
 from learn.data.splits import split
 from learn.evaluation.check import check
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 
 
 def test_check_of_a_good_folder_describes_it(tiny):
@@ -16,17 +16,6 @@ def test_check_of_a_good_folder_describes_it(tiny):
     assert described["training / test"] == "19 / 5" and described["gateway looks along"] == "[0.0, 0.0, 1.0]"
     assert described["copying the nearest"] == found.leakage.similarity()
     assert described["test positions"] == found.distances.sentence() and described["split"] == "the folder's own"
-
-
-def test_check_of_no_folder_has_the_problem_and_nothing_else(tmp_path):
-    found = check(tmp_path / "nowhere")
-    assert not found.valid and "nowhere" in found.problems[0]
-    assert found.dataset is None and found.leakage is None and found.description() == {}
-
-
-def test_split_that_leaks_is_a_warning(tmp_path, write_folder):
-    found = check(write_folder(tmp_path / "path", count=60))
-    assert found.valid and found.leakage.leaks and found.warnings == [found.leakage.warning()]
 
 
 def test_check_of_another_split_tells_what_train_would_use(tmp_path, write_folder):
@@ -60,14 +49,3 @@ def test_a_guard_changes_what_check_finds(tmp_path, write_folder):
     assert guarded.distances.distance.min() > 1.01 * least * (1 - 1e-9)
     with pytest.raises(InputError, match="expected a guard that leaves training and validation spectra"):
         check(folder, "blocked", guard=100)
-
-
-def test_a_guard_or_a_seed_needs_a_split(tiny):
-    for name, value in (("guard", 0.5), ("seed", 1)):
-        with pytest.raises(ParameterError, match=f"^{name}: expected a split beside it"):
-            check(tiny, **{name: value})
-
-
-def test_an_invalid_folder_has_no_split(tmp_path):
-    found = check(tmp_path / "nowhere", "random")
-    assert found.problems and found.parts is None and found.split_figures() == {}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.kriging import interpolating_model
+from learn.models.kriging import kriged_field
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.interpolators import SquaredExponentialField
 from learn.models.kriging.kriged_field import KrigedField
@@ -44,7 +44,7 @@ MIXTURES = [
 @pytest.mark.parametrize("weights", MIXTURES)
 @pytest.mark.parametrize("kept", [2000, 0])
 def test_predictions_are_those_of_the_model(weights, kept, monkeypatch):
-    monkeypatch.setattr(interpolating_model, "KEPT", kept)
+    monkeypatch.setattr(kriged_field, "MOST_CACHED", kept)
     model, positions = model_of(weights), np.random.default_rng(0).uniform(0, 3, (19, 3))
     assert model.beamformed() is not None
     with torch.no_grad():

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import torch
 
-from learn.models.base import BeamformingLayer, Kept
+from learn.models.base import BeamformingLayer, Cache
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
 
@@ -48,7 +48,7 @@ def test_gradient_is_that_of_finite_differences():
 
 
 def test_it_is_made_again_for_other_or_changed_tensors_only():
-    kept, tensor, calls = Kept(), torch.ones(3), []
+    kept, tensor, calls = Cache(), torch.ones(3), []
 
     def total(given: torch.Tensor) -> float:
         def make() -> float:
@@ -64,7 +64,7 @@ def test_it_is_made_again_for_other_or_changed_tensors_only():
 
 
 def test_copies_are_empty():
-    kept, tensor = Kept(), torch.ones(3)
+    kept, tensor = Cache(), torch.ones(3)
     kept.of([tensor], lambda: 1)
     for other in (copy.deepcopy(kept), pickle.loads(pickle.dumps(kept))):
         assert other.of([tensor], lambda: 2) == 2

@@ -39,16 +39,6 @@ def test_weights_are_the_papers_formula(clusters):
     assert ((found > 0).sum(axis=1) <= 4).all()  # the four nearest grid points
 
 
-def test_weights_are_periodic_across_the_azimuth_seam():
-    before, after, negative, beyond = weights_of([359.0, 1.0, -1.0, 361.0], [11.25] * 4)
-    expected = np.zeros((2, 16))
-    expected[:, 0] = 89 / 90  # both one degree from the column at 0°
-    expected[0, 3], expected[1, 1] = 1 / 90, 1 / 90
-    np.testing.assert_allclose([before, after], expected, atol=1e-12)
-    np.testing.assert_allclose(negative, before, atol=1e-12)
-    np.testing.assert_allclose(beyond, after, atol=1e-12)
-
-
 def test_clusters_must_be_a_square(tiny, tmp_path):
     with pytest.raises(ValueError, match="square number of clusters, found 60"):
         weights_of([0.0], [0.0], 60)

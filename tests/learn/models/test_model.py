@@ -218,14 +218,6 @@ def test_without_dynamic_network_and_delta_decoder_the_transmitter_plays_no_role
         assert ((here - there).abs().max() > 1e-4) == depends, bypass
 
 
-def test_bypassed_bst_is_its_linear_projection_alone(make):
-    model, whole = make(["bst"]), make()
-    assert [name for name, _ in model.bst.named_parameters()] == ["project.weight", "project.bias"]
-    assert any("transformer" in name for name, _ in whole.bst.named_parameters())
-    with torch.no_grad():
-        assert model(POSITIONS).isfinite().all()
-
-
 # Capacity
 
 

@@ -42,11 +42,6 @@ def test_every_method_is_scored_on_the_same_powers(hall):
     assert stated == {"log-distance", "mri", "kriging", "helmholtz", "mirror-images"}
 
 
-def test_guard_leaves_fewer_known(hall):
-    whole, guarded = (bisplat.compare_powers(hall, ["mean"], split="random", guard=guard) for guard in (0, 5))
-    assert guarded.known < whole.known and guarded.distances.distance.min() >= 5 * hall.wavelength
-
-
 def test_every_gateway_is_scored_by_itself(hall):
     comparison = bisplat.compare_powers(hall, ["mean", "log-distance"], seeds=2)
     facts = comparison.facts()["gateways"]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from learn.powers import mirror_powers
+from learn.powers.helmholtz_powers import HelmholtzPowers
 from learn.powers.known_powers import KnownPowers, decades
 from learn.powers.mirror_powers import LEAST_KNOWN, MirrorPowers, PowerImages, images_in_one_plane, images_in_two_planes
-from learn.powers.power_field import PowerField
 
 WAVELENGTH = 0.33
 GATEWAYS = np.array([[-2.0, 0.3, 2.1], [3.0, 2.5, 2.2], [0.4, -1.7, 1.9]])
@@ -48,7 +48,7 @@ def fitted(powers):
 
 
 def test_powers_in_a_room_are_predicted_far_better_than_by_kriging_and_intervals_hold(powers, fitted):
-    kriging = PowerField()
+    kriging = HelmholtzPowers()
     kriging.fit(known(powers))
     of_images, kriged = (np.abs(each.predict(PLACES[OTHERS]).median - powers[OTHERS]) for each in (fitted, kriging))
     assert np.median(of_images) < 0.5 * np.median(kriged)
@@ -72,7 +72,7 @@ def test_powers_without_images_are_predicted_as_by_helmholtz():
     distances = np.linalg.norm(PLACES[:, None] - GATEWAYS, axis=-1)
     powers = -40 + 2.5 * decades(distances) + noise
     errors = []
-    for method in (MirrorPowers(), PowerField()):
+    for method in (MirrorPowers(), HelmholtzPowers()):
         method.fit(known(powers))
         errors.append(np.abs(method.predict(PLACES[OTHERS]).median - powers[OTHERS]).mean())
     assert errors[0] < 1.05 * errors[1]
@@ -80,7 +80,7 @@ def test_powers_without_images_are_predicted_as_by_helmholtz():
 
 def test_few_known_positions_are_kriged_by_helmholtz(powers):
     found = []
-    for method in (MirrorPowers(), PowerField()):
+    for method in (MirrorPowers(), HelmholtzPowers()):
         method.fit(known(powers, LEAST_KNOWN - 1))
         found.append(method.predict(PLACES[OTHERS]).median)
     assert np.allclose(*found, atol=1e-6)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import bisplat
+from learn.powers.helmholtz_powers import LEAST_ERRORS, HelmholtzPowers
 from learn.powers.known_powers import KnownPowers
 from learn.powers.power_comparison import score_powers
-from learn.powers.power_field import LEAST_ERRORS, PowerField
 from learn.powers.twin_powers import TwinPowers
 from scenes.files import optional_packages as extras
 from scenes.files.errors import InputError, ParameterError
@@ -42,7 +42,7 @@ def fitted(heard):
 
 
 def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(heard, fitted):
-    kriging = PowerField()
+    kriging = HelmholtzPowers()
     kriging.fit(KnownPowers.of(heard, np.arange(60)))
     test = slice(60, None)
     scores = {
@@ -69,7 +69,7 @@ def test_a_description_of_another_place_does_no_harm(heard):
     wall = SceneObject("wall", sheet((-9, -3, -4), (18, 0, 0), (0, 0, 9)), "metal")
     other = replace(PLACE, objects=(floor, wall))
     errors = []
-    for method in (PowerField(), TwinPowers(other, heard, PLACES, ONCE)):
+    for method in (HelmholtzPowers(), TwinPowers(other, heard, PLACES, ONCE)):
         method.fit(KnownPowers.of(heard, np.arange(60)))
         found = method.predict(heard.positions[60:])
         errors.append(score_powers(found, heard.rssi_dbm[60:], heard.floor_dbm)["error_median_db"])

@@ -80,15 +80,6 @@ def test_a_given_axis_is_returned_and_alone_and_a_new_one_has_a_colour_bar(draw,
     assert [each.get_ylabel() for each in new.figure.axes if each is not new] == ["difference"]
 
 
-def test_names_are_in_the_legend_of_a_new_figure_only():
-    scores = {"mine": [0.5, 0.7], "array's ceiling": [0.9, 0.98]}
-    ax = Figure().subplots()
-    assert plot_cdf(scores, ax) is ax and ax.get_legend() is None
-    texts = [text.get_text() for text in plot_cdf(scores).get_legend().get_texts()]
-    assert texts == ["mine: median 0.600", "array's ceiling (bound): median 0.940"]
-    assert plot_cdf(scores["mine"]).get_legend() is None
-
-
 @pytest.mark.parametrize("wrong", [[0.5, float("nan")], []])
 def test_scores_that_are_no_numbers_are_refused(wrong):
     for scores in (wrong, {"right": [0.5], "mine": wrong}):

@@ -247,15 +247,6 @@ def test_an_interrupted_comparison_goes_on_with_the_missing_rows(rooms, tmp_path
     assert again.rows == rows and len(Truth.seen) == 2
 
 
-def test_an_edited_class_is_measured_again(rooms, tmp_path, monkeypatch):
-    hashes = iter(["first", "second"])
-    monkeypatch.setattr("learn.comparison.method_factories.source_hash", lambda method: next(hashes))
-    Truth.seen = []
-    for _ in range(2):
-        rows = bisplat.compare_rooms(rooms, {"a": Truth}, given=[3], output=tmp_path / "kept").rows
-    assert len(Truth.seen) == 2 and [row["source"] for row in rows] == ["second"]
-
-
 def test_a_comparison_of_other_settings_or_rooms_is_not_continued(rooms, tmp_path):
     folder = shutil.copytree(rooms.folder, tmp_path / "rooms")
     output = tmp_path / "kept"

@@ -6,7 +6,6 @@ import pytest
 import torch
 
 import bisplat
-from bisplat.commands.training_commands import read_option
 from learn.data.splits import split
 from learn.models.model_settings import Steps
 from learn.training import budget
@@ -45,16 +44,6 @@ def test_the_steps_of_a_training_time_are_those_that_take_it(steps):
     assert speed.minutes_of(speed.steps_in(3.0)) == pytest.approx(3.0, rel=0.01)
 
 
-def test_a_budget_beyond_a_week_is_refused_before_anything_is_timed(tiny, tmp_path):
-    with pytest.raises(ParameterError, match="budget: expected minutes from 0 to 10000"):
-        bisplat.train(tiny, tmp_path / "run", model="mlp", budget=1e6)
-
-
-def test_a_short_budget_is_a_few_steps_of_real_training(tiny, tmp_path):
-    steps = bisplat.train(tiny, tmp_path / "run", model="mlp", budget=0.01).config.by_steps.steps
-    assert 1 <= steps < 2000  # a step of any model takes more than a third of a millisecond
-
-
 def test_steps_are_timed_and_taken_with_the_asked_precision_of_matrix_products(tiny, tmp_path, monkeypatch):
     whole, found = Training.loss, []
     monkeypatch.setattr(
@@ -84,14 +73,6 @@ def test_the_speed_counts_what_lightning_does_around_a_step(tiny, tmp_path, monk
     assert 0.03 < speed.step and 0.2 < speed.validation
 
 
-def test_a_budget_does_not_claim_a_folder_of_something_else(tiny, tmp_path):
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "letter.txt").write_text("")
-    with pytest.raises(InputError, match="found other files"):
-        bisplat.train(tiny, tmp_path / "run", model="mlp", budget=0.01)
-    assert [each.name for each in (tmp_path / "run").iterdir()] == ["letter.txt"]
-
-
 def test_a_preset_is_a_model_and_its_steps_and_what_is_given_differs_from_it(tiny, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(presets.PRESETS, "paper", presets.Preset("bisplat", 2))
     small = {"primitives": 4}
@@ -105,22 +86,6 @@ def test_a_preset_is_a_model_and_its_steps_and_what_is_given_differs_from_it(tin
         bisplat.train(tiny, tmp_path / "other", preset="paper", model="mlp")
     for preset in presets.PRESETS.values():
         assert preset.model in ("bisplat", "bisplat-plus")
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("a=250", 250),
-        ("a=1e-3", 1e-3),
-        ("a=true", True),
-        ("a=waves", "waves"),
-        ('a=["bst"]', ["bst"]),
-        ("a=b=c", "b=c"),
-    ],
-)
-def test_values_of_options(text, value):
-    name, found = read_option(text)
-    assert name == "a" and found == value and type(found) is type(value)
 
 
 def test_the_recorded_options_are_those_of_the_command_line(tiny, tmp_path, monkeypatch):

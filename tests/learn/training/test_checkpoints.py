@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 import torch
 
-from learn.training.gradient_steps import Training
 from learn.training.lightning_trainer import LAST, PREVIOUS, read_checkpoint
 from learn.training.train import train_run
 from scenes.files import atomic
@@ -127,14 +126,6 @@ def test_checkpoint_of_another_training_is_one_sentence(stopped, tiny_config, ke
     assert "\n" not in str(error.value)
 
 
-def test_a_moved_run_resumes_with_its_best_weights(stopped, tiny_config, finished_run, tmp_path):
-    moved = tmp_path / "moved"
-    stopped.rename(moved)
-    (moved / "checkpoints" / LAST).unlink()
-    train_run(tiny_config, moved)
-    assert weights(moved) == weights(finished_run)
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="finds the file that is written in /proc")
 def test_full_disk_names_the_checkpoint_and_keeps_the_one_before(tmp_path, tiny_config, finished_run, monkeypatch):
     folder, whole = tmp_path / "run", atomic.os.fsync
@@ -152,16 +143,6 @@ def test_full_disk_names_the_checkpoint_and_keeps_the_one_before(tmp_path, tiny_
     assert [path.name for path in (folder / "checkpoints").iterdir()] == [PREVIOUS]
     train_run(tiny_config, folder)
     assert weights(folder) == weights(finished_run)
-
-
-def test_full_disk_while_logging_names_the_run(tmp_path, tiny_config, monkeypatch):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(Training, "on_validation_epoch_end", full)  # as a logger's error, it has no file name
-    with pytest.raises(OSError, match="No space left") as error:
-        train_run(tiny_config, tmp_path / "run")
-    assert error.value.filename == str(tmp_path / "run")
 
 
 def test_best_weights_are_not_those_of_a_worse_validation(tmp_path, tiny_config, finished_run, monkeypatch):

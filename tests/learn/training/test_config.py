@@ -50,11 +50,6 @@ def write(folder, name, content):
     return folder
 
 
-def test_settings_are_read(tmp_path):
-    config, beamformer, *_ = read_config(write(tmp_path, "config.json", CONFIG))
-    assert config.by_steps is not None and config.by_steps.steps == 3 and beamformer.array.elements == 16
-
-
 @pytest.mark.parametrize(("change", "sentence"), BAD, ids=[str(change)[:50] for change, _ in BAD])
 def test_settings_are_checked(tmp_path, change, sentence):
     with pytest.raises(InputError, match=f"config.json: {sentence}"):

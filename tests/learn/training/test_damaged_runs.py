@@ -19,7 +19,7 @@ from learn.models.kriging.kriged_field import KrigedField
 from learn.training.config import Config, write_config
 from learn.training.run_files import box_of, read_training
 from learn.training.run_folder import load_run, save_weights
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from tests import corpus
@@ -197,13 +197,6 @@ def test_training_json(text, run):
     assert read_training(run).steps == 12
     (run / "training.json").write_text(text)
     refused(lambda: read_training(run), "training.json: ")
-
-
-def test_positions_that_are_none(finished_run):
-    run = load_run(finished_run)
-    for positions in ([[0, 0, np.nan]], [[0, 0, 1e9]], [[1, 2]], []):
-        with pytest.raises(ParameterError, match="positions: expected"):
-            run.predict(positions)
 
 
 def test_the_unspoilt_runs_are_read(run, kriged, data):

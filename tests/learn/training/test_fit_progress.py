@@ -4,11 +4,7 @@ import re
 
 import pytest
 
-from learn.models.base import SpectrumModel
-from learn.models.kriging.vecchia import ITERATIONS
-from learn.training.config import Config
 from learn.training.fit_progress import FitProgress
-from learn.training.train import train_run
 
 
 def fit(report):
@@ -47,17 +43,3 @@ def test_phase_that_fails_is_not_shown_as_finished(capsys):
         report("covariance", 3, 60)
         raise KeyboardInterrupt
     assert "60/60" not in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_the_default_model_says_what_it_is_doing(write_folder, tmp_path, capsys, monkeypatch):
-    seen = []
-    monkeypatch.setattr(FitProgress, "__call__", lambda self, *step: seen.append(step))
-    folder = write_folder(tmp_path / "data", keep_responses=True)
-    train_run(Config(dataset=str(folder)), tmp_path / "run")
-    phases = list(dict.fromkeys(phase for phase, _, _ in seen))
-    assert phases[:2] == ["covariance of responses", "score by responses"] and phases[-1] == "weights"
-    iterations = [done for phase, done, most in seen if phase == phases[0] and most == ITERATIONS]
-    first = iterations[: iterations.index(0, 1)]  # of the first of the two fits
-    assert first == list(range(len(first))) and len(first) > 3
-    assert SpectrumModel.report("", 0, 0) is None

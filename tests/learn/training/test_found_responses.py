@@ -15,7 +15,6 @@ from learn.training.config import Config
 from learn.training.registry import MODELS
 from learn.training.run_files import box_of, build_model
 from learn.training.validation_part import learned_responses
-from scenes.files.errors import ParameterError
 from simulate.dataset.dataset import Dataset
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.spectra.beamformer import Beamformer
@@ -89,11 +88,6 @@ def test_a_black_picture_says_nothing(closet):
     assert max(likeness(learned, true), likeness(learned, flipped(true))) > 0.95
     pictures[:61] = 0
     assert found(replace(dataset, pictures=pictures, responses=None), parts) is None  # 19 are too few
-
-
-def test_a_switch_is_true_or_false():
-    with pytest.raises(ParameterError, match="find_phases: expected true or false, found 1"):
-        replace(STEPS, find_phases=1)
 
 
 @pytest.mark.slow

@@ -7,8 +7,7 @@ import torch
 from learn.models.base import SpectrumModel
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.mlp import ResponseMLP, SpectrumMLP
-from learn.training.prediction import RESPONSES_AT_ONCE, checked_dtype, predicted
-from scenes.files.errors import ParameterError
+from learn.training.prediction import RESPONSES_AT_ONCE, predicted
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -103,10 +102,3 @@ def test_spectra_that_are_not_finite_are_named():
         model.network.outward.bias[3] = np.nan
     for dtype in (FLOAT, GREY):
         assert not predicted(model, places(2), dtype)[1].any()
-
-
-def test_other_types_of_numbers_are_refused():
-    assert checked_dtype("uint8") == checked_dtype(np.uint8) == GREY
-    for wrong in (None, "float64", "x", 3, {"x": 1}):
-        with pytest.raises(ParameterError, match="dtype: expected float32"):
-            checked_dtype(wrong)

@@ -1,6 +1,5 @@
 """Folders of channels over subcarriers: what is read, what is said, and a sentence for each mistake."""
 
-import json
 import re
 from pathlib import Path
 
@@ -63,16 +62,6 @@ def test_export_and_reading_are_each_others_inverse(tmp_path, capsys):
     assert capsys.readouterr().err == ""  # our own folder states everything
 
 
-def test_a_folder_whose_frequency_was_assumed_states_none(tmp_path):
-    array = bisplat.PlanarArray(2, 2)
-    wide = bisplat.write_dataset(tmp_path / "wide", np.eye(3)[:2], channels()[:2], array, "2.4 GHz", bandwidth="20 MHz")
-    metadata = json.loads((wide.folder / "metadata.json").read_text())
-    del metadata["frequency_hz"]
-    (wide.folder / "metadata.json").write_text(json.dumps(metadata))
-    bisplat.export_csi(wide.folder, tmp_path / "csi")
-    assert bisplat.read_csi(tmp_path / "csi").frequency is None
-
-
 def test_check_describes_it(folder):
     found = bisplat.check(folder)
     described = found.description()
@@ -102,74 +91,37 @@ def _written(name: str, text: str):
     return lambda folder: (folder / name).write_text(text)
 
 
+BAND = '{"frequency_hz": %g, "band": {"bandwidth": 2e7, "subcarriers": %d}}'
+
+
+def _cut(folder: Path) -> None:
+    (folder / "csidata.npy").write_bytes((folder / "csidata.npy").read_bytes()[:-8])
+
+
 @pytest.mark.parametrize(
     ("break_it", "sentence"),
     [
-        (
-            _saved(lambda values: values[0]),
-            "csidata.npy: expected channels of rows × antennas × subcarriers (complex numbers), found shape (4, 52) of "
-            "complex64",
-        ),
+        (_saved(lambda values: values[0]), "csidata.npy: expected channels of rows × antennas × subcarriers (complex"),
         (
             _saved(lambda values: values.real),
-            "csidata.npy: expected channels of rows × antennas × subcarriers (complex numbers), found shape (6, 4, 52) "
-            "of float32",
+            "csidata.npy: expected channels of rows × antennas × subcarriers (complex",
         ),
-        (
-            _saved(lambda values: values[..., :51]),
-            "csidata.npy: expected an even number of subcarriers, half of them for the uplink, found 51",
-        ),
+        (_saved(lambda values: values[..., :51]), "csidata.npy: expected an even number of subcarriers"),
         (_saved(lambda values: values[:0]), "csidata.npy: expected channels of rows × antennas × subcarriers, found"),
         (_saved(lambda values: 0 * values), "csidata.npy: expected channels, found zeros alone"),
-        (
-            _saved(_with_nan),
-            "csidata.npy: expected finite numbers, found others in 1 of 6 rows, first in row 2 (counted from 0)",
-        ),
-        (
-            lambda folder: (folder / "csidata.npy").write_bytes((folder / "csidata.npy").read_bytes()[:-8]),
-            "csidata.npy: expected a shape that fits its 9976 bytes, found (6, 4, 52) of complex64",
-        ),
-        (
-            _written("csidata.npy", "x,y\n"),
-            "csidata.npy: expected channels of rows × antennas × subcarriers, found a dam",
-        ),
+        (_saved(_with_nan), "csidata.npy: expected finite numbers, found others in 1 of 6 rows, first in row 2"),
+        (_cut, "csidata.npy: expected a shape that fits its 9976 bytes, found (6, 4, 52) of complex64"),
+        (_written("csidata.npy", "x,y\n"), "csidata.npy: expected channels of rows × antennas × subcarriers, found"),
         (_saved(lambda values: np.array([None, values], object)), "csidata.npy: expected channels of rows"),
-        (
-            _written("base-station.yml", station(3)),
-            "base-station.yml: expected a position for each of the 4 antennas of csidata.npy, found 3",
-        ),
-        (
-            _written("base-station.yml", "gateway: [0, 0, 2]\n"),
-            "base-station.yml: expected base_station with the position [x, y, z] of each antenna, found",
-        ),
-        (
-            _written("base-station.yml", "base_station: [0, 0, 2]\n"),
-            "base-station.yml: base_station[0]: expected a list",
-        ),
-        (
-            lambda folder: (folder / "base-station.yml").unlink(),
-            "base-station.yml: expected the antenna positions of a",
-        ),
-        (
-            _written("test_index.txt", "3\n6\n"),
-            "test_index.txt, row 2: expected a whole number from 0 to 5, found '6'; the first",
-        ),
-        (
-            _written("test_index.txt", "2\n3\n"),
-            "test_index.txt: expected numbers that are not in train_index.txt, found 2",
-        ),
-        (
-            _written("tx_pos.csv", "x,y,z\n1,1,1\n"),
-            "tx_pos.csv: expected a position for each of the 6 rows of csidata.npy, found 1",
-        ),
-        (
-            _written("metadata.json", '{"band": {"bandwidth": 2e7, "subcarriers": 64}}'),
-            "metadata.json: band.subcarriers: expected the 52 of csidata.npy, found 64",
-        ),
-        (
-            _written("metadata.json", '{"frequency_hz": 5e7, "band": {"bandwidth": 2e7, "subcarriers": 52}}'),
-            "metadata.json: band.bandwidth: expected at most 20% of the carrier frequency",
-        ),
+        (_written("base-station.yml", station(3)), "base-station.yml: expected a position for each of the 4 antennas"),
+        (_written("base-station.yml", "gateway: [0, 0, 2]\n"), "base-station.yml: expected base_station with the"),
+        (_written("base-station.yml", "base_station: [0, 0, 2]\n"), "base-station.yml: base_station[0]: expected a"),
+        (lambda folder: (folder / "base-station.yml").unlink(), "base-station.yml: expected the antenna positions"),
+        (_written("test_index.txt", "3\n6\n"), "test_index.txt, row 2: expected a whole number from 0 to 5, found '6'"),
+        (_written("test_index.txt", "2\n3\n"), "test_index.txt: expected numbers that are not in train_index.txt"),
+        (_written("tx_pos.csv", "x,y,z\n1,1,1\n"), "tx_pos.csv: expected a position for each of the 6 rows"),
+        (_written("metadata.json", BAND % (2.4e9, 64)), "metadata.json: band.subcarriers: expected the 52 of csidata"),
+        (_written("metadata.json", BAND % (5e7, 52)), "metadata.json: band.bandwidth: expected at most 20%"),
     ],
 )
 def test_each_fault_has_one_sentence(break_it, sentence, folder):
@@ -198,24 +150,9 @@ def test_other_kinds_are_named(folder, tmp_path):
 @pytest.mark.parametrize(
     ("change", "warning"),
     [
-        (
-            _saved(lambda values: values[..., :8]),
-            "take 26 subcarriers for the uplink and the rest for the downlink, and",
-        ),
-        (
-            _saved(lambda values: np.concatenate([values[..., :26]] * 2, axis=-1)),
-            "the downlink equals the uplink, so there is nothing to predict",
-        ),
+        (_saved(lambda values: values[..., :8]), "take 26 subcarriers for the uplink and the rest for the downlink"),
+        (_saved(lambda values: np.tile(values[..., :26], 2)), "the downlink equals the uplink"),
         (_saved(lambda values: values * (np.arange(6) > 1)[:, None, None]), "2 of 6 rows have a link of zeros alone"),
-        (_saved(lambda values: values * (np.arange(4) > 0)[:, None]), "1 of 4 antennas have a link of zeros alone"),
-        (
-            _written("base-station.yml", station().replace("0.0, 0.06", "0.0, 600")),
-            "spread over 600 m: are they in metres?",
-        ),
-        (
-            _written("base-station.yml", station().replace("0.06", "0.12")),
-            "4 antennas are at 3 different positions only",
-        ),
         (_written("test_index.txt", "3\n"), "1 positions are in neither train_index.txt nor test_index.txt"),
     ],
 )

@@ -1,14 +1,11 @@
 """``bisplat responses``: channels.npz retrieved from pictures, marked, and continued after an interruption."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import bisplat
 from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
-from scenes.files.output_folder import locked
 from simulate.dataset import response_retrieval
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import (
@@ -79,27 +76,6 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
     assert not list(folder.glob("*partial*"))
 
 
-def test_what_was_retrieved_with_another_array_is_not_continued(folder, monkeypatch):
-    monkeypatch.setattr(response_retrieval, "AT_ONCE", 2)
-    whole, seeds = retrieve(read_dataset(folder)), []
-    (folder / "channels.npz").unlink()
-    dataset = read_dataset(folder)
-    beamformer = replace(dataset.beamformer, array=replace(dataset.array, spacing=0.4))
-    narrow = replace(dataset, identification=replace(dataset.identification, beamformer=beamformer))
-
-    def interrupted(spectra, beamformer, seed):
-        seeds.append(seed)
-        if len(seeds) == 2:
-            raise KeyboardInterrupt
-        return retrieve_responses(spectra, beamformer, seed)
-
-    monkeypatch.setattr(response_retrieval, "retrieve_responses", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        retrieve(narrow)
-    np.testing.assert_array_equal(retrieve(dataset).responses, whole.responses)
-    assert seeds[:3] == [0, 2, 0]
-
-
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut"])
 def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
     whole = retrieve(read_dataset(folder))
@@ -111,11 +87,6 @@ def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
     said = f"{partial}: expected what an interrupted bisplat responses left, found a damaged file"
     assert said in capsys.readouterr().err
     assert not partial.exists()
-
-
-def test_second_process_is_refused(folder):
-    with locked(folder), pytest.raises(InputError, match="no other process writes to"):
-        retrieve(read_dataset(folder))
 
 
 def test_command_replaces_retrieved_responses_only_by_force_and_recorded_ones_never(folder):

@@ -6,6 +6,7 @@ import pytest
 import scipy.io
 
 from scenes.files.errors import InputError
+from simulate.exchange import array_files
 from simulate.exchange.array_files import read_arrays
 
 PLACES = np.arange(12.0).reshape(4, 3)
@@ -106,3 +107,16 @@ def test_python_objects_are_not_run(tmp_path):
     np.save(tmp_path / "a.npy", np.array([{}], object), allow_pickle=True)
     with pytest.raises(InputError, match="found a damaged file"):
         read_arrays(tmp_path / "a.npy")
+
+
+def test_what_unpacks_to_too_much_or_lies_in_another_file_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(array_files, "LARGEST", 2 * 10**6)
+    np.savez_compressed(tmp_path / "a.npz", x=np.zeros(10**6))
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_dataset("x", (10**6,), "f8", compression="gzip")
+    (tmp_path / "secret").write_bytes(bytes(64))
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        file.create_dataset("x", (8,), "f8", external=[(str(tmp_path / "secret"), 0, 64)])
+    for name, found in (("a.npz", "MB when unpacked"), ("a.h5", "MB when unpacked"), ("b.h5", "in another file")):
+        with pytest.raises(InputError, match=found):
+            read_arrays(tmp_path / name)

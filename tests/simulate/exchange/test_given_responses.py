@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import ParameterError
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.element_array import ElementArray
@@ -62,27 +62,11 @@ def test_responses_of_unknown_phase_are_not_compared_between_positions(tmp_path)
     assert described["complex responses"] == "yes, each with a phase of its own"
 
 
-@pytest.mark.usefixtures("quick_fits")
-def test_a_model_learns_from_them(tmp_path):
-    """The field of one source in free space, received by a line of eight."""
-    line = PlanarArray(rows=1, columns=8)
-    places = np.random.default_rng(1).uniform((2, -1, -0.5), (4, 1, 0.5), (300, 3))
-    wavelength = 299_792_458 / 915e6
-    distance = np.linalg.norm(places[:, None] - line.positions * wavelength, axis=-1) / wavelength
-    made = write_dataset(tmp_path / "mine", places, np.exp(-2j * np.pi * distance) / distance, line, 915e6)
-    run = bisplat.train(made, tmp_path / "run", model="helmholtz", split="random")
-    assert bisplat.evaluate(run).metrics()["ssim_median"] > 0.95
-
-
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
         ({"responses": waves().T}, r"responses: .* found 6 × 4: transpose them"),
         ({"responses": np.abs(waves())}, "responses: .* with phases, found real numbers only"),
-        (
-            {"responses": waves()[:3]},
-            r"responses: expected responses of 4 positions × 6 elements, found shape \(3, 6\)",
-        ),
         ({"responses": waves() * [[1], [0], [1], [0]]}, "found zeros in row 1 and 1 more; leave them out"),
         ({"responses": waves() * 1e-20}, "expected a largest magnitude from 1e-12"),
         ({"responses": waves() * np.nan}, "all finite"),
@@ -98,17 +82,6 @@ def test_mistakes_are_told_in_a_sentence(tmp_path, changed, message):
     assert not (tmp_path / "mine").exists()
 
 
-def test_folder_stays_as_it_was_if_something_is_wrong(tmp_path):
-    with pytest.raises(InputError, match="orientation: expected a quaternion of unit length, found length 2"):
-        write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6, gateway_orientation=(0, 0, 0, 2))
-    assert not (tmp_path / "mine").exists()
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("precious")
-    with pytest.raises(InputError, match="found other files"):
-        write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6)
-    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
-
-
 def test_both_ends_move(tmp_path):
     made = write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 2.4e9, moving="both", receivers=PLACES[::-1])
     np.testing.assert_array_equal(made.transmitters, PLACES)
@@ -118,22 +91,12 @@ def test_both_ends_move(tmp_path):
     assert made.moving == "both" and made.fingerprint != other.fingerprint
 
 
-def test_one_transmitter_and_many_receivers_are_pairs(tmp_path):
-    places = np.tile(PLACES[:1], (4, 1))
-    made = write_dataset(tmp_path / "mine", places, waves(), ARRAY, 2.4e9, moving="both", receivers=PLACES)
-    assert len(made) == 4
-    with pytest.raises(InputError, match=r"tx_pos\.csv: expected positions that differ"):
-        write_dataset(tmp_path / "same", places, waves(), ARRAY, 2.4e9, moving="both", receivers=places)
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
         ({"moving": "both"}, "receivers: expected the array's positions, since both ends move, found none"),
         ({"receivers": PLACES}, "receivers: expected none unless both ends move, found some beside moving transmitter"),
         ({"moving": "both", "receivers": PLACES[:3]}, "receivers: expected a row for each of the 4 positions, found 3"),
-        ({"moving": "both", "receivers": 1e6 * PLACES}, "receivers: expected coordinates within ±100000 m, found"),
-        ({"moving": "both", "receivers": PLACES[:, :2]}, "receivers: expected rows of x, y, z, found shape (4, 2)"),
         (
             {"moving": "both", "receivers": PLACES, "gateway_position": (1, 0, 0)},
             "gateway_position: expected none beside receivers, where the array is, found one",

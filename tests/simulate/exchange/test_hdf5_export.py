@@ -11,7 +11,6 @@ import pytest
 
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency
-from simulate.exchange import hdf5_export
 from simulate.exchange.hdf5_export import export_hdf5
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
@@ -86,13 +85,6 @@ def test_measured_dataset_has_no_responses_but_those_that_were_retrieved(dataset
         assert "responses" not in file and (file["retrieved_responses"][:] == dataset.responses).all()
 
 
-def test_many_spectra_are_written_in_parts(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr(hdf5_export, "AT_ONCE", 2)
-    export_hdf5(dataset, tmp_path / "data.h5")
-    with h5py.File(tmp_path / "data.h5") as file:
-        assert (file["spectra"][:] == dataset.pictures).all()
-
-
 @pytest.mark.parametrize("room", [1000, 30_000])
 def test_full_disk_leaves_the_old_file_as_it_was(dataset, tmp_path, room):
     """HDF5 itself would crash the process at its end."""
@@ -105,17 +97,5 @@ def test_full_disk_leaves_the_old_file_as_it_was(dataset, tmp_path, room):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert error.value.errno == errno.EFBIG and error.value.filename == str(tmp_path / "data.h5")
-    assert [path.name for path in tmp_path.iterdir()] == ["data.h5"]
-    assert (tmp_path / "data.h5").read_bytes() == b"old"
-
-
-def test_killed_export_leaves_the_old_file_as_it_was(dataset, tmp_path, monkeypatch):
-    def killed(*_):
-        raise KeyboardInterrupt
-
-    (tmp_path / "data.h5").write_bytes(b"old")
-    monkeypatch.setattr(hdf5_export, "progress_bar", killed)
-    with pytest.raises(KeyboardInterrupt):
-        export_hdf5(dataset, tmp_path / "data.h5")
     assert [path.name for path in tmp_path.iterdir()] == ["data.h5"]
     assert (tmp_path / "data.h5").read_bytes() == b"old"

@@ -1,14 +1,11 @@
 """Simulated received powers against closed forms and against the responses of spectra."""
 
 import dataclasses
-import json
-import sys
 
 import numpy as np
 import pytest
 
 import bisplat
-from bisplat.__main__ import main
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.engines.rays_engine import Rays
@@ -99,27 +96,15 @@ def test_places_far_outside_the_scene_are_warned_of(tmp_path, capsys):
     assert "are they in metres" in said and "warning: positions" not in said
 
 
-def test_nothing_is_overwritten(tmp_path):
-    (tmp_path / "x").mkdir()
-    (tmp_path / "x" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="expected a new folder or one that this command began, found other files"):
-        bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT)
-    assert [path.name for path in (tmp_path / "x").iterdir()] == ["notes.txt"]
-
-
 FILES = {
     "positions alone": ("door: [0, 0, 2]\n", None),
     "all keys": ("door: {position: [0, 0, 2], boresight: [0, 1, 0], pattern: dipole, polarization: H}\n", None),
-    "a list": ("- [0, 0, 2]\n", "expected the gateways by name"),
     "empty": ("", "expected the gateways by name, .*, found nothing"),
     "two directions": (
         "door: {position: [0, 0, 2], boresight: [0, 1, 0], orientation: [0, 0, 0, 1]}",
         'file.yml: "door": expected orientation or boresight, found both',
     ),
     "unknown key": ("door: {position: [0, 0, 2], height: 2}", '"door": expected a known key, found .height'),
-    "no position": ("door: {pattern: iso}", '"door": expected the key position, found none'),
-    "no direction": ("door: {position: [0, 0, 2], boresight: [0, 0, 0]}", '"door": boresight: expected a direction'),
-    "two coordinates": ("door: [0, 2]\n", '"door": position: expected a list of 3'),
     "unknown pattern": ("door: {position: [0, 0, 2], pattern: dipol}", '"door": unknown gateway.pattern .*"dipole"'),
     "inside an object": ("door: [0, 0, 0]\n", '"door": '),
     "a long name": (f"{'x' * 101}: [0, 0, 2]\n", "expected a gateway's name of 1 to 100 printable characters"),
@@ -140,26 +125,6 @@ def test_gateways_from_a_file(case, tmp_path):
     with pytest.raises(InputError, match=sentence):
         bisplat.simulate_rssi(*call, positions=PLACES, propagation=SIGHT)
     assert not (tmp_path / "x").exists()
-
-
-def test_the_command_makes_what_the_function_does(tmp_path, monkeypatch, capsys):
-    bisplat.write_scene(small_scene(), tmp_path / "room")
-    (tmp_path / "gateways.yml").write_text("north: [0, 2, 1.5]\nsouth: [0.5, -2, 2.0]\n")
-    (tmp_path / "places.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in PLACES))
-    monkeypatch.chdir(tmp_path)
-    call = "rssi room/scene.yaml -o hall --gateways gateways.yml --positions places.csv --max-depth 0 --tx-power -3"
-    monkeypatch.setattr(
-        sys, "argv", ["bisplat", *call.split(), "--floor", "-90", "--quantisation", "0.5", "--seed", "2"]
-    )
-    main()
-    assert capsys.readouterr().out == "4 positions, 2 gateways: hall\n"
-    expected = bisplat.simulate_rssi(
-        small_scene(), "there", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=-3.0, floor_dbm=-90.0,
-        quantisation_db=0.5, seed=2,
-    )  # fmt: skip
-    np.testing.assert_array_equal(bisplat.read_rssi("hall").rssi_dbm, expected.rssi_dbm)
-    named = json.loads((tmp_path / "hall" / "metadata.json").read_text())
-    assert named["placement"] == "positions of places.csv"
 
 
 def test_gateway_of_given_elements_has_one_of_them(tmp_path):
@@ -209,16 +174,3 @@ def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
     files = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
     assert files == {path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*") if path.is_file()}
     assert all((folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes() for name in files)
-
-
-def test_gateways_may_be_given_in_another_order_after_an_interruption(tmp_path, monkeypatch):
-    monkeypatch.setattr(rssi_simulation, "move_content", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
-    call = {"positions": PLACES, "propagation": SIGHT}
-    with pytest.raises(KeyboardInterrupt):
-        bisplat.simulate_rssi(small_scene(), tmp_path / "stopped", GATEWAYS, **call)
-    monkeypatch.undo()
-    turned = dict(reversed(GATEWAYS.items()))
-    continued = bisplat.simulate_rssi(small_scene(), tmp_path / "stopped", turned, **call)
-    whole = bisplat.simulate_rssi(small_scene(), tmp_path / "whole", turned, **call)
-    assert continued.gateway_names == whole.gateway_names == list(turned)
-    assert (continued.rssi_dbm == whole.rssi_dbm).all()

@@ -11,12 +11,9 @@ from learn.evaluation.evaluate import evaluate
 from learn.evaluation.picture_checks import picture_doubts
 from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from scenes.scene.antennas import Transmitter
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.engines.rays_engine import Rays
-from simulate.generation.simulation import request_for
-from simulate.generation.simulation_options import Simulation
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification
@@ -98,11 +95,3 @@ def test_one_or_two_elements_are_refused_by_evaluation_and_doubted_by_check(fini
 
 def test_three_elements_are_scored(finished_run, tiny):
     assert len(evaluate(finished_run, of_array(read_dataset(tiny), 1, 3))) == 5
-
-
-def test_simulation_warns_of_a_single_element(capsys):
-    alone = replace(lab(), gateway=replace(lab().gateway, rows=1, columns=1))
-    request_for(alone, Simulation(n=2), Rays(), 0)
-    assert "warning: lab: the spectrum of a single element is the same" in capsys.readouterr().err
-    request_for(lab(), Simulation(n=2), Rays(), 0)
-    assert "element" not in capsys.readouterr().err

@@ -1,7 +1,7 @@
 """The standard deviation of a predicted spectrum's values: how far a prediction may be off.
 
 It grows with the distance from the known positions. Known spectra tell by how much: each is predicted once more from
-those that are farther away than a radius (``learn.training.deviation``). Validation spectra, to which the model was not
+those that are farther away than a radius. Validation spectra, to which the model was not
 fitted, then set the scale (split conformal prediction [papadopoulos2002]).
 """
 
@@ -26,24 +26,19 @@ from learn.training.prediction import predict, uncertainty
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
-LEAST_VALIDATED = 10
-"""Least number of validation spectra; fewer say too little about the errors."""
+LEAST_VALIDATED = 10  # Least number of validation spectra; fewer say too little about the errors
 
-LEAST = 0.5 / 255
-"""Half a grey level: pictures are rounded to whole ones."""
+LEAST = 0.5 / 255  # Half a grey level: pictures are rounded to whole ones
 
-EVERY = 5
-"""Only pixels of every so many rows and columns are compared; nearer ones have similar errors."""
+EVERY = 5  # Only pixels of every so many rows and columns are compared; nearer ones have similar errors
 
-KNOTS = 12
-"""Number of points of the curve of errors over distance or variance."""
+KNOTS = 12  # Number of points of the curve of errors over distance or variance
 
 REACH_LEAST = 2.0
 """A position is beyond all knowledge if it is at least this far from every known one, wavelengths, and farther than the
 diagonal of their bounding box."""
 
-MOST = 1000.0
-"""Largest coefficient of a deviation."""
+MOST = 1000.0  # Largest coefficient of a deviation
 Coefficient = Annotated[float, Meta(ge=0, le=MOST)]
 
 
@@ -64,12 +59,7 @@ class Deviation(Struct, frozen=True):
     nothing: Coefficient = MOST  # s, the deviation of knowing nothing about a position
 
     def at(self, gap: Float[np.ndarray, " K"] | None, count: int) -> Float[np.ndarray, " K"]:
-        """Standard deviation σ at K positions.
-
-        >>> stated = Deviation(0.03, 1.0, 20, "distance", [0.0, 0.2, 1.2], [0.0, 0.04, 0.24], 0.2)
-        >>> stated.at(np.array([0.0, 0.2, 9.0]), 3).tolist()
-        [0.03, 0.05, 0.2]
-        """
+        """Standard deviation σ at K positions."""
         a = np.zeros(count) if gap is None else gap
         squared = np.interp(a, self.gaps, np.square(self.errors)) if self.gaps else a
         return np.minimum(np.sqrt(self.constant**2 + self.growth**2 * squared), self.nothing)
@@ -92,11 +82,7 @@ class Gaps(Struct, frozen=True):
     error: Float[np.ndarray, " n"]
 
     def curve(self) -> tuple[list[float], list[float]]:
-        """Gaps and errors of at most ``KNOTS`` points of a curve that begins at 0 and never falls.
-
-        >>> Gaps("distance", np.array([0.1, 0.1, 0.5, 0.5]), np.array([0.02, 0.02, 0.1, 0.1])).curve()
-        ([0.0, 0.1, 0.5], [0.0, 0.02, 0.1])
-        """
+        """Gaps and errors of at most ``KNOTS`` points of a curve that begins at 0 and never falls."""
         order = np.argsort(self.gap, kind="stable")
         groups = [part for part in np.array_split(order, min(KNOTS, len(np.unique(self.gap)))) if len(part)]
         gaps = np.array([self.gap[part].mean() for part in groups])
@@ -108,33 +94,19 @@ class Gaps(Struct, frozen=True):
 def pixel_errors(
     prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
 ) -> Float[np.ndarray, "K P"]:
-    """True minus predicted values of every ``EVERY``th row and column.
-
-    (The value in the dominant direction alone would say little, since it is nearly always 1 in normalised spectra.)
-
-    >>> pixel_errors(np.zeros((2, 90, 360)), np.ones((2, 90, 360))).shape
-    (2, 1296)
-    """
+    """True minus predicted values of every ``EVERY``th row and column."""
     return (truth[:, ::EVERY, ::EVERY] - prediction[:, ::EVERY, ::EVERY]).reshape(len(truth), -1).astype(float)
 
 
 def nearest_known(
     known: Float[np.ndarray, "n 3"], positions: Float[np.ndarray, "K 3"], wavelength: float
 ) -> Float[np.ndarray, " K"]:
-    """Distance from each position to the nearest known one, wavelengths.
-
-    >>> nearest_known(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.5]]), 0.25).tolist()
-    [2.0]
-    """
+    """Distance from each position to the nearest known one, wavelengths."""
     return cKDTree(known).query(positions)[0] / wavelength
 
 
 def reach(known: Float[np.ndarray, "n 3"], wavelength: float) -> float:
-    """Distance from the nearest known position beyond which nothing is known, wavelengths.
-
-    >>> reach(np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]), 0.5), reach(np.zeros((1, 3)), 0.5)
-    (10.0, 2.0)
-    """
+    """Distance from the nearest known position beyond which nothing is known, wavelengths."""
     return max(REACH_LEAST, float(np.linalg.norm(np.ptp(known, axis=0))) / wavelength)
 
 
@@ -149,12 +121,7 @@ def fit_deviation(
 
     If the model's own errors over gaps are known, g is their scale, and c is 0. The errors of another model, which
     stands for this one, are taken as they are, and c is what this model adds to them. If it is better than the other
-    one, c is 0, and the curve is lower as far as the validation spectra reach. From twice that distance on it is
-    unchanged, since nothing tells that the model is better there, too.
-
-    >>> draws = np.random.default_rng(0).normal(size=(20, 500))
-    >>> fit_deviation(0.2 * draws, None).at(None, 1).round(2).tolist()
-    [0.2]
+    one, the curve is lower as far as the validation spectra reach, and unchanged from twice that distance on.
     """
     if len(error) < LEAST_VALIDATED:
         return None
@@ -193,27 +160,21 @@ def _within(coefficient: float) -> float:
     return min(max(coefficient, LEAST), MOST)
 
 
-RADII = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
-"""Radii within which known spectra are left out, wavelengths."""
+RADII = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)  # Radii within which known spectra are left out, wavelengths
 
-MEMBERS = 30
-"""Number of known spectra that are predicted for each radius."""
+MEMBERS = 30  # Number of known spectra that are predicted for each radius
 
-LEAST_LEFT = 8
-"""A prediction from fewer spectra than this tells nothing."""
+LEAST_LEFT = 8  # A prediction from fewer spectra than this tells nothing
 
-REFERENCE = 400
-"""Largest number of spectra of the field that stands for a model without one of its own."""
+REFERENCE = 400  # Largest number of spectra of the field that stands for a model without one of its own
 
-UNRELATED = 1.0
-"""Spectra at least this far apart are unrelated, wavelengths."""
+UNRELATED = 1.0  # Spectra at least this far apart are unrelated, wavelengths
 
 
 def errors_over_gaps(model: SpectrumModel, dataset: Dataset, train: Int[np.ndarray, " n"]) -> Gaps | None:
     """Predict known spectra from those that are farther away than a radius, and measure the errors.
 
-    A model that interpolates (``helmholtz``, ``twin``, ``mirror-images``) does so itself. Any other model would have to
-    be trained again for each radius, so kriging stands for it.
+    Kriging stands for a model that does not interpolate, which would have to be trained again for each radius.
     """
     if len(train) <= LEAST_LEFT:
         return None

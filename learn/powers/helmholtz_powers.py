@@ -29,7 +29,7 @@ LEAST_GAIN = 0.01
 """A smaller gain in the mean left-out error, as a share of it, can be due to chance."""
 
 
-class PowerField:
+class HelmholtzPowers:
     """Universal kriging in dB: the law of each gateway is estimated together with what it leaves.
 
     Fading in dB is skewed, with deep fades, and a Gaussian process is not. So the errors at known positions that are
@@ -137,7 +137,7 @@ def _at_most(count: int, seed: int) -> Int[np.ndarray, " n"]:
     return np.sort(np.random.default_rng(seed).permutation(count)[:MOST_KNOWN])
 
 
-class ExplainedPowers(PowerField):
+class ExplainedPowers(HelmholtzPowers):
     """The mean power of a gateway is P = a + n D + b T, with D = −10 log₁₀ of the distance and an explained power T.
 
     The weights a, n and b of each gateway are estimated with the remainder, so that what explains nothing gets no

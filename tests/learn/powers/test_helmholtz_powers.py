@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from learn.powers.helmholtz_powers import HelmholtzPowers, _Gateway
 from learn.powers.known_powers import KnownPowers, decades
 from learn.powers.power_baselines import InverseDistance, Kriging, Mean, by_inverse_distance
 from learn.powers.power_covariance import PowerCovariance, squared_separations
-from learn.powers.power_field import PowerField, _Gateway
 
 GATEWAYS = np.array([[-3.0, 0, 2], [4.0, 4, 2], [0.5, -5, 2], [6, 6, 1]])
 
@@ -26,7 +26,7 @@ def task(at: np.ndarray, powers: np.ndarray, floor: float = -100.0) -> KnownPowe
     return KnownPowers(at, powers, GATEWAYS, floor, 0.33)
 
 
-@pytest.mark.parametrize("method", [Kriging, PowerField])
+@pytest.mark.parametrize("method", [Kriging, HelmholtzPowers])
 def test_known_powers_without_noise_are_reproduced(method):
     at, _ = drawn(60, noise=0.0)
     smooth = -40 + 2.5 * decades(np.linalg.norm(at[:, None] - GATEWAYS, axis=-1)) + 3 * np.sin(3 * at[:, :1])
@@ -38,15 +38,15 @@ def test_known_powers_without_noise_are_reproduced(method):
 def test_stated_intervals_hold_nine_of_ten_powers_and_the_field_is_predicted():
     at, powers = drawn(500, noise=0.1)
     found = {}
-    for method in (PowerField, InverseDistance, Mean):
+    for method in (HelmholtzPowers, InverseDistance, Mean):
         made = method()
         made.fit(task(at[:250], powers[:250]))
         found[method] = made.predict(at[250:])
-    field = found[PowerField]
+    field = found[HelmholtzPowers]
     within = (field.low <= powers[250:]) & (powers[250:] <= field.high)
     assert 0.85 <= within.mean() <= 0.95
     error = {method: np.median(np.abs(each.median - powers[250:])) for method, each in found.items()}
-    assert error[PowerField] < error[InverseDistance] < error[Mean]
+    assert error[HelmholtzPowers] < error[InverseDistance] < error[Mean]
 
 
 def test_intervals_of_fading_hold_too_and_the_median_lies_above_the_mean():
@@ -55,7 +55,7 @@ def test_intervals_of_fading_hold_too_and_the_median_lies_above_the_mean():
     gains = generator.normal(size=(40, 4)) + 1j * generator.normal(size=(40, 4))
     response = np.exp(1j * at @ (19 * waves / np.linalg.norm(waves, axis=1, keepdims=True)).T) @ gains
     powers = -60 + 20 * np.log10(np.abs(response))
-    made = PowerField()
+    made = HelmholtzPowers()
     made.fit(task(at[:200], powers[:200]))
     found = made.predict(at[200:])
     assert 0.85 <= ((found.low <= powers[200:]) & (powers[200:] <= found.high)).mean() <= 0.95
@@ -66,7 +66,7 @@ def test_intervals_of_fading_hold_too_and_the_median_lies_above_the_mean():
 
 def test_two_known_powers_still_have_an_interval():
     at, powers = drawn(8, noise=0.1)
-    made = PowerField()
+    made = HelmholtzPowers()
     made.fit(task(at[:2], powers[:2]))
     found = made.predict(at[2:])
     assert (found.high - found.low > 5).all()
@@ -100,7 +100,7 @@ def test_a_few_powers_some_of_which_were_not_received(count):
     at, powers = drawn(20, noise=0.1)
     powers[::2, 1] = np.nan
     powers[:, 2] = np.nan
-    for method in (Mean, InverseDistance, Kriging, PowerField):
+    for method in (Mean, InverseDistance, Kriging, HelmholtzPowers):
         made = method()
         made.fit(task(at[:count], powers[:count], floor=-70))
         found = made.predict(at[count:])
