@@ -43,7 +43,6 @@ from scenes.scene.antennas import Transmitter as Transmitter
 from scenes.scene.description import Scene as Scene
 from scenes.scene.description import SceneObject as SceneObject
 from scenes.scene.materials import RadioMaterial as RadioMaterial
-from scenes.scene.materials import material_names as material_names
 from scenes.scene.materials import p2040_material as p2040_material
 from scenes.scene.materials import p2040_materials as p2040_materials
 from scenes.scene.orientation import facing as facing

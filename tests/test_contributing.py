@@ -16,7 +16,6 @@ ROOT = Path(__file__).parents[1]
 BLOCKS = dict(re.findall(r"```(?:python|toml)\n# (\w+/\S+)\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(), re.S))
 """What the page says by the file that it belongs in."""
 
-PLACE_IMPORT = "from scenes.places.workshop import workshop\n"
 ENGINE_IMPORT = "from simulate.engines.rays_engine import Rays\n"
 
 
@@ -44,11 +43,11 @@ def followed(tmp_path_factory):
         first, rest = blocks.pop(table).split("\n", 1)
         replace(root / table, f"{first}\n", f"{first}\n{rest}")
 
-    places, line = "scenes/storage/scene_yaml.py", blocks.pop("scenes/storage/scene_yaml.py")
-    closet = (root / "scenes/places/closet.py").read_text()
-    (root / "scenes/places/shed.py").write_text(closet.replace("closet", "shed"))
+    places, line = "scenes/places/built_in.py", blocks.pop("scenes/places/built_in.py")
+    text = (root / places).read_text()
+    shed = re.search(r"def closet.*?\n\n\n(?=\S)", text, re.DOTALL)[0].replace("closet", "shed")
+    replace(root / places, "BUILT_IN: dict", f"{shed}BUILT_IN: dict")
     replace(root / places, line.replace(", shed", ""), line)
-    replace(root / places, PLACE_IMPORT, f"{PLACE_IMPORT}from scenes.places.shed import shed\n")
 
     engines, line = "simulate/engines/engine_table.py", blocks.pop("simulate/engines/engine_table.py")
     shutil.copy(ROOT / "tests/simulate/engines/free_space.py", root / "simulate/engines/freespace_engine.py")

@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation

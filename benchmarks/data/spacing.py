@@ -38,8 +38,9 @@ from learn.data.expected_score import Expected, ScoreCurve, Shape, Spacing, scor
 from learn.data.metrics import ssim
 from learn.data.splits import split
 from learn.training.prediction import predict
+from scenes.places.built_in import BUILT_IN
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
-from scenes.storage.scene_yaml import BUILT_IN, load_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD

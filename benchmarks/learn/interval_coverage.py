@@ -24,11 +24,10 @@ from tyro.conf import Positional
 from benchmarks.ledger.printing import print_figures
 from learn.evaluation.prediction_intervals import intervals_by_distance
 from learn.training.config import Config
-from learn.training.deviation import nearest_known, pixel_errors
+from learn.training.conformal_deviation import nearest_known, pixel_errors
 from learn.training.registry import MODELS
 from learn.training.run_folder import Run, load_run
-from scenes.places.closet import closet
-from scenes.places.lab import lab
+from scenes.places.built_in import closet, lab
 from scenes.places.room import build_place, table
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject

@@ -19,7 +19,7 @@ import numpy as np
 import tyro
 
 from benchmarks.ledger.printing import print_figures
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from simulate.positions.placement import place
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import Propagation

@@ -30,9 +30,7 @@ from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.rays_against_full_wave import EngineComparison, compare_responses, scene_for_rays
 from benchmarks.ledger.smallest_room import smallest_room
 from learn.reports.figures import draw_examples
-from scenes.places.bedroom import bedroom
-from scenes.places.closet import closet
-from scenes.places.workshop import workshop
+from scenes.places.built_in import bedroom, closet, workshop
 from simulate.dataset.dataset import Dataset
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import read_stored_field

@@ -27,8 +27,7 @@ from jaxtyping import Complex, Float
 from benchmarks.ledger.one_run import closed_box, off_db, one_run_of
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.smallest_room import smallest_room
-from scenes.scene.description import Scene
-from scenes.scene.same_array import with_same_array
+from scenes.scene.description import Scene, with_same_array
 from scenes.storage.scene_yaml import load_scene
 from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.spectra.band import Band

@@ -18,7 +18,7 @@ import numpy as np
 import tyro
 
 from benchmarks.ledger.printing import print_figures
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from scenes.scene.description import Scene
 from simulate.positions.placement import free_positions
 from simulate.rays.core.propagation import Propagation

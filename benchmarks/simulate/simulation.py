@@ -29,7 +29,7 @@ import tyro
 from benchmarks.ledger.commands import Measured, measured
 from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from simulate.positions.placement import place
 from simulate.rays.core.multipath import Interaction, Paths
 from simulate.rays.core.propagation import Propagation

@@ -19,7 +19,7 @@ import tyro
 
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.smallest_room import smallest_room
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from scenes.scene.description import Scene
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.cells import edge_materials

@@ -27,7 +27,7 @@ from learn.evaluation.evaluate import evaluate
 from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.reports.evaluation_report import write_locations
 from learn.reports.figures import draw_reliability
-from learn.training.deviation import NORMAL
+from learn.training.conformal_deviation import NORMAL
 from learn.training.run_folder import Run
 from scenes.scene.antennas import Gateway
 from scenes.scene.orientation import facing

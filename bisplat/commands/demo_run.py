@@ -23,7 +23,7 @@ from scenes.files.json_yaml_xml import read_json
 from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from simulate.generation.simulation import simulate
 from simulate.positions.placement import place
 from simulate.positions.positions import MOST_POSITIONS

@@ -16,8 +16,7 @@ def array_option(text: str) -> dict[str, Any]:
     >>> array_option("4x8@0.4")
     {'rows': 4, 'columns': 8, 'spacing': 0.4}
     """
-    from scenes.scene.array_size import read_array
-    from scenes.scene.element_positions import as_positions, fault_of
+    from scenes.scene.antennas import as_positions, fault_of, read_array
     from simulate.positions.positions import read_points
 
     path = Path(text)

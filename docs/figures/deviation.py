@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from learn.training.deviation import NORMAL, Deviation
+from learn.training.conformal_deviation import NORMAL, Deviation
 
 known = np.array([0.3, 0.55, 0.8, 1.3, 1.6, 2.6])
 line = np.linspace(0, 3.6, 500)

@@ -133,11 +133,7 @@ class ScoreCurve:
 
     @classmethod
     def over(cls, rooms: Mapping[str, Mapping[float, float]]) -> ScoreCurve:
-        """The curve over several rooms, at the densities that all of them have.
-
-        More positions never make a room harder. So where a score falls with the density, which is chance, the line is
-        level.
-        """
+        """The curve over several rooms, at densities that all of them have; level where a score falls, by chance."""
         common = sorted(set.intersection(*(set(room) for room in rooms.values())))
         scores = np.array([[room[density] for density in common] for room in rooms.values()])
         return cls(

@@ -143,10 +143,7 @@ def ssim(
 def ssim_of_each(
     prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
 ) -> Float[np.ndarray, " K"]:
-    """SSIM of each pair, in the float type of its arrays.
-
-    Fits compare candidates in single precision, which is faster.
-    """
+    """SSIM of each pair, in the float type of its arrays: fits compare in single precision, which is faster."""
     return np.array([structural_similarity(p, t, data_range=1) for p, t in zip(prediction, truth, strict=True)])
 
 

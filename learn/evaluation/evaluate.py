@@ -18,7 +18,7 @@ from learn.data.split_distances import SplitDistances
 from learn.evaluation.prediction_intervals import StatedIntervals, intervals_by_distance
 from learn.models.base import Report
 from learn.training.config import Origin, require_same_link
-from learn.training.deviation import pixel_errors
+from learn.training.conformal_deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say

@@ -12,7 +12,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.spectra.array import too_few_elements
 from simulate.spectra.element_array import uniform
 from simulate.spectra.explanation import Explanation, explain
-from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, grey_levels
+from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, level_count
 from simulate.spectra.lags import EXAMINED
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import evenly, spectrum_of
@@ -52,7 +52,7 @@ def _of_azimuths(dataset: Dataset) -> list[str]:
 def _of_levels(dataset: Dataset) -> list[str]:
     """Sentences if the pictures have too few grey levels to show anything."""
     examined = evenly(np.arange(len(dataset.pictures)), EXAMINED)
-    levels = [grey_levels(dataset.pictures[index]) for index in examined]
+    levels = [level_count(dataset.pictures[index]) for index in examined]
     few = sum(1 < each < LEAST_LEVELS for each in levels)
     found = []
     if few:

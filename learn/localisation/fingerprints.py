@@ -59,7 +59,7 @@ class Field:
     """The fingerprints that several gateways' runs predict together: those of each gateway times √w, concatenated.
 
     The weight w of a gateway is proportional to 1/σ², with the deviation σ that its run states
-    (``learn.training.deviation``), and the weights add up to 1. A gateway whose predictions may be far off therefore
+    (conformal_deviation.py), and the weights add up to 1. A gateway whose predictions may be far off therefore
     counts less. Deviations fitted to few validation spectra are uncertain, so they are moved towards each other. If a
     run states none, all weights are equal.
     """

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from simulate.spectra.compiled_beamformer import CompiledBeamformer
 
 
+Region = Float[np.ndarray, "2 3"]  # corners (min, max) of the box of training positions, metres, world frame
 Report = Callable[[str, int, int], None]  # takes a phase of a fit, the number of its steps done, and the largest number
 
 

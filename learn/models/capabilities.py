@@ -71,7 +71,7 @@ class HasPrimitives(Protocol):
 class StatesVariance(Protocol):
     """States the variance [B] of its predictions at B positions, relative to the field's variance, 0…1.
 
-    Runs scale it to a standard deviation of spectra (``learn.training.deviation``).
+    Runs scale it to a standard deviation of spectra (``learn.training.conformal_deviation``).
     """
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:

@@ -27,9 +27,10 @@ from scenes.files.errors import (
     require_within,
 )
 from scenes.files.input_file import what_is_at
+from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
-from scenes.storage.scene_yaml import BUILT_IN, load_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import recorded_scene
 from simulate.dataset.dataset_kinds import is_rssi
 from simulate.rays.core.propagation import Propagation

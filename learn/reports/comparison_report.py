@@ -30,10 +30,7 @@ COST_COLUMNS = {
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write the averages over the seeds, and the distribution of the SSIM of the first seed.
-
-    The files are table.html, table.tex, table.csv, and ssim_cdf.png (and .pdf).
-    """
+    """Write table.html, table.tex and table.csv of averages, and ssim_cdf.png (and .pdf) of the first seed."""
     rows = {average_name(row): row for row in comparison.table()}
     first_seed_rows = {average_name(row): row for row in reversed(comparison.rows)}
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
@@ -58,11 +55,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 
 @at_paper_size()
 def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png and learning_curves.png (and both as .pdf), table.tex and table.csv.
-
-    The former shows the median SSIM of every row; of several seeds, their mean and standard deviation. Rows with doubts
-    are marked, and a line below says which.
-    """
+    """Write ablation.png (median SSIM of every row), learning_curves.png, table.tex and table.csv."""
     rows = comparison.averages()[::-1]
     figure = Figure(figsize=(PAGE, 0.6 + 0.2 * len(rows)), layout="constrained")
     axis = figure.subplots()
@@ -85,10 +78,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
 
 
 def write_sweep(comparison: Comparison, folder: Path) -> None:
-    """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv.
-
-    Of several seeds, the points are means and the bars standard deviations. Methods with doubts are marked.
-    """
+    """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv."""
     averages, doubts = comparison.averages(), comparison.doubts()
     made, note = Provenance.of_comparison(comparison), footnote_of(comparison.averages())
     axes = ("training spectra", f"median SSIM{over_seeds(averages)}")

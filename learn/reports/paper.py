@@ -47,10 +47,7 @@ def at_paper_size() -> Any:
 
 
 def save(figure: Figure, path: Path, provenance: Provenance | None = None, note: str = "") -> None:
-    """Write a figure as PNG, and as PDF for papers.
-
-    The figure grows at its foot by the lines of the note and of the provenance; its axes keep their size.
-    """
+    """Write a figure as PNG and PDF; it grows at its foot by the lines of the note and of the provenance."""
     lines = [(note, _NOTE_POINTS, "0.2")] if note else []
     if provenance is not None:
         lines.append((provenance.sentence(), _FOOT_POINTS, "0.45"))

@@ -204,11 +204,7 @@ def _quantity(difference: bool) -> str:
 
 
 def label_log_axis(axis: Axis) -> None:
-    """Choose and label the ticks of a logarithmic axis. Call it when everything is drawn.
-
-    By itself, Matplotlib labels only one or two powers of ten on an axis of two decades, and 2×10², 3×10², … on a
-    shorter one.
-    """
+    """Label the ticks of a logarithmic axis, when all is drawn; Matplotlib labels too few on a short one."""
     low, high = sorted(axis.get_view_interval())
 
     def ticks(locator: Locator) -> int:

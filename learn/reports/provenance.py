@@ -100,7 +100,7 @@ class Provenance:
             distances=_distances(comparison, rows),
             array=(comparison.array and comparison.array.cannot_tell) or "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
-            fingerprint=settings.dataset_sha256 or "",
+            fingerprint=settings.dataset_sha256,
         )
 
     @classmethod

@@ -53,10 +53,7 @@ def write_tables(
     provenance: Provenance,
     note: str = "",
 ) -> None:
-    """Write table.tex and table.csv.
-
-    table.tex is a ``tabular``, which needs the package booktabs. A comment above it says where it comes from.
-    """
+    """Write table.tex, a ``tabular`` that needs booktabs and says where it comes from, and table.csv."""
     present = {key: title for key, title in columns.items() if any(row.get(key) is not None for row in rows.values())}
     write_atomically(folder / LATEX, _latex(rows, present, provenance, note).encode())
     write_atomically(folder / CSV, _csv(rows, present).encode())

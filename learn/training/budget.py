@@ -61,10 +61,7 @@ def timed(
     seed: int,
     processes: int = 1,
 ) -> Timed:
-    """Estimate how long a training takes, or choose the number of its steps by the time that it may take.
-
-    A warning is printed if nothing of a budget is left after the search for responses behind pictures.
-    """
+    """Estimate how long a training takes, or choose the number of its steps by the time that it may take."""
     learned = learned_responses(model, dataset, parts, by_steps)
     spent = learned.seconds / 60
     shared = replace(by_steps, batch_size=max(1, by_steps.batch_size // processes))

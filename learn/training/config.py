@@ -87,10 +87,7 @@ class Config:
         object.__setattr__(self, "options", {name: _as_json(name, value) for name, value in self.options.items()})
 
     def settings(self) -> dict[str, Any]:
-        """All settings in one flat dictionary, by the names of the parameters of ``train``.
-
-        An option of one's own model that has the name of a parameter is called "option seed".
-        """
+        """All settings in one flat dictionary; an option that has the name of a setting is called "option seed"."""
         content = asdict(self)
         options, by_steps = content.pop("options"), content.pop("by_steps")
         settings = {**content, **(by_steps or {})}
@@ -157,7 +154,7 @@ def read_config(folder: Path) -> RunRecord:
     return RunRecord(config, beamformer, receiver.dataset_sha256, receiver.frequency_hz)
 
 
-def require_same_spectra(dataset: Dataset, folder: Path, fingerprint: str | None) -> None:
+def require_same_spectra(dataset: Dataset, folder: Path, fingerprint: str) -> None:
     """Refuse a dataset that is not the one with which a run or an experiment was begun."""
     if dataset.fingerprint != fingerprint:
         raise InputError(

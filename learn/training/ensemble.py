@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
+from learn.training.conformal_deviation import Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.prediction import uncertainty
 from learn.training.run_files import read_training
 from learn.training.run_folder import Run, stated_deviation
@@ -45,11 +45,7 @@ class Ensemble:
         return total
 
     def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
-        """How far the means may be off: standard deviations of their values, 0…1, as by ``Run.deviation``.
-
-        The errors over gaps are those that the first run knows; validation spectra, on which no run was trained, tell
-        how far the mean is off near known positions.
-        """
+        """How far the means may be off, as by ``Run.deviation``, with the errors over gaps of the first run."""
         return None if self._fitted is None else stated_deviation(self.runs[0], self._fitted, positions)
 
     @cached_property

@@ -45,10 +45,7 @@ WARM_UP = 0.05  # Fraction of the steps during which the learning rate rises lin
 
 
 class Training(L.LightningModule):
-    """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine.
-
-    All weights decay except the places and shapes of primitives, which decay would move to one place.
-    """
+    """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine."""
 
     def __init__(self, model: SpectrumModel, by_steps: Steps, pixels: Quadrature):
         super().__init__()
@@ -105,8 +102,7 @@ class Training(L.LightningModule):
 class Batches(Sampler[list[int]]):
     """Batches of indices: those numbered from ``first`` on of an endless row of passes over the training part.
 
-    Each pass has an order of its own. An incomplete last batch of a pass is left out. The order depends only on the
-    sampler's seed and the number of the pass, whatever the length of the epochs.
+    Each pass has an order of its own; an incomplete last batch of a pass is left out.
     """
 
     def __init__(self, sampler: DistributedSampler, size: int, first: int, count: int):
@@ -128,13 +124,9 @@ class Batches(Sampler[list[int]]):
 
 
 class Spectra(L.LightningDataModule):
-    """Batches of (position, 8-bit picture, element responses).
+    """Batches of (position, 8-bit picture, element responses of mean square magnitude 1, or none).
 
-    The responses (real, imaginary) are scaled to a mean square magnitude of 1 over the training part. If none are
-    given, they have 0 elements.
-
-    The order of the spectra depends only on the seed. A resumed run therefore gets the same batches as an uninterrupted
-    one, and the processes of a distributed run together get those of a single process.
+    Their order depends only on the seed, also in a resumed run and of several processes together.
     """
 
     # number of steps of each epoch; the model is validated after each. None: a single pass.

@@ -57,11 +57,9 @@ training."""
 
 
 def quiet_trainer(**settings: Any) -> L.Trainer:
-    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own.
-
-    A branch that is bypassed gets no gradient; the strategy of several processes (DDP) allows that.
-    """
+    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own."""
     several = (settings.get("devices", 1), settings.get("num_nodes", 1)) != (1, 1)
+    # A branch that is bypassed gets no gradient; this strategy of DDP allows that.
     where = {"accelerator": "auto", "devices": 1, "strategy": "ddp_find_unused_parameters_true" if several else "auto"}
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
@@ -100,10 +98,7 @@ def is_first_process() -> bool:
 
 @contextmanager
 def interrupts() -> Iterator[None]:
-    """Turn the end of Lightning's loop by SIGINT or SIGTERM into KeyboardInterrupt.
-
-    Lightning raises SystemExit with various statuses, and ignores later SIGINTs.
-    """
+    """Turn the end of Lightning's loop by SIGINT or SIGTERM, SystemExit of various statuses, into KeyboardInterrupt."""
     on_interrupt = signal.getsignal(signal.SIGINT)
     try:
         yield

@@ -111,10 +111,7 @@ def _write(
 
 
 def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) -> Bool[np.ndarray, " B"]:
-    """Write numbers into an array, at least 0 and at most 1, as grey levels if it holds these.
-
-    Interpolated spectra can be a little below 0 or above 1.
-    """
+    """Write numbers into an array, at least 0 and at most 1 (interpolated ones can be beyond), or as grey levels."""
     finite = np.ones(len(numbers), bool)
     for first in range(0, len(numbers), PREDICT_AT_ONCE["cpu"]):  # so few that they stay in a cache
         some = slice(first, first + PREDICT_AT_ONCE["cpu"])

@@ -17,7 +17,7 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import adapt_to
 from learn.models.model_settings import STEPS_MOST
 from learn.training.config import Config
-from learn.training.deviation import Deviation
+from learn.training.conformal_deviation import Deviation
 from learn.training.registry import check_options, model_class, model_entry
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason, shown

@@ -24,7 +24,7 @@ from safetensors.torch import load_file, save
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
 from learn.training.config import Config, read_config, require_same_spectra
-from learn.training.deviation import Deviation, nearest_known, reach
+from learn.training.conformal_deviation import Deviation, nearest_known, reach
 from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
 from learn.training.registry import model_entry
 from learn.training.run_files import build_model, read_known_positions, read_training

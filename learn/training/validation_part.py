@@ -17,7 +17,7 @@ from learn.models.capabilities import FitsInClosedForm, LearnsBand, PredictsResp
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.model_settings import Steps
-from learn.training.deviation import (
+from learn.training.conformal_deviation import (
     LEAST_VALIDATED,
     Deviation,
     errors_over_gaps,
@@ -130,10 +130,8 @@ class Learned(NamedTuple):
 def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_steps: Steps) -> Learned:
     """The responses from which a model learns, if there are any.
 
-    Responses are found behind pictures if the model predicts responses, if ``by_steps.find_phases`` is set, and if
-    there are neither too few training pictures nor too many. They are used if kriging of them predicts the validation
-    spectra better than inverse-distance weighting does. On the measured sample this holds for the split ``files``, but
-    not for ``blocked``.
+    Responses are found behind pictures if the model predicts some and ``by_steps.find_phases`` is set. They are used if
+    kriging of them predicts the validation spectra better than inverse-distance weighting does.
     """
     if not isinstance(model, PredictsResponses):
         return Learned(None)

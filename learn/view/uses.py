@@ -10,7 +10,7 @@ from jaxtyping import Float
 from viser import ClientHandle, SceneNodeHandle
 
 from learn.localisation.located_places import read_places
-from learn.models.geometry import grid_in
+from learn.localisation.refine import grid_in
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import Colours, colour_of
 from learn.view.room_layers import add_dots, add_planned, switch

@@ -12,9 +12,17 @@ import numpy as np
 
 from scenes.checks.occupancy import blocking_object, element_positions, obstruction
 from scenes.files.errors import InputError, ParameterError, did_you_mean, named, shown
-from scenes.scene.antennas import MOST_IN_A_ROW, PATTERNS, POLARIZATIONS, WIDEST_SPACING, Gateway, Transmitter
+from scenes.scene.antennas import (
+    MOST_ELEMENTS,
+    MOST_IN_A_ROW,
+    PATTERNS,
+    POLARIZATIONS,
+    WIDEST_SPACING,
+    Gateway,
+    Transmitter,
+    fault_of,
+)
 from scenes.scene.description import FARTHEST, LONGEST_NAME, MOST_TRIANGLES, Scene
-from scenes.scene.element_positions import MOST_ELEMENTS, fault_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import THICKEST, p2040_source
 from scenes.scene.orientation import UNIT_TOLERANCE

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Iterable
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,7 +15,7 @@ from scenes.importing.lengths import plain
 from scenes.importing.material_rules import listed
 from scenes.importing.thick_walls import SOLID, walls_as_sheets
 from scenes.scene.description import Scene, SceneObject
-from scenes.scene.permittivity import conducting_objects, is_conductor
+from scenes.scene.materials import conducting_objects, is_conductor
 
 Walls = Literal["as-sheets", "as-drawn"]
 """Whether walls that are drawn as boxes become sheets, or keep both faces."""
@@ -62,20 +62,41 @@ class DrawnWalls:
 def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
     """Treat the walls of a scene as the user wants it."""
     as_sheets, sheets = walls_as_sheets(scene)
+    warnings, assumed = [], []
     if walls == "as-drawn":
         left = {item.name: item for item in as_sheets.objects}
         twice = [item.name for item in scene.objects if left.get(item.name) is not item]
         twice += [name for name in counted_twice(scene) if name not in twice]
-        remedy = "--walls as-sheets makes sheets of those that consist of plates"
-        sentence = f"waves pass a slab at both faces of {listed(twice)}, which are solid; {remedy}"
-        return DrawnWalls(scene, {}, (), (*([sentence] if twice else []), *_coincident(scene)))
-    each = listed(f"{name} ({plain(thickness)} m)" for name, thickness in sheets.items())
-    made = (
-        f"made one sheet, with one slab, of each wall and board that is drawn with both its faces: {each}; --walls "
-        "as-drawn keeps the faces"
-    )
-    warnings = (*_solid(as_sheets), *_two_sided(as_sheets, sheets), *_coincident(as_sheets))
-    return DrawnWalls(as_sheets, sheets, (made,) if sheets else (), warnings)
+        if twice:
+            remedy = "--walls as-sheets makes sheets of those that consist of plates"
+            warnings.append(f"waves pass a slab at both faces of {listed(twice)}, which are solid; {remedy}")
+        sheets = {}
+    else:
+        scene, twice = as_sheets, counted_twice(as_sheets)
+        if sheets:
+            each = listed(f"{name} ({plain(thickness)} m)" for name, thickness in sheets.items())
+            assumed.append(
+                "made one sheet, with one slab, of each wall and board that is drawn with both its faces: "
+                f"{each}; --walls as-drawn keeps the faces"
+            )
+        if twice:
+            warnings.append(
+                f"waves pass a slab at both faces of {listed(twice)}, which are solid but do not consist of plates; "
+                "draw each of their walls as a box or a sheet of its own"
+            )
+        if apart := two_sided_walls(scene, {*sheets, *twice}, SOLID):
+            each = listed(f"{name} ({plain(distance)} m)" for name, distance in apart.items())
+            warnings.append(
+                f"large faces lie near one another, so that waves pass a slab at each: {each}; if they are the two "
+                "sides of one wall, draw it as a box with one material, or as one sheet"
+            )
+    if pairs := drawn_twice(scene):
+        most, _ = max(pairs.items(), key=lambda each: each[1])
+        warnings.append(
+            f"{sum(pairs.values())} triangles lie exactly on another one, such as in {listed(most)}; each counts as "
+            "a slab of its own"
+        )
+    return DrawnWalls(scene, sheets, tuple(assumed), tuple(warnings))
 
 
 def counted_twice(scene: Scene) -> list[str]:
@@ -88,38 +109,6 @@ def counted_twice(scene: Scene) -> list[str]:
             if any(2 * abs(part.volume) < SOLID * scene.thickness(item) * part.area for part in large):
                 found.append(item.name)
     return found
-
-
-def _solid(scene: Scene) -> list[str]:
-    twice = counted_twice(scene)
-    if not twice:
-        return []
-    return [
-        f"waves pass a slab at both faces of {listed(twice)}, which are solid but do not consist of plates; draw each "
-        "of their walls as a box or a sheet of its own"
-    ]
-
-
-def _two_sided(scene: Scene, sheets: Iterable[str]) -> list[str]:
-    apart = two_sided_walls(scene, {*sheets, *counted_twice(scene)}, SOLID)
-    if not apart:
-        return []
-    each = listed(f"{name} ({plain(distance)} m)" for name, distance in apart.items())
-    return [
-        f"large faces lie near one another, so that waves pass a slab at each: {each}; if they are the two sides of "
-        "one wall, draw it as a box with one material, or as one sheet"
-    ]
-
-
-def _coincident(scene: Scene) -> list[str]:
-    pairs = drawn_twice(scene)
-    if not pairs:
-        return []
-    most, _ = max(pairs.items(), key=lambda each: each[1])
-    return [
-        f"{sum(pairs.values())} triangles lie exactly on another one, such as in {listed(most)}; each counts as "
-        "a slab of its own"
-    ]
 
 
 def drawn_twice(scene: Scene) -> dict[tuple[str, str], int]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from scenes.files.errors import InputError, did_you_mean, named
-from scenes.scene.materials import OutsideP2040, RadioMaterial, material_names, p2040_material
+from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
 
 BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)
 """Blender numbers copies: Wall, Wall.001, Wall.002."""
@@ -24,7 +24,7 @@ def short_name(name: str) -> str:
 
 def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
     """The material that a name stands for; case, spaces, "mat-", "itu_" and Blender's number do not count."""
-    table = {_plain(known): known for known in (*material_names(), *own)}
+    table = {_plain(known): known for known in (*P2040, *own)}
     return name if name in own else table.get(_plain(name))
 
 
@@ -35,12 +35,12 @@ def _plain(name: str) -> str:
 
 def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
     """Refuse the name of a material that is neither the user's own nor one of ITU-R P.2040."""
-    known = (*own, *material_names())
+    known = (*own, *P2040)
     if name in known:
         return
     hint = did_you_mean(name, known)
     if not hint.endswith("?"):
-        hint += f" (or give its values: --own-material {quoted(f'{name}={VALUES}')})"
+        hint += f" (or give its values: --own-material {shlex.quote(f'{name}={VALUES}')})"
     raise InputError(f"unknown material {named(name)}; {hint}")
 
 
@@ -51,15 +51,10 @@ def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -
     try:
         return p2040_material(name, frequency)
     except OutsideP2040 as error:
-        advice = f"for another one, give its values: --own-material {quoted(f'{name}={VALUES}')}"
+        advice = f"for another one, give its values: --own-material {shlex.quote(f'{name}={VALUES}')}"
         raise OutsideP2040(error.name, error.frequency, advice) from None
 
 
 def proposed_rule(name: str) -> str:
-    """Write a rule for a name, without its material, that the user can copy into a shell."""
-    return quoted(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")  # no option begins with "?"
-
-
-def quoted(word: str) -> str:
-    """Write a word of a command that the user can copy into a shell."""
-    return shlex.quote(word)
+    """Write a rule for a name, without its material, that the user can copy into a shell. No option begins with "?"."""
+    return shlex.quote(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")

@@ -65,12 +65,12 @@ def import_scene(
     Args:
         path: the file, or "sionna:" and the name of a scene that comes with Sionna RT, such as "sionna:etoile".
         materials: rules, each a pair of a name, or a pattern with ``*`` and ``?``, and a material from
-            ``material_names()`` or ``own_materials``. The name may be that of the object, of its node, of its material
+            ITU-R P.2040 or ``own_materials``. The name may be that of the object, of its node, of its material
             in the file, or of its mesh file; Blender's numbers, such as .001, may be left out. The first rule that
             matches an object counts. If none does, the first rule that matches the file's name without its suffix
             counts. Rules take precedence over the materials that the file names.
         default_material: the material of objects that have none from a rule or from the file. A file names one by a
-            radio material (scene XML) or by a name of ``material_names()``, such as "Concrete" or "itu_glass".
+            radio material (scene XML) or by a name of ITU-R P.2040, such as "Concrete" or "itu_glass".
         unit: the file's unit of length: "m", "cm", "mm", "in" or "ft".
         up: the file's vertical axis, "y" or "z". None: "y" for glTF, else "z"; a file that shows the contrary, such as
             by a floor that stands upright, is refused. A file with y up is rotated by +90° about x.

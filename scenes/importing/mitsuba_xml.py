@@ -23,7 +23,7 @@ from scenes.files.optional_packages import require_extra
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
 from scenes.importing.formats.mesh_part import require_ordinary
 from scenes.importing.mesh_files import read_mesh_file
-from scenes.scene.materials import RadioMaterial, material_names
+from scenes.scene.materials import P2040, RadioMaterial
 from scenes.scene.shapes import box, sheet, union
 
 SIONNA = "sionna:"  # prefix of the names of scenes that come with Sionna RT
@@ -85,7 +85,7 @@ class MitsubaShape:
             wanted = given.pop("type").get("value", "") if "type" in given else name
             known = known_material(wanted, {})
             if known is None:
-                suggestion = did_you_mean(wanted, material_names())
+                suggestion = did_you_mean(wanted, P2040)
                 raise InputError(
                     f"{label}: expected a material of ITU-R P.2040, found {named(wanted)}; {suggestion} (or assign "
                     f"one: --material {proposed_rule(self.bsdf_id or self.name)})"

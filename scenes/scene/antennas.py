@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
-from scenes.files.errors import ParameterError, check_array
+from scenes.files.errors import ParameterError, check_array, shown
 from scenes.files.options import check_kinds
-from scenes.scene.element_positions import as_positions
 from scenes.scene.orientation import Quaternion, Vector3, boresight_of, unit_quaternion
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
@@ -170,3 +172,72 @@ class Transmitter:
         """
         axes = zip(self.region_min, self.region_max, strict=True)
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(8, 3)
+
+
+PATTERN = re.compile(r"(\d{1,4})[x×X](\d{1,4})(?:@(\d{1,9}(?:\.\d{1,9})?|\.\d{1,9}))?")
+
+
+def read_array(text: str) -> tuple[int, int, float | None]:
+    """Read the number of elements of a planar array, and their spacing.
+
+    >>> read_array("8x8"), read_array("1x16@0.25")
+    ((8, 8, None), (1, 16, 0.25))
+    """
+    match = PATTERN.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        expected = "expected ROWSxCOLUMNS or ROWSxCOLUMNS@SPACING in wavelengths, such as 8x8 or 4x4@0.491"
+        raise ParameterError("array", f"{expected}, found {shown(text)}")
+    return int(match[1]), int(match[2]), float(match[3]) if match[3] else None
+
+
+MOST_ELEMENTS = 1024
+"""Most elements of an array. Memory grows with the elements, or with their square."""
+
+FARTHEST_ELEMENT = 100.0
+"""Metres. Largest coordinate of an element in the gateway frame. An array of millimetres read as metres exceeds it."""
+
+SAME_PLACE = 1e-6
+"""Metres. Two elements that are nearer to each other are at one place."""
+
+Positions = tuple[tuple[float, float, float], ...]
+"""Positions x, y, z of elements, metres, gateway frame."""
+
+
+def as_positions(parameter: str, given: ArrayLike) -> Positions:
+    """Turn positions of elements from a user into tuples.
+
+    >>> as_positions("elements", [[0, 0, 0], [0.1, 0, 0]])
+    ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
+    """
+    if isinstance(given, list | tuple) and not given:
+        return ()  # which ``fault_of`` refuses
+    rows = check_array(parameter, given, (None, 3), "rows of x, y, z of each element, metres", finite=False)
+    return tuple((x, y, z) for x, y, z in (rows + 0.0).tolist())
+
+
+def fault_of(positions: Positions) -> str | None:
+    """What is wrong with the positions of an array's elements, "expected ..., found ..."; None: nothing.
+
+    >>> fault_of(((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    'expected each element at a place of its own, found elements 0 and 2 at one place, [0.0, 0.0, 0.0]'
+    >>> fault_of(((0.0, 0.0, 160.0),))
+    'expected elements within ±100 m of the gateway, found element 0 at [0.0, 0.0, 160.0]; are they in metres?'
+    """
+    if not 1 <= len(positions) <= MOST_ELEMENTS:
+        return f"expected 1 to {MOST_ELEMENTS} elements, found {len(positions)}"
+    rows = np.array(positions)
+    bad = ~np.isfinite(rows).all(axis=1)
+    if bad.any():
+        first = int(bad.argmax())
+        return f"expected finite positions, found element {first} at {rows[first].tolist()}"
+    far = np.abs(rows).max(axis=1) > FARTHEST_ELEMENT
+    if far.any():
+        first = int(far.argmax())
+        found = f"element {first} at {rows[first].tolist()}"
+        return f"expected elements within ±{FARTHEST_ELEMENT:g} m of the gateway, found {found}; are they in metres?"
+    pairs = cKDTree(rows).query_pairs(SAME_PLACE)
+    if pairs:
+        first, second = min(pairs)
+        found = f"elements {first} and {second} at one place, {rows[first].tolist()}"
+        return f"expected each element at a place of its own, found {found}"
+    return None

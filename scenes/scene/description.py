@@ -10,14 +10,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.closed_parts import closed_parts
-from scenes.scene.element_positions import as_positions
+from scenes.scene.antennas import Gateway, Transmitter, as_positions
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, p2040_material, p2040_source
+from scenes.scene.shapes import closed_parts
 
 if TYPE_CHECKING:  # loads for half a second, and a dataset needs only its gateway
     from trimesh import Trimesh
+
 
 SPEED_OF_LIGHT = 299_792_458.0
 """Metres per second."""
@@ -256,3 +256,17 @@ class Scene:
         gateways = [gateway.position for gateway in (self.gateway, *self.further_gateways.values())]
         points = np.vstack([self.bounds, self.transmitter.region, gateways])
         return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def with_same_array(scene: Scene, frequency: float) -> Scene:
+    """The scene at another frequency. Its array keeps its size in metres, so its spacing in wavelengths changes.
+
+    Example:
+        >>> from scenes.places.built_in import closet
+        >>> with_same_array(closet(), 1830e6).gateway.spacing
+        1.0
+    """
+    there, own = scene.at_frequency(frequency), scene.gateway
+    if own.elements is not None:  # their positions are in metres
+        return there
+    return replace(there, gateway=replace(own, spacing=own.spacing * frequency / scene.frequency))

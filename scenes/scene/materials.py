@@ -1,4 +1,4 @@
-"""Radio materials: the power law of ITU-R P.2040, and the slab that a surface stands for."""
+"""Radio materials: the power law of ITU-R P.2040, the slab that a surface stands for, and its complex permittivity."""
 
 from __future__ import annotations
 
@@ -6,11 +6,16 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import Bool
 
 from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, require_instance, shown
 from scenes.scene.frequency import read_frequency
+
+if TYPE_CHECKING:
+    from scenes.scene.description import Scene
 
 RGB = tuple[float, float, float]
 
@@ -68,7 +73,7 @@ class RadioMaterial:
     scattering_coefficient: float = 0.0
     xpd_coefficient: float = 0.0
     color: RGB = (0.6, 0.6, 0.6)
-    # Not in the text of a material, of which a scene's digest is made: datasets of earlier versions stay valid.
+    # Not in the text of a material, of which a scene's digest is made.
     frequency: float | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -127,9 +132,7 @@ class P2040Row:
 
 
 def _power(base: float, exponent: float) -> float:
-    """Return base^exponent, correctly rounded. The C library's last digit, and so a scene's digest, may differ between
-    machines.
-    """
+    """base^exponent, correctly rounded: the C library's last digit, and so a scene's digest, may differ elsewhere."""
     return float(Decimal(base) ** Decimal(exponent))
 
 
@@ -167,20 +170,6 @@ P2040 = {
 }
 
 
-def material_names() -> tuple[str, ...]:
-    """Return the names of the materials of ITU-R P.2040-3 [itu2023], for ``p2040_material``.
-
-    Returns:
-        The names, in the order of the recommendation's Table 3.
-
-    Example:
-        >>> import bisplat
-        >>> bisplat.material_names()[:6]
-        ('concrete', 'brick', 'plasterboard', 'wood', 'glass', 'ceiling_board')
-    """
-    return tuple(P2040)
-
-
 def p2040_material(
     name: str, frequency: float, thickness: float | None = None, scattering_coefficient: float = 0.0
 ) -> RadioMaterial:
@@ -193,7 +182,7 @@ def p2040_material(
     The recommendation has no thicknesses. The defaults are usual ones, such as 0.2 m for concrete.
 
     Args:
-        name: one of ``material_names()``.
+        name: a material of the recommendation's Table 3, such as concrete, brick, plasterboard, wood, glass or metal.
         frequency: Hz.
         thickness: thickness of the slab, metres. None: the default of the material.
         scattering_coefficient: fraction S of the reflected amplitude that is scattered diffusely, 0 to 1.
@@ -215,11 +204,8 @@ def p2040_material(
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
     row, frequency = P2040[name], read_frequency(frequency)
     if not row.covers(frequency):
-        raise OutsideP2040(
-            name,
-            frequency,
-            f'for other frequencies, give relative_permittivity and conductivity: RadioMaterial("{name}", …)',
-        )
+        advice = f'for other frequencies, give relative_permittivity and conductivity: RadioMaterial("{name}", …)'
+        raise OutsideP2040(name, frequency, advice)
     permittivity, conductivity = row.values(frequency)
     return RadioMaterial(
         name=name,
@@ -232,11 +218,11 @@ def p2040_material(
     )
 
 
-def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMaterial]:
+def p2040_materials(names: Iterable[str] | None, frequency: float) -> dict[str, RadioMaterial]:
     """Return several materials of ITU-R P.2040-3 at one frequency, as ``Scene.materials`` needs them.
 
     Args:
-        names: names from ``material_names()``. A name may occur several times.
+        names: names for ``p2040_material``; a name may occur several times. None: all that it gives at the frequency.
         frequency: Hz.
 
     Returns:
@@ -249,7 +235,11 @@ def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMa
         >>> import bisplat
         >>> list(bisplat.p2040_materials(["wood", "concrete", "wood"], 915e6))
         ['concrete', 'wood']
+        >>> list(bisplat.p2040_materials(None, 915e6))[:4]
+        ['asphalt_concrete', 'brick', 'carpet_tile', 'ceiling_board']
     """
+    if names is None:
+        names = [name for name, row in P2040.items() if row.covers(read_frequency(frequency))]
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise ParameterError("names", f"expected a list of names of materials, found {shown(names)}")
     listed = list(names)
@@ -273,3 +263,37 @@ def p2040_source(material: RadioMaterial, frequency: float) -> str | None:
         if P2040[name].covers(frequency) and P2040[name].values(frequency) == values:
             return name
     return None
+
+
+VACUUM_PERMITTIVITY = 8.8541878128e-12
+"""ε₀, farads per metre."""
+
+VACUUM_PERMEABILITY = 1.25663706212e-6
+"""μ₀, henries per metre."""
+
+LEAST_LOSS_OF_CONDUCTOR = 1000.0
+"""Materials with a larger loss σ/ωε₀ count as perfect conductors."""
+
+
+def relative_permittivity(material: RadioMaterial, frequency: float) -> complex:
+    """Return the complex relative permittivity ε_r − jσ/ωε₀."""
+    return material.relative_permittivity - 1j * _loss(material, frequency)
+
+
+def refractive_index(material: RadioMaterial, frequency: float) -> complex:
+    """Return the complex refractive index √(ε_r − jσ/ωε₀)."""
+    return complex(np.sqrt(relative_permittivity(material, frequency)))
+
+
+def is_conductor(material: RadioMaterial, frequency: float) -> bool:
+    """Whether a material counts as a perfect conductor."""
+    return _loss(material, frequency) > LEAST_LOSS_OF_CONDUCTOR
+
+
+def conducting_objects(scene: Scene) -> Bool[np.ndarray, " objects"]:
+    """Whether each object of a scene is a conductor."""
+    return np.array([is_conductor(scene.materials[item.material], scene.frequency) for item in scene.objects])
+
+
+def _loss(material: RadioMaterial, frequency: float) -> float:
+    return material.conductivity / (2 * np.pi * frequency * VACUUM_PERMITTIVITY)

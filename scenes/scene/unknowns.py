@@ -14,8 +14,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from scenes.scene.description import Scene, SceneObject
-from scenes.scene.materials import RadioMaterial
-from scenes.scene.permittivity import is_conductor
+from scenes.scene.materials import RadioMaterial, is_conductor
 from scenes.scene.tolerances import Tolerances
 
 Kind = Literal["position", "rotation", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
@@ -68,7 +67,7 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
     Objects inside the room may be displaced horizontally. Walls, floor and ceiling, with their doors and windows,
     columns and inner walls do not move.
 
-    >>> from scenes.places.closet import closet
+    >>> from scenes.places.built_in import closet
     >>> [each.label for each in unknowns(closet(), Tolerances(rotation=0, materials=0))][:5]
     ['gateway x', 'gateway y', 'gateway z', 'cabinet x', 'cabinet y']
     """
@@ -93,7 +92,7 @@ def movable(scene: Scene) -> list[int]:
     The objects at the bounds of the scene (see ``BESIDE``) make up the room. Outdoors, where there is only a floor, the
     room has no height, and objects of any height may be displaced.
 
-    >>> from scenes.places.closet import closet
+    >>> from scenes.places.built_in import closet
     >>> [closet().objects[number].name for number in movable(closet())]
     ['cabinet', 'panel', 'table', 'shelf']
     """
@@ -111,7 +110,7 @@ def movable(scene: Scene) -> list[int]:
 def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:
     """Return a scene in which some of the unknowns have changed.
 
-    >>> from scenes.places.closet import closet
+    >>> from scenes.places.built_in import closet
     >>> scene = vary(closet(), [Unknown("object", "table", 1, 0.03)], np.array([0.02]))
     >>> table = next(item for item in scene.objects if item.name == "table")
     >>> table.mesh.bounds[0].round(3).tolist()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,25 +20,15 @@ from scenes.files.schema import conform
 from scenes.importing.imported_file import is_importable
 from scenes.importing.mesh_files import default_up, read_mesh_file
 from scenes.importing.up_axis import Y_UP_TO_Z_UP
-from scenes.places.bedroom import bedroom
-from scenes.places.closet import closet
-from scenes.places.conference import conference
-from scenes.places.lab import lab
-from scenes.places.office import office
-from scenes.places.workshop import workshop
+from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import BOTH_ARRAYS, Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.frequency import read_frequency
-from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
+from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, p2040_material
 from scenes.scene.orientation import Quaternion, Vector3
 from scenes.scene.shapes import union
 
 T = TypeVar("T")
-
-BUILT_IN: dict[str, Callable[[], Scene]] = {
-    place.__name__: place for place in (lab, conference, bedroom, office, closet, workshop)
-}
-"""The built-in scenes. To add one, write a file in scenes/places and list its function here."""
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
@@ -173,8 +163,8 @@ def _material(name: str, value: object, frequency: float, source: str) -> RadioM
 
 
 def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
-    if name not in material_names():
-        raise InputError(f"unknown material {named(name)}; {did_you_mean(name, [*own, *material_names()])}")
+    if name not in P2040:
+        raise InputError(f"unknown material {named(name)}; {did_you_mean(name, [*own, *P2040])}")
     try:
         return p2040_material(name, frequency)
     except OutsideP2040 as error:

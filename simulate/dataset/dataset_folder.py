@@ -14,9 +14,8 @@ from scenes.files.errors import InputError, ParameterError, require_path, shown
 from scenes.files.input_file import what_is_at
 from scenes.files.json_yaml_xml import read_json
 from scenes.files.plain_text import say
-from scenes.scene.description import Scene
+from scenes.scene.description import Scene, with_same_array
 from scenes.scene.frequency import read_frequency
-from scenes.scene.same_array import with_same_array
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency, frequency_of

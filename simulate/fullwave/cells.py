@@ -19,8 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8, UInt16
 
 from scenes.scene.description import Scene
-from scenes.scene.materials import RadioMaterial
-from scenes.scene.permittivity import VACUUM_PERMITTIVITY, relative_permittivity
+from scenes.scene.materials import VACUUM_PERMITTIVITY, RadioMaterial, relative_permittivity
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency, numerical_permittivity
 from simulate.parallel.compiled import compiled
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs

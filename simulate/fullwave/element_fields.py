@@ -12,7 +12,7 @@ import numpy as np
 
 from scenes.checks.occupancy import element_positions
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
-from scenes.scene.permittivity import VACUUM_PERMEABILITY
+from scenes.scene.materials import VACUUM_PERMEABILITY
 from simulate.fullwave import OURS
 from simulate.fullwave.cells import EdgeMaterials
 from simulate.fullwave.dipole import GAIN, Source, element_direction, transmitter_direction

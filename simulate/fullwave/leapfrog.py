@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float32, Int32
 
-from scenes.scene.permittivity import VACUUM_PERMITTIVITY
+from scenes.scene.materials import VACUUM_PERMITTIVITY
 from simulate.fullwave.cells import CONDUCTOR, PERMEABILITY, EdgeMaterials, beside_edges
 from simulate.fullwave.yee_grid import COURANT, YeeGrid
 from simulate.parallel.compiled import compiled

@@ -15,7 +15,7 @@ from scenes.checks.enclosure import in_outer_wall, outline
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
-from scenes.scene.permittivity import refractive_index
+from scenes.scene.materials import refractive_index
 from scenes.scene.shapes import bounding_box
 from simulate.fullwave.dipole import RISE, SOURCE_REACH
 from simulate.fullwave.leapfrog import ABSORBER

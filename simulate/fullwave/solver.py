@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Float32, Int
 
 from scenes.scene.description import SPEED_OF_LIGHT
-from scenes.scene.permittivity import VACUUM_PERMEABILITY
+from scenes.scene.materials import VACUUM_PERMEABILITY
 from simulate.fullwave.dipole import Source, moments, phasor
 from simulate.fullwave.leapfrog import Cells, advance
 from simulate.fullwave.pulse import FourierSums, Pulse, spectrum

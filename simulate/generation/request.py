@@ -14,8 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from scenes.files.errors import InputError, shown
-from scenes.scene.description import Scene
-from scenes.scene.same_array import with_same_array
+from scenes.scene.description import Scene, with_same_array
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene

@@ -15,8 +15,9 @@ from scenes.checks.validation import doubts, validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
+from scenes.places.built_in import BUILT_IN
 from scenes.scene.description import Scene
-from scenes.storage.scene_yaml import BUILT_IN, load_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.engine import Engine

@@ -13,8 +13,7 @@ from msgspec import Meta
 
 from scenes.files.errors import ParameterError, check_array, require_positive, require_whole, require_within
 from scenes.files.options import check_kinds
-from scenes.scene.antennas import MOST_IN_A_ROW, WIDEST_SPACING, Gateway
-from scenes.scene.element_positions import MOST_ELEMENTS
+from scenes.scene.antennas import MOST_ELEMENTS, MOST_IN_A_ROW, WIDEST_SPACING, Gateway
 from scenes.scene.frequency import read_frequency
 from simulate.spectra.angular_grid import direction
 

@@ -10,9 +10,16 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.files.errors import InputError, ParameterError, require_positive, require_whole
-from scenes.scene.antennas import MOST_IN_A_ROW, WIDEST_SPACING, Gateway
+from scenes.scene.antennas import (
+    FARTHEST_ELEMENT,
+    MOST_ELEMENTS,
+    MOST_IN_A_ROW,
+    WIDEST_SPACING,
+    Gateway,
+    as_positions,
+    fault_of,
+)
 from scenes.scene.description import SPEED_OF_LIGHT
-from scenes.scene.element_positions import FARTHEST_ELEMENT, MOST_ELEMENTS, as_positions, fault_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.orientation import Vector3
 from simulate.spectra.array import Array, PlanarArray

@@ -100,11 +100,11 @@ def examined(pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "n 90
     """The spectra of at most ``EXAMINED`` pictures, of those that have ``LEAST_LEVELS`` different grey levels."""
     wide = np.flatnonzero(np.ptp(pictures.reshape(len(pictures), -1), axis=1) >= LEAST_LEVELS - 1)
     chosen = [pictures[index] for index in evenly(wide, EXAMINED)]
-    telling = [each for each in chosen if grey_levels(each) >= LEAST_LEVELS]
+    telling = [each for each in chosen if level_count(each) >= LEAST_LEVELS]
     return spectrum_of(np.stack(telling)) if telling else np.zeros((0, ROWS, COLUMNS), np.float32)
 
 
-def grey_levels(picture: UInt8[np.ndarray, "90 360"]) -> int:
+def level_count(picture: UInt8[np.ndarray, "90 360"]) -> int:
     """Number of different grey levels of a picture."""
     return int(np.count_nonzero(np.bincount(picture.ravel(), minlength=256)))
 
@@ -112,7 +112,7 @@ def grey_levels(picture: UInt8[np.ndarray, "90 360"]) -> int:
 def rounding(spectra: Float[np.ndarray, "K 90 360"]) -> float:
     """Median step between the levels that spectra have, grey levels of 255: 1 for 8 bits, 4 for 6 bits."""
     pictures = np.round(LARGEST_GREY * spectra).astype(np.uint8)
-    return max(1.0, float(np.median([np.ptp(each) / max(grey_levels(each) - 1, 1) for each in pictures])))
+    return max(1.0, float(np.median([np.ptp(each) / max(level_count(each) - 1, 1) for each in pictures])))
 
 
 def identify(

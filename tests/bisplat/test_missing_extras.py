@@ -14,7 +14,7 @@ import pytest
 
 import bisplat
 from scenes.files import optional_packages as extras
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
 from simulate.engines.rays_engine import Rays

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from tests.docs.pages import ROOT
 
 SMALL = ROOT / "tests" / "docs" / "small_size.py"

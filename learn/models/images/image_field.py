@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from learn.models.base import runs_compiled
+from learn.models.base import Region, runs_compiled
 from learn.models.capabilities import PredictsResponses, no_comparable_phases
 from learn.models.images.image_search import ImageSearch, offsets_of, waves_of
 from learn.models.images.mirror_images import image_waves
@@ -89,7 +89,7 @@ class ImageField(PredictsResponses):
     power: Tensor  # mean of ``|e|²`` over the known spectra and elements
     whole_power: Tensor  # the same mean of the known responses
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength)
         for name, width in (("middles", 3), ("signs", 3), ("amplitudes", 2)):
             self.register_buffer(name, torch.zeros(0, width))
@@ -145,8 +145,10 @@ class ImageField(PredictsResponses):
         turned = in_frame(dataset, self.frame.double().cpu().numpy())
         images, amplitudes = ImageSearch(turned, evenly(known, FITTED_ON)).found(self.report)
         explained = waves_of(images, turned, known) @ amplitudes
+        of_images = images.middles, images.signs, offsets_of(turned)
+        # Contiguous, as loaded ones are: with other strides a prediction takes several times as long.
         self.middles, self.signs, self.offsets = (
-            torch.from_numpy(each).float() for each in (images.middles, images.signs, offsets_of(turned))
+            torch.from_numpy(np.ascontiguousarray(each)).float() for each in of_images
         )
         self.amplitudes = torch.view_as_real(torch.from_numpy(amplitudes)).float()
         rest = np.zeros_like(dataset.responses)

@@ -11,11 +11,12 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
-from learn.models.geometry import distances
+from learn.models.base import Region
 from learn.models.kriging.delay_powers import fit_delay_powers, white_noise
 from learn.models.kriging.deviation_curve import left_out_curve, normal_curve, on_curve
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.vecchia import FAR, NUGGET_LEAST, fit_covariance
+from learn.models.kriging.wave_covariance import distances
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
@@ -57,7 +58,7 @@ class BandField(KrigedField):
 
     neighbours = 64
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength, "responses")
         self.register_buffer("components", torch.zeros(0, 0, 2))
         self.register_buffer("powers", torch.zeros(0))

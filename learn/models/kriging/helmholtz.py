@@ -11,13 +11,13 @@ from jaxtyping import Float, Int
 from torch import Tensor, nn
 from torch.nn.functional import embedding_bag
 
-from learn.models.base import Beamformed, SpectrumModel
-from learn.models.geometry import distances
+from learn.models.base import Beamformed, Region, SpectrumModel
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import RetrievedOnce
 from learn.models.kriging.stacking import best_mixture, by_distance, nearest_known
+from learn.models.kriging.wave_covariance import distances
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
@@ -45,7 +45,7 @@ class HelmholtzField(SpectrumModel):
 
     weights: Tensor  # w of each of ``WAYS``; they add up to 1
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, wavelength)
         self._beamformer = beamformer
         self.register_buffer("weights", torch.zeros(len(WAYS)))

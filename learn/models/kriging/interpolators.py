@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from learn.models.base import Report
+from learn.models.base import Region, Report
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import RetrievedOnce, can_retrieve, fit_to_pictures, with_contrast
 from learn.models.kriging.vecchia import fit_covariance
@@ -27,7 +27,7 @@ class SquaredExponentialField(KrigedField):
 
     neighbours = 64
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength, "spectra")
 
     @property
@@ -55,7 +55,7 @@ class MovingArrayField(KrigedField):
     middle of the array. Kriging from all these samples tells more than kriging each element's response by itself.
     """
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength, "responses")
         self._grid = beamformer.grid
         self._elements: Float[np.ndarray, "elements 3"] = float(self.wavelength) * beamformer.array.positions
@@ -103,7 +103,7 @@ OF_RESPONSES = "field", "responses", "phases"  # ways by which responses are int
 class Built(NamedTuple):
     """What every model is built with."""
 
-    region: Float[np.ndarray, "2 3"]  # as for ``SpectrumModel``
+    region: Region  # as for ``SpectrumModel``
     beamformer: Beamformer  # the dataset's array and grid
     wavelength: float  # metres
 

@@ -11,10 +11,10 @@ import torch
 from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
-from learn.models.base import Beamformed, BeamformingLayer, Cache, SpectrumModel, runs_compiled
-from learn.models.geometry import distances, evenly_spread_directions
+from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, runs_compiled
+from learn.models.encoding import evenly_spread_directions
 from learn.models.kriging.vecchia import fit_covariance
-from learn.models.kriging.wave_covariance import Separations, between_rows, leg_times, with_turned_rows
+from learn.models.kriging.wave_covariance import Separations, between_rows, distances, leg_times, with_turned_rows
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
@@ -72,13 +72,7 @@ class KrigedField(SpectrumModel):
     drift: Tensor  # T, number of spectra
     nugget: Tensor  # ν
 
-    def __init__(
-        self,
-        region: Float[np.ndarray, "2 3"],
-        beamformer: Beamformer,
-        wavelength: float,
-        of: Literal["responses", "spectra"],
-    ):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float, of: Literal["responses", "spectra"]):
         super().__init__(region, wavelength)
         self.beamforming = BeamformingLayer(beamformer)
         self.of_responses = of == "responses"

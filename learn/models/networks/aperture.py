@@ -9,7 +9,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import Cache
+from learn.models.base import Cache, Region
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks.bisplat import SCALE_LEAST, SCALE_MOST, Primitives
 from learn.models.networks.feed_forward import ResidualFFN
@@ -54,7 +54,7 @@ class BiSplatAperture(ResponseNetwork):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,

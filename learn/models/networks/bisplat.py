@@ -9,12 +9,11 @@ import math
 from collections.abc import Sequence
 from typing import Literal, get_args
 
-import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SplatModel, power
+from learn.models.base import Region, SplatModel, power
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks.feed_forward import Interpolated, LinearOfParts, ResidualFFN
 from learn.models.quadrature import Quadrature
@@ -157,7 +156,7 @@ class BiSplatWRF(SplatModel):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,

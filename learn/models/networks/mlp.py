@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.base import SpectrumModel
+from learn.models.base import Region, SpectrumModel
 from learn.models.capabilities import relative_error
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks.feed_forward import ResidualFFN
@@ -27,12 +26,7 @@ class SpectrumMLP(SpectrumModel):
     columns: Tensor
 
     def __init__(
-        self,
-        region: Float[np.ndarray, "2 3"],
-        beamformer: Beamformer,
-        wavelength: float,
-        *,
-        encoding: EncodingKind = "octaves",
+        self, region: Region, beamformer: Beamformer, wavelength: float, *, encoding: EncodingKind = "octaves"
     ):
         super().__init__(region, wavelength)
         self.encoding = TransmitterEncoding(encoding)
@@ -69,12 +63,7 @@ class ResponseMLP(ResponseNetwork):
     paths = PATHS
 
     def __init__(
-        self,
-        region: Float[np.ndarray, "2 3"],
-        beamformer: Beamformer,
-        wavelength: float,
-        *,
-        encoding: EncodingKind = "octaves",
+        self, region: Region, beamformer: Beamformer, wavelength: float, *, encoding: EncodingKind = "octaves"
     ):
         super().__init__(region, beamformer, wavelength)
         self.register_buffer("elements", torch.from_numpy(beamformer.array.positions).float(), persistent=False)

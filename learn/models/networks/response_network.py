@@ -11,6 +11,7 @@ import torch
 from jaxtyping import Complex, Float
 from torch import Tensor, nn
 
+from learn.models.base import Region
 from learn.models.capabilities import PredictsResponses, relative_error
 from simulate.spectra.beamformer import Beamformer
 
@@ -61,7 +62,7 @@ class ResponseNetwork(PredictsResponses):
     turn: Tensor | None
     band: PathDelays | None  # the delays, if the network learns responses over a band; otherwise None
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength)
         self.register_buffer("turn", None)
         self.band = None

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import torch
 from jaxtyping import Complex, Float
 from torch import Tensor, nn
 
-from learn.models.base import SplatModel, power
+from learn.models.base import Region, SplatModel, power
 from learn.models.quadrature import composite_loss
 from learn.models.splatting.splat import Conic, directions, neighbour_distance, rotation_matrix, splat_by_conic
 from simulate.spectra.beamformer import Beamformer
@@ -54,14 +53,7 @@ class GSRF(SplatModel):
 
     paces: Tensor
 
-    def __init__(
-        self,
-        region: Float[np.ndarray, "2 3"],
-        beamformer: Beamformer,
-        wavelength: float,
-        *,
-        primitives: int = PUBLISHED,
-    ):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float, *, primitives: int = PUBLISHED):
         super().__init__(region, beamformer, wavelength)
         half = EXTENT * torch.as_tensor((region[1] - region[0]) / 2).float().clamp_min(LEAST_HALF)
         place = half * (2 * torch.rand(primitives, 3) - 1)

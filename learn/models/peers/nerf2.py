@@ -14,7 +14,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SpectrumModel
+from learn.models.base import Region, SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.model_settings import OPTION_MOST
 from learn.models.networks.feed_forward import LinearOfParts
@@ -175,7 +175,7 @@ class NeRF2(SpectrumModel):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,

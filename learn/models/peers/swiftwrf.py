@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SplatModel, power
+from learn.models.base import Region, SplatModel, power
 from learn.models.encoding import octaves
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.quadrature import Quadrature
@@ -43,7 +42,7 @@ class SwiftWRF(SplatModel):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,

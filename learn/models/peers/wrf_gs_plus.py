@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import SplatModel
+from learn.models.base import Region, SplatModel
 from learn.models.encoding import octaves
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.peers.swiftwrf import clipped_magnitude
@@ -53,7 +52,7 @@ class WRFGSPlus(SplatModel):
 
     def __init__(
         self,
-        region: Float[np.ndarray, "2 3"],
+        region: Region,
         beamformer: Beamformer,
         wavelength: float,
         *,

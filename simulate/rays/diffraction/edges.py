@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 
 from scenes.checks.enclosure import outline
 from scenes.scene.description import Scene
-from scenes.scene.permittivity import conducting_objects
+from scenes.scene.materials import conducting_objects
 from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
 

@@ -67,13 +67,6 @@ def test_splits_are_those_of_spectra(kind, split):
         assert parts.test.tolist() == dataset.test.tolist()
 
 
-def test_train_size_leaves_fewer_known(kind):
-    whole, fewer = (kind.compare(kind.dataset, [kind.worse], train_size=size) for size in (None, 10))
-    assert fewer.test == whole.test == 12 and (fewer.known, whole.known) == (11, 48)
-    with pytest.raises(bisplat.InputError, match=f"expected 900 {kind.things} to train on, found 43"):
-        kind.compare(kind.dataset, [kind.worse], train_size=900)
-
-
 def test_sizes_share_the_test_part_and_are_contained_in_larger_ones(kind):
     parts = Parts.of(kind.dataset, "random", 0, (30, 10), 0.0)
     small, large = (parts.of_size[size] for size in (10, 30))

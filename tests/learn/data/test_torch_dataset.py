@@ -8,7 +8,6 @@ import torch
 from torch.utils.data import DataLoader
 
 from learn.data.torch_dataset import TorchDataset
-from scenes.files.errors import ParameterError
 from simulate.dataset.dataset_folder import read_dataset
 
 
@@ -33,12 +32,3 @@ def test_a_loader_stacks_items_and_responses_where_there_are_any(dataset):
     (batch,) = DataLoader(TorchDataset(replace(dataset, responses=responses), [3, 4]), batch_size=2)
     np.testing.assert_array_equal(batch["responses"], responses[[3, 4]].astype(np.complex64))
     assert "responses" not in TorchDataset(replace(dataset, responses=None))[0]
-
-
-@pytest.mark.parametrize(
-    ("indices", "found"),
-    [([24], "from 0 to 23, found 24"), ([-1], "found -1"), ([0.5], r"whole numbers, found \[0.5\]"), (3, "found 3")],
-)
-def test_indices_that_are_none_are_refused(dataset, indices, found):
-    with pytest.raises(ParameterError, match=f"indices: expected .*{found}"):
-        TorchDataset(dataset, indices)

@@ -11,7 +11,7 @@ from learn.evaluation.crossvalidate import crossvalidate
 from learn.reports.evaluation_report import write_crossvalidation
 from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from scenes.scene.antennas import Transmitter
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box

@@ -17,7 +17,7 @@ from learn.planning.planned_fields import Field, fields_of_model, fields_of_run
 from learn.training.run_folder import Run
 from scenes.checks.occupancy import inside_object
 from scenes.files.errors import InputError
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import box
 from scenes.storage.scene_writing import write_scene

@@ -18,7 +18,7 @@ SETTINGS = Settings("data/lab", "files", 0, None, 50, "1 CPU threads")
 
 def test_markup_in_names_is_text(tmp_path):
     values = {
-        "settings": SimpleNamespace(dataset=ODD, split=ODD, minutes=1.0, device=ODD),
+        "settings": SimpleNamespace(dataset=ODD, dataset_sha256="0f", split=ODD, minutes=1.0, device=ODD),
         "rows": {ODD: {"ssim_median": 0.5}},
         "columns": {**SCORE_COLUMNS, "other": ODD},
         "figures": SimpleNamespace(ssim_cdf=Picture("x", 100)),

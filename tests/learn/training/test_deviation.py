@@ -10,7 +10,7 @@ import bisplat
 from learn.evaluation.evaluate import evaluate
 from learn.models.kriging.deviation_curve import NORMAL
 from learn.reports.evaluation_report import write_evaluation
-from learn.training.deviation import LEAST, LEAST_VALIDATED, fit_deviation
+from learn.training.conformal_deviation import LEAST, LEAST_VALIDATED, fit_deviation
 from learn.training.run_files import read_known_positions, read_training
 from scenes.files.errors import InputError
 

@@ -5,7 +5,7 @@ import pytest
 
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.networks.mlp import SpectrumMLP
-from learn.training.deviation import errors_over_gaps, knowing_nothing
+from learn.training.conformal_deviation import errors_over_gaps, knowing_nothing
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of, plane_waves
 
 POSITIONS = np.random.default_rng(3).uniform(0, 0.6, (80, 3))

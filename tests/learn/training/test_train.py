@@ -36,7 +36,7 @@ from learn.training.registry import model_class
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.files.errors import InputError
-from scenes.files.output_folder import LOCK, locked
+from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_gateway, write_index
 from simulate.spectra.beamformer import Beamformer
@@ -204,15 +204,6 @@ def test_run_folder_of_another_run_is_refused(tiny_config, changed, finished_run
         train_run(changed(tiny_config, **settings), finished_run)
 
 
-def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_path):
-    (tmp_path / "thesis.tex").write_text("precious")
-    with pytest.raises(InputError, match="expected a new folder"):
-        train_run(tiny_config, tmp_path)
-    with pytest.raises(InputError, match="expected a new folder"):
-        train_run(tiny_config, tmp_path / "thesis.tex")
-    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
-
-
 def test_second_process_is_refused_and_a_finished_run_needs_no_lock(tiny_config, finished_run, tmp_path):
     (tmp_path / "run").mkdir()
     with locked(tmp_path / "run"), pytest.raises(InputError, match=f"process {os.getpid()} .* is writing to"):
@@ -220,15 +211,6 @@ def test_second_process_is_refused_and_a_finished_run_needs_no_lock(tiny_config,
     assert not list((tmp_path / "run").iterdir())
     with locked(finished_run):
         train_run(tiny_config, finished_run)
-
-
-def test_what_a_process_left_that_was_killed_in_its_first_moment_is_no_other_file(tiny_config, finished_run, tmp_path):
-    left = [tmp_path / name for name in (LOCK, ".bisplat-0123456789abcdef.tmp")]
-    for path in left:
-        path.write_text("")
-    train_run(tiny_config, tmp_path)
-    assert_same_weights(tmp_path, finished_run)
-    assert not any(path.exists() for path in left)
 
 
 def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):

@@ -7,7 +7,7 @@ from learn.twin import starting_values as far_guess_module
 from learn.twin.gauss_newton import most_likely
 from learn.twin.linearised import over_band
 from learn.twin.starting_values import _responses, elements_of, inside, is_far, kept_apart, responses_of, start_far_away
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from simulate.rays.core.propagation import Propagation

@@ -16,7 +16,7 @@ from playwright.sync_api import Page, expect
 import bisplat
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_material

@@ -5,7 +5,7 @@ from viser import ViserServer
 
 import scenes.browser.scene_view
 from scenes.browser.scene_view import add_objects, add_region, wxyz, xyzw
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 
 
 def test_quaternions_go_there_and_back():

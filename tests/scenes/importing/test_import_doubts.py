@@ -7,12 +7,12 @@ from scenes.files.errors import InputError
 from scenes.importing.import_doubts import antenna_warnings, unit_doubt
 from scenes.importing.lengths import METRES
 from scenes.importing.mesh_import import import_scene
+from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
-from scenes.storage.scene_yaml import BUILT_IN
 
 ROOM = np.array([[0.0, 0.0, 0.0], [5.0, 4.0, 3.0]])
 ANTENNAS = np.array([[4.7, 2.0, 1.8], [1.0, 1.0, 0.8], [2.5, 3.0, 1.7]])

@@ -8,7 +8,7 @@ import trimesh
 from trimesh import Trimesh
 
 from scenes.importing.thick_walls import mid_surfaces, walls_as_sheets
-from scenes.places.office import office
+from scenes.places.built_in import office
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import p2040_materials

@@ -10,10 +10,10 @@ from scenes.files.errors import InputError
 from scenes.importing.imported_file import ImportedFile, ImportedPart
 from scenes.importing.mesh_import import import_scene
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt, up_evidence
+from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
-from scenes.storage.scene_yaml import BUILT_IN
 
 SIZE = np.array([6.0, 5.0, 2.8])
 ANTENNAS = np.array([[1, 1, 1.5], [2, 2, 0.8], [4, 4, 1.6]])

@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from scenes.checks.occupancy import inside_object
 from scenes.checks.validation import validate
-from scenes.storage.scene_yaml import BUILT_IN, load_scene
+from scenes.places.built_in import BUILT_IN
+from scenes.storage.scene_yaml import load_scene
 
 SHELL = ("floor", "ceiling", "wall", "window", "door")
 

@@ -10,12 +10,10 @@ from scenes.checks.validation import doubts, validate
 from scenes.drawing.scene_drawing import describe_scene, draw_scene
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene import description
-from scenes.scene.antennas import Gateway
-from scenes.scene.array_size import read_array
-from scenes.scene.closed_parts import closed_parts
+from scenes.scene.antennas import Gateway, read_array
 from scenes.scene.description import SceneObject
 from scenes.scene.materials import RadioMaterial
-from scenes.scene.shapes import box
+from scenes.scene.shapes import box, closed_parts
 from scenes.scene.shifted import shifted
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import p2040_materials
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scenes.files.errors import ParameterError
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
 from scenes.scene.tolerances import Tolerances

@@ -5,9 +5,8 @@ import numpy as np
 from benchmarks.ledger.exact_fields import free_space_response
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
-from scenes.scene.materials import p2040_materials
+from scenes.scene.materials import VACUUM_PERMEABILITY, p2040_materials
 from scenes.scene.orientation import facing
-from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
 from simulate.fullwave.dipole import GAIN
 from simulate.fullwave.solver import BandField, SourceField

@@ -11,9 +11,8 @@ from benchmarks.ledger.exact_fields import free_space_response, half_plane_respo
 from scenes.checks.occupancy import element_positions
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
-from scenes.scene.materials import RadioMaterial
+from scenes.scene.materials import RadioMaterial, relative_permittivity
 from scenes.scene.orientation import facing
-from scenes.scene.permittivity import relative_permittivity
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.dipole import element_direction, transmitter_direction

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from simulate.fullwave.stored_field import read_stored_field
 
 CLOSET = Path(__file__).parents[2] / "data" / "closet"

@@ -72,15 +72,6 @@ def test_last_row_of_a_grid_from_1_degree_is_boresight():
     assert beamformer.grid.dominant_direction(beamformer.spectrum(np.ones(16))) == pytest.approx([0, 0, 1])
 
 
-def test_batch_of_responses_is_each_response_by_itself():
-    y = np.random.default_rng(3).normal(size=(2, 3, 16, 2)) @ [1, 1j]
-    spectra = Beamformer().spectrum(y)
-    assert spectra.shape == (2, 3, 90, 360)
-    assert spectra[1, 2] == pytest.approx(Beamformer().spectrum(y[1, 2]))
-    grid = AngularGrid()
-    assert grid.dominant_direction(spectra)[1, 2] == pytest.approx(grid.dominant_direction(spectra[1, 2]))
-
-
 def test_picture_is_magnitude_scaled_from_its_least_to_its_greatest_value():
     """round(255 (S - min S) / (max S - min S))."""
     spectrum = np.full((90, 360), 3.0)

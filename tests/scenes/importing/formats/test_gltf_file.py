@@ -253,19 +253,6 @@ def test_without_scenes_all_nodes_are_read(make):
 # --- extensions ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "name", ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_node_visibility", "ACME_gizmo"]
-)
-def test_required_extensions_that_are_not_supported_are_refused_by_name(make, name):
-    data = make.glb(
-        meshes=[{"primitives": [make.box((0, 0, 0), (1, 1, 1))]}], nodes=[{"mesh": 0}], extensionsRequired=[name]
-    )
-    with pytest.raises(
-        InputError, match=f'^room.glb: the file requires the extension "{name}", which is not supported'
-    ):
-        read_gltf(data, PATH)
-
-
 def test_extensions_that_are_not_required_are_named(make):
     primitive = make.box((0, 0, 0), (1, 1, 1), extensions={"KHR_materials_variants": {}, "ACME_bend": {}})
     nodes = [{"mesh": 0, "name": "wall", "extensions": {"KHR_node_visibility": {"visible": False}}}]

@@ -6,8 +6,7 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.formats import mesh_part as mesh_checks
-from scenes.importing.formats import polygons
+from scenes.importing.formats import mesh_part, polygons
 from scenes.importing.formats.polygons import Cut, cut_polygons
 from scenes.scene.shapes import box
 
@@ -98,6 +97,6 @@ def test_limits(monkeypatch):
     monkeypatch.setattr(polygons, "MOST_CORNERS", 3)
     with pytest.raises(InputError, match=r"^a.obj: expected polygons of at most 3 corners, found one of 4"):
         cut(square)
-    monkeypatch.setattr(mesh_checks, "MOST_TRIANGLES", 1)
+    monkeypatch.setattr(mesh_part, "MOST_TRIANGLES", 1)
     with pytest.raises(InputError, match=r"^a.obj: expected at most 1 triangles, found 2"):
         cut(square)

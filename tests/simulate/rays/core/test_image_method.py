@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from scenes.scene.shapes import sheet
 from simulate.rays.core.image_method import Images
 from simulate.rays.core.planes import Planes

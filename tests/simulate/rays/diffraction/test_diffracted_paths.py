@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from learn.evaluation.crossvalidate import correlation
-from scenes.places.closet import closet
+from scenes.places.built_in import closet
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial

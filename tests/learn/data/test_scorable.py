@@ -11,7 +11,7 @@ from learn.evaluation.evaluate import evaluate
 from learn.evaluation.picture_checks import picture_doubts
 from learn.training.run_folder import load_run
 from scenes.files.errors import InputError
-from scenes.places.lab import lab
+from scenes.places.built_in import lab
 from scenes.scene.antennas import Transmitter
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.array import PlanarArray

@@ -1,7 +1,7 @@
 """The standard deviation of a predicted spectrum's values: how far a prediction may be off.
 
 It grows with the distance from the known positions. Known spectra tell by how much: each is predicted once more from
-those that are farther away than a radius (``learn.training.deviation``). Validation spectra, to which the model was not
+those that are farther away than a radius. Validation spectra, to which the model was not
 fitted, then set the scale (split conformal prediction [papadopoulos2002]).
 """
 
@@ -94,10 +94,7 @@ class Gaps(Struct, frozen=True):
 def pixel_errors(
     prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
 ) -> Float[np.ndarray, "K P"]:
-    """True minus predicted values of every ``EVERY``th row and column.
-
-    (The value in the dominant direction alone would say little, since it is nearly always 1 in normalised spectra.)
-    """
+    """True minus predicted values of every ``EVERY``th row and column."""
     return (truth[:, ::EVERY, ::EVERY] - prediction[:, ::EVERY, ::EVERY]).reshape(len(truth), -1).astype(float)
 
 
@@ -124,8 +121,7 @@ def fit_deviation(
 
     If the model's own errors over gaps are known, g is their scale, and c is 0. The errors of another model, which
     stands for this one, are taken as they are, and c is what this model adds to them. If it is better than the other
-    one, c is 0, and the curve is lower as far as the validation spectra reach. From twice that distance on it is
-    unchanged, since nothing tells that the model is better there, too.
+    one, the curve is lower as far as the validation spectra reach, and unchanged from twice that distance on.
     """
     if len(error) < LEAST_VALIDATED:
         return None
@@ -178,8 +174,7 @@ UNRELATED = 1.0  # Spectra at least this far apart are unrelated, wavelengths
 def errors_over_gaps(model: SpectrumModel, dataset: Dataset, train: Int[np.ndarray, " n"]) -> Gaps | None:
     """Predict known spectra from those that are farther away than a radius, and measure the errors.
 
-    A model that interpolates (``helmholtz``, ``twin``, ``mirror-images``) does so itself. Any other model would have to
-    be trained again for each radius, so kriging stands for it.
+    Kriging stands for a model that does not interpolate, which would have to be trained again for each radius.
     """
     if len(train) <= LEAST_LEFT:
         return None
