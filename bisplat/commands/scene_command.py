@@ -13,6 +13,7 @@ from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import parse_number
+from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
 from scenes.importing.lengths import plain
@@ -90,6 +91,8 @@ def scene(
         accuracy: also trace the scene, and say how near rays are expected to come to full wave: about a minute.
     """
     given = given_options(globals()["scene"], locals())  # here, scene is the argument
+    if accuracy:
+        require_extra("rays", "ray tracing")
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.imported_objects import parts_of

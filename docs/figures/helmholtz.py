@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from learn.models.geometry import evenly_spread_directions
+from learn.models.encoding import evenly_spread_directions
 from learn.models.kriging.kriged_field import DIRECTIONS
 
 u = evenly_spread_directions(DIRECTIONS).numpy()

@@ -13,9 +13,8 @@ from scipy.special import logsumexp
 
 from learn.localisation.fingerprints import Field
 from learn.localisation.located_places import LEAST_PROBABILITY, Place
-from learn.localisation.refine import FARTHEST, MODES, Refined, candidate_points, refine
+from learn.localisation.refine import FARTHEST, MODES, Refined, candidate_points, grid_in, refine
 from learn.models.base import Report
-from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError, ParameterError, shown
 from simulate.positions.positions import check_points

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 
 from learn.localisation.direct_path import DirectPath, Maxima, maximise
 from learn.localisation.located_places import LEAST_PROBABILITY, Place
-from learn.localisation.refine import MODES, candidate_points
-from learn.models.geometry import grid_in
+from learn.localisation.refine import MODES, candidate_points, grid_in
 from scenes.files.errors import ParameterError, check_array, require_instance
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency

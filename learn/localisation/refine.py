@@ -12,6 +12,20 @@ MODES = 4
 """Largest number of positions that are considered for a transmitter."""
 
 
+def grid_in(region: Float[np.ndarray, "2 3"], spacing: float, most: int) -> Float[np.ndarray, "n 3"]:
+    """Points of a grid that includes the corners of a box.
+
+    >>> box = np.array([[0.0, 0, 0], [1, 1, 1]])
+    >>> len(grid_in(box, 0.5, most=1000)), len(grid_in(box, 0.01, most=8))
+    (27, 8)
+    """
+    counts = np.maximum(2, np.ceil((region[1] - region[0]) / spacing - 1e-9) + 1)
+    while counts.prod() > 1.5 * most and counts.max() > 2:
+        counts = np.maximum(2, np.floor(counts * 0.9))
+    axes = [np.linspace(low, high, int(count)) for low, high, count in zip(*region, counts, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
 def candidate_points(
     points: Float[np.ndarray, "n 3"], likely: Float[np.ndarray, " n"], apart: float
 ) -> Float[np.ndarray, "MODES 3"]:

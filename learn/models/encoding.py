@@ -8,7 +8,6 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.geometry import evenly_spread_directions
 from scenes.files.errors import ParameterError, shown
 
 EncodingKind = Literal["octaves", "waves"]
@@ -23,6 +22,14 @@ TX_ORDER = 6
 DIRECTIONS = 512
 """Number of directions of the plane waves. A field without sources in a ball of radius R has about (kR + 1)² degrees of
 freedom. 512 directions are enough for a ball of 7 wavelengths across (2.3 m at 915 MHz)."""
+
+
+def evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
+    """Unit vectors on a Fibonacci spiral; each represents the same solid angle."""
+    index = torch.arange(count) + 0.5
+    z, azimuth = 1 - 2 * index / count, torch.pi * (1 + 5**0.5) * index
+    across = (1 - z.square()).sqrt()
+    return torch.stack([across * azimuth.cos(), across * azimuth.sin(), z], dim=-1)
 
 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:

@@ -1,4 +1,4 @@
-"""The 3D view of a tab, and the checkboxes of its layers: spectra on a hemisphere, primitives, traced paths, positions."""
+"""The 3D view of a tab, and checkboxes of its layers: spectra on a hemisphere, primitives, traced paths, positions."""
 
 from __future__ import annotations
 

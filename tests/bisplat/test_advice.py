@@ -14,11 +14,8 @@ import pytest
 from PIL import Image, ImageOps
 
 from bisplat.__main__ import main
-from learn.data.splits import split
-from scenes.files.errors import InputError
 from scenes.files.optional_packages import EXTRAS
 from scenes.scene.shapes import box
-from simulate.dataset.dataset_folder import read_dataset
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 
@@ -31,7 +28,6 @@ NAMED = r'did you mean "(.+?)"'
 REPLACED = r"(--force) replaces"
 
 ADVICE: dict[str, tuple[str, str]] = {
-    "simulate clost -n 2 -o out --max-depth 0": (NAMED, "simulate {} -n 2 -o out --max-depth 0"),
     "train tiny -o out --model mlpp --steps 1": (NAMED, "train tiny -o out --model {} --steps 1 --batch-size 17"),
     "scene wall.obj -o out": (
         r"needs (--output, )?--gateway, --boresight",
@@ -40,10 +36,6 @@ ADVICE: dict[str, tuple[str, str]] = {
     "scene wall.obj": (r"; (--list) alone shows", "scene wall.obj {}"),
     f"scene wall.obj -o out {PLACE}": (r"or (--default-material) MATERIAL", f"scene wall.obj -o out {PLACE} {{}} wood"),
     f"scene odd.obj -o out {PLACE}": (r"(--material .*?)=MATERIAL", f"scene odd.obj -o out {PLACE} {{}}=wood'"),
-    f"scene wall.obj -o out {PLACE} --default-material wod": (
-        NAMED,
-        f"scene wall.obj -o out {PLACE} --default-material {{}}",
-    ),
     f"scene wall.obj -o out {PLACE} --default-material mud": (
         r"(--own-material mud)=PERMITTIVITY,CONDUCTIVITY,THICKNESS",
         f"scene wall.obj -o out {PLACE} --default-material mud {{}}=15,1,0.3",
@@ -61,26 +53,14 @@ ADVICE: dict[str, tuple[str, str]] = {
         f"{{}} -o out {PLACE} --default-material wood",
     ),
     "scene closet -o there.png": (REPLACED, "scene closet -o there.png {}"),
-    "export tiny --hdf5 there.h5": (REPLACED, "export tiny --hdf5 there.h5 {}"),
-    "export tiny": (r"expected one of .*(--hdf5)", "export tiny {} out.h5"),
     "check leaking": (r"use the (split blocked)", "train leaking -o out --{} --model mlp --steps 1"),
-    "check unlisted": (r"use the (split random)", "train unlisted -o out --{} --model mlp --steps 1"),
     "train unlisted -o out": (r"use the (split random)", "train unlisted -o out --{} --model mlp --steps 1"),
     "check zeros": (r"bisplat (convert) adds them", "{} zeros -o out"),
     "check transposed": (r"bisplat (convert) transposes it back", "{} transposed -o out"),
     "check colour": (r"bisplat (convert) turns it into 8-bit grey", "{} colour -o out"),
     "check over": (r"bisplat (convert) turns them over", "{} over -o out"),
-    "check large": (r"bisplat (convert) samples it", "{} large -o out --elevations 0 89 --azimuths 0 359"),
     "convert large -o out": (r"by (--elevations) and --azimuths", "convert large -o out {} 0 89 --azimuths 0 359"),
     "check several": (r"bisplat (convert --one-per-position 1) keeps", "{} several -o out"),
-    "predict mlp -o out --positions tiny/tx_pos.csv": (
-        r"ends in (\.npz)",
-        "predict mlp -o out{} --positions tiny/tx_pos.csv",
-    ),
-    "simulate closet -n 2 -o out --cell 0.05": (
-        r"one of (fullwave)",
-        f"simulate closet -n 2 -o out --engine {{}} --field {FIELD}",
-    ),
 }
 """Of each call: a pattern of what its message proposes, and the call that follows it, with what the group matched."""
 
@@ -148,12 +128,6 @@ def test_proposal_works(call, place, monkeypatch, capsys):
     assert followed == 0, capsys.readouterr().err
     for path in sorted(set(place.rglob("*")) - before, reverse=True):
         path.rmdir() if path.is_dir() else path.unlink()
-
-
-def test_blocked_split_works_from_as_many_spectra_as_is_said(write_folder, tmp_path):
-    split(read_dataset(write_folder(tmp_path / "enough", count=21)), "blocked", seed=0)
-    with pytest.raises(InputError, match="blocked"):
-        split(read_dataset(write_folder(tmp_path / "few", count=20)), "blocked", seed=0)
 
 
 def test_packages_to_install_are_those_of_the_project():

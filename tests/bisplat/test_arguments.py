@@ -44,6 +44,16 @@ RESPONSES = ("x", None, 3, np.zeros(15), np.full(16, "1"), np.ma.zeros(16), np.z
 ANGLES = ("x", None, NAN, [NAN], 1j, np.ma.zeros(3), [True])
 NAMES = ("nearest", 3, [], ["nearst"], [3], np.ones(3), None)
 
+COMMON: dict[str, Any] = {
+    "seed": SEED, "positions": POINTS, "scene": OBJECT, "folder": PATH, "output": PATH, "propagation": OBJECT,
+    "guard": (*NUMBER, -1), "split": WORD, "budget": (*NUMBER, 0), "methods": NAMES[:6], "seeds": WHOLE, "n": WHOLE,
+    "array": OBJECT, "grid": OBJECT, "force": FLAG, "tolerances": OBJECT, "placement": WORD, "gpu": FLAG, "field": PATH,
+    "spectra": STACK, "train_size": (*WHOLE[:6], [], [2, 2], [0]), "difference": FLAG, "ax": OBJECT, "truth": SPECTRA,
+    "beamformer": (*OBJECT, None), "frequency": (*NUMBER, 0, 2.4), "method": WORD, "path": PATH, "azimuth": ANGLES,
+    "moving": (*WORD, "both"),
+}  # fmt: skip
+"""Wrong values of parameters that many functions have."""
+
 
 @dataclass(frozen=True)
 class Call:
@@ -51,8 +61,14 @@ class Call:
 
     function: Callable[..., Any]  # the callable
     valid: dict[str, Any] = field(default_factory=dict)  # its arguments, of which one at a time is replaced
-    wrong: dict[str, tuple[Any, ...]] = field(default_factory=dict)  # the values
+    own: dict[str, Any] = field(default_factory=dict)  # the values, where they are not those of ``COMMON``
     exempt: dict[str, str] = field(default_factory=dict)  # parameters that are not checked, with the reason
+
+    @property
+    def wrong(self) -> dict[str, Any]:
+        """The values that it must refuse."""
+        usual = {name: COMMON[name] for name in inspect.signature(self.function).parameters if name in COMMON}
+        return {name: each for name, each in usual.items() if name not in self.exempt} | self.own
 
 
 CALLBACK = {"report": "a function, called while the work goes on"}
@@ -84,7 +100,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "read_dataset": Call(
-            bisplat.read_dataset, {"folder": data}, {"folder": (*PATH, "nowhere"), "frequency": BANDWIDTH}
+            bisplat.read_dataset,
+            {"folder": data},
+            {"folder": (*PATH, "nowhere"), "frequency": BANDWIDTH},
         ),
         "write_dataset": Call(
             bisplat.write_dataset,
@@ -93,14 +111,15 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "array": array, "frequency": 915e6,
             },
             {
-                "folder": PATH, "positions": POINTS, "responses": ("x", 3, None, np.ones((2, 16))), "array": OBJECT,
-                "frequency": (*NUMBER, 0, 2.4), "gateway_position": POINT, "gateway_orientation": POINT, "grid": OBJECT,
-                "phases": WORD, "bandwidth": (*BANDWIDTH, 1e6), "moving": (*WORD, "both"),
+                "responses": ("x", 3, None, np.ones((2, 16))), "gateway_position": POINT,
+                "gateway_orientation": POINT, "phases": WORD, "bandwidth": (*BANDWIDTH, 1e6),
                 "receivers": [*POINTS[2:], [[1, 0, 1]] * 2],
             },
         ),
         "Band": Call(
-            bisplat.Band, {"bandwidth": 20e6, "subcarriers": 64}, {"bandwidth": (*NUMBER, 0), "subcarriers": WHOLE}
+            bisplat.Band,
+            {"bandwidth": 20e6, "subcarriers": 64},
+            {"bandwidth": (*NUMBER, 0), "subcarriers": WHOLE},
         ),
         "Band.frequencies": Call(bisplat.Band(20e6, 64).frequencies, {"carrier": 915e6}, {"carrier": (*NUMBER, 0)}),
         "read_rssi": Call(bisplat.read_rssi, {}, {"folder": (*PATH, "nowhere", data)}),
@@ -112,17 +131,16 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "gateways": {"door": (0, 0, 1)}, "frequency": 2.4e9,
             },
             {
-                "folder": PATH, "positions": POINTS,
                 "rssi_dbm": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
                 "gateways": ("x", None, {}, [(0, 0, 1)], {3: (0, 0, 1)}, *({"door": each} for each in POINT)),
-                "frequency": (*NUMBER, 0, 2.4), "floor_dbm": (*NUMBER, -101, 61, None),
+                "floor_dbm": (*NUMBER, -101, 61, None),
             },
         ),
         "simulate_rooms": Call(
             bisplat.simulate_rooms,
             {"output": "out", "n": 1, "spectra": 2},
             {
-                "output": PATH, "n": WHOLE, "setting": WORD, "seed": SEED, "spectra": WHOLE[:7], "large": FLAG,
+                "setting": WORD, "spectra": WHOLE[:7], "large": FLAG,
                 "pieces": (3, "x", None, (1,), (1, 2, 3), (-1, 3), (0, 13), (3, 2), (1.5, 3)), "shape": WORD,
             },
             {"options": "those of simulate"},
@@ -131,41 +149,33 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.simulate_rssi,
             {"scene": scene, "folder": "out", "gateways": {"door": (2.0, 0.5, 1.8)}, "n": 2},
             {
-                "scene": ("x", *OBJECT[1:]), "folder": PATH,
+                "scene": ("x", *OBJECT[1:]),
                 "gateways": (
                     "nowhere.yml", None, 3, {}, [(0, 0, 1)], {3: (0, 0, 1)}, {"door": (0, 0, -9e9)},
                     {"door": bisplat.Gateway((2.0, 0.5, 1.8), (0, 0, 0, 1), pattern="x")},
                     *({"door": each} for each in POINT),
                 ),
-                "n": (*WHOLE, 1), "placement": WORD, "positions": [*POINTS[2:], "nowhere.csv"], "seed": SEED,
-                "tx_power_dbm": (*NUMBER, 61, None), "floor_dbm": (*NUMBER, -101, None),
-                "shadowing_db": (*NUMBER, -1, None), "quantisation_db": (*NUMBER, -1, None), "propagation": OBJECT,
-                "wrong": (1,),
+                "n": (*WHOLE, 1), "positions": [*POINTS[2:], "nowhere.csv"], "tx_power_dbm": (*NUMBER, 61, None),
+                "floor_dbm": (*NUMBER, -101, None), "shadowing_db": (*NUMBER, -1, None),
+                "quantisation_db": (*NUMBER, -1, None), "wrong": (1,),
             },
         ),
         "load_run": Call(bisplat.load_run, {}, {"folder": (*PATH, "nowhere")}),
-        "check": Call(
-            bisplat.check,
-            {"folder": data, "split": "random"},
-            {"folder": PATH, "split": ("x", 3, ["files"]), "guard": (*NUMBER, -1), "seed": SEED},
-        ),
+        "check": Call(bisplat.check, {"folder": data, "split": "random"}, {"split": ("x", 3, ["files"])}),
         "simulate": Call(
             bisplat.simulate,
             {"scene": scene, "output": "out", "n": 2},
             {
-                "scene": ("x", *OBJECT[1:]), "output": PATH, "n": (*WHOLE, 1), "engine": WORD, "seed": SEED,
-                "placement": WORD, "positions": [*POINTS[2:], "nowhere.csv"], "power_db": FLAG,
-                "measurement": OBJECT, "propagation": OBJECT, "workers": WHOLE[:6], "cell": NUMBER[:4],
-                "field": PATH, "gpu": FLAG, "wrong": (1,), "bandwidth": (*BANDWIDTH, 1e6), "subcarriers": (0, 2, "x"),
-                "frequencies": (3, (2.4,), ("x",), (1e9, 1e9)), "moving": (*WORD, "both"),
+                "scene": ("x", *OBJECT[1:]), "n": (*WHOLE, 1), "engine": WORD,
+                "positions": [*POINTS[2:], "nowhere.csv"], "power_db": FLAG, "measurement": OBJECT,
+                "workers": WHOLE[:6], "cell": NUMBER[:4], "wrong": (1,), "bandwidth": (*BANDWIDTH, 1e6),
+                "subcarriers": (0, 2, "x"), "frequencies": (3, (2.4,), ("x",), (1e9, 1e9)),
                 "transmitters": (*WHOLE[:6], 2), "receivers": [*POINTS[2:], "nowhere.csv"],
             },
             {"ray": "an address, which Ray must answer", "solver": "set by the engine"},
         ),
-        "Rays": Call(bisplat.Rays, {}, {"propagation": OBJECT}),
-        "FullWave": Call(
-            bisplat.FullWave, {}, {"cell": (*NUMBER, 0), "field": PATH, "gpu": FLAG}, {"solver": "set by the engine"}
-        ),
+        "Rays": Call(bisplat.Rays),
+        "FullWave": Call(bisplat.FullWave, {}, {"cell": (*NUMBER, 0)}, {"solver": "set by the engine"}),
         "Propagation": Call(
             bisplat.Propagation,
             {},
@@ -181,7 +191,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "Measurement.apply": Call(
             bisplat.Measurement(snr_db=20).apply,
             {"responses": np.ones((2, 16), complex), "numbers": np.arange(2), "seed": 0},
-            {"responses": [*RESPONSES, np.full((2, 16), NAN)], "numbers": ("x", [0], [0, NAN], None), "seed": SEED},
+            {"responses": [*RESPONSES, np.full((2, 16), NAN)], "numbers": ("x", [0], [0, NAN], None)},
         ),
         "Tolerances": Call(
             bisplat.Tolerances,
@@ -191,34 +201,34 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "Tracer": Call(
             bisplat.Tracer,
             {"scene": scene, "propagation": tracer.ray_scene.propagation},
-            {"scene": OBJECT, "propagation": OBJECT, "region": CORNERS[:1] + CORNERS[2:], "seed": SEED},
+            {"region": CORNERS[:1] + CORNERS[2:]},
             {**CALLBACK, "found": "from another tracer"},
         ),
         "Tracer.responses": Call(
             tracer.responses,
             {"positions": [[0.9, 1.3, 1.1]]},
-            {"positions": POINTS, "factors": ("x", np.ones(tracer.chains + 1), np.full(tracer.chains, NAN))},
+            {"factors": ("x", np.ones(tracer.chains + 1), np.full(tracer.chains, NAN))},
         ),
-        "Tracer.responses_by_chain": Call(tracer.responses_by_chain, {}, {"positions": POINTS}),
+        "Tracer.responses_by_chain": Call(tracer.responses_by_chain),
         "Tracer.responses_with": Call(
             tracer.responses_with,
             {"others": [scene], "positions": [[0.9, 1.3, 1.1]]},
-            {"positions": POINTS, "others": (*OBJECT, None, scene, [], ["closet"])},
+            {"others": (*OBJECT, None, scene, [], ["closet"])},
         ),
         "Tracer.band_responses": Call(
             tracer.band_responses,
             {"positions": [[0.9, 1.3, 1.1]], "band": bisplat.Band(20e6, 4)},
-            {"positions": POINTS, "band": (*OBJECT, bisplat.Band(500e6, 4))},
+            {"band": (*OBJECT, bisplat.Band(500e6, 4))},
         ),
-        "Tracer.at_frequency": Call(tracer.at_frequency, {}, {"scene": OBJECT}),
-        "Tracer.middle_by_chain": Call(tracer.middle_by_chain, {}, {"positions": POINTS}),
+        "Tracer.at_frequency": Call(tracer.at_frequency),
+        "Tracer.middle_by_chain": Call(tracer.middle_by_chain),
         "Tracer.paths": Call(tracer.paths, {}, {"position": POINT}),
         "PlanarArray": Call(
             bisplat.PlanarArray,
             {},
             {"rows": (*WHOLE, 65), "columns": (*WHOLE, 65), "spacing": (*NUMBER, 0, -1, None)},
         ),
-        "PlanarArray.at": Call(array.at, {}, {"frequency": (*NUMBER, 0, 2.4)}),
+        "PlanarArray.at": Call(array.at),
         "ElementArray": Call(
             bisplat.ElementArray,
             {"positions_m": [[0, 0, 0], [0.1, 0, 0]]},
@@ -229,11 +239,11 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"elements": 8, "radius_m": 0.1},
             {"elements": (*WHOLE, 1025), "radius_m": (*NUMBER, 0, -1, 101)},
         ),
-        "ElementArray.at": Call(circle.at, {}, {"frequency": (*NUMBER, 0, 2.4)}),
+        "ElementArray.at": Call(circle.at),
         "ElementArray.manifold": Call(
             circle.manifold,
             {"azimuth": [0.0, 1.0], "elevation": 0.5},
-            {"azimuth": ANGLES, "elevation": [*ANGLES, [1.0] * 3]},
+            {"elevation": [*ANGLES, [1.0] * 3]},
         ),
         "ElementArray.angle_between": Call(
             circle.angle_between,
@@ -243,7 +253,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "PlanarArray.manifold": Call(
             array.manifold,
             {"azimuth": [0.0, 1.0], "elevation": 0.5},
-            {"azimuth": ANGLES, "elevation": [*ANGLES, [1.0] * 3]},
+            {"elevation": [*ANGLES, [1.0] * 3]},
         ),
         "PlanarArray.angle_between": Call(
             array.angle_between,
@@ -260,75 +270,59 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         ),
         "AngularGrid.dominant_angles": Call(grid.dominant_angles, {}, {"spectrum": SPECTRA[:4]}),
         "AngularGrid.dominant_direction": Call(grid.dominant_direction, {}, {"spectrum": SPECTRA[:4]}),
-        "Beamformer": Call(bisplat.Beamformer, {}, {"array": OBJECT, "grid": OBJECT}),
+        "Beamformer": Call(bisplat.Beamformer),
         "Beamformer.spectrum": Call(beamformer.spectrum, {}, {"responses": RESPONSES}),
         "Beamformer.power_db": Call(beamformer.power_db, {}, {"responses": RESPONSES}),
-        "fit_lags": Call(
-            bisplat.fit_lags,
-            {"spectra": dataset.spectra[:1], "beamformer": beamformer},
-            {"spectra": STACK, "beamformer": (*OBJECT, None)},
-        ),
+        "fit_lags": Call(bisplat.fit_lags, {"spectra": dataset.spectra[:1], "beamformer": beamformer}),
         "retrieve_responses": Call(
             bisplat.retrieve_responses,
             {"spectra": dataset.spectra[:1], "beamformer": beamformer},
-            {"spectra": STACK, "beamformer": (*OBJECT, None), "seed": SEED},
         ),
         "ssim": Call(
             bisplat.ssim,
             {"prediction": spectrum, "truth": spectrum},
-            {"prediction": [*SPECTRA, np.zeros((2, 90, 360))], "truth": SPECTRA},
+            {"prediction": [*SPECTRA, np.zeros((2, 90, 360))]},
         ),
         "aoa_error": Call(
             bisplat.aoa_error,
             {"prediction": spectrum, "truth": spectrum},
-            {"prediction": SPECTRA, "truth": SPECTRA, "grid": (*OBJECT, None), "array": (*OBJECT, None)},
+            {"prediction": SPECTRA, "grid": (*OBJECT, None), "array": (*OBJECT, None)},
         ),
         "plot_spectrum": Call(
             bisplat.plot_spectrum,
             {"spectrum": spectrum},
-            {"spectrum": SPECTRA, "ax": OBJECT, "grid": (*OBJECT, None), "difference": FLAG},
+            {"spectrum": SPECTRA, "grid": (*OBJECT, None)},
         ),
-        "plot_polar": Call(
-            bisplat.plot_polar,
-            {"spectrum": spectrum},
-            {"spectrum": SPECTRA, "ax": OBJECT, "grid": (*OBJECT, None), "difference": FLAG},
-        ),
+        "plot_polar": Call(bisplat.plot_polar, {"spectrum": spectrum}, {"spectrum": SPECTRA, "grid": (*OBJECT, None)}),
         "plot_cdf": Call(
             bisplat.plot_cdf,
             {"scores": [0.1, 0.2]},
-            {"scores": ("x", None, 3, [], [NAN], {"a": ["x"]}, MASKED), "ax": OBJECT},
+            {"scores": ("x", None, 3, [], [NAN], {"a": ["x"]}, MASKED)},
             {"quantity": "any text"},
         ),
         "train": Call(
             bisplat.train,
             {"dataset": data, "output": "out", "model": "mlp"},
             {
-                "dataset": (*PATH, "nowhere"), "output": PATH, "model": WORD, "split": WORD, "guard": (*NUMBER, -1),
-                "seed": SEED,
-                "options": ("x", 3, {"wrong": 1}, {"pixels": object()}), "steps": WHOLE[:6], "batch_size": WHOLE[:6],
-                "budget": (*NUMBER, 0), "preset": WORD[:2],
-                "learning_rate": (*NUMBER, 0), "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2),
-                "matmul_precision": WORD[:2],
+                "dataset": (*PATH, "nowhere"), "model": WORD, "options": ("x", 3, {"wrong": 1}, {"pixels": object()}),
+                "steps": WHOLE[:6], "batch_size": WHOLE[:6], "preset": WORD[:2], "learning_rate": (*NUMBER, 0),
+                "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2), "matmul_precision": WORD[:2],
                 "find_phases": FLAG[:1], "init": PATH, "trainer": ("x", {"devices": 0}, {"wrong": 1}), "wrong": (1,),
             },
         ),
-        "score": Call(
-            bisplat.score,
-            {"prediction": spectrum, "truth": spectrum},
-            {"prediction": SPECTRA, "truth": SPECTRA, "grid": OBJECT, "array": OBJECT},
-        ),
+        "score": Call(bisplat.score, {"prediction": spectrum, "truth": spectrum}, {"prediction": SPECTRA}),
         "TorchDataset": Call(
             bisplat.TorchDataset,
             {"dataset": dataset},
-            {"dataset": (*OBJECT, None), "indices": ("x", 3, [0.5], [True], [-1], [10**9], [[0]], [[0], [0, 1]], {})},
+            {
+                "dataset": (*OBJECT, None),
+                "indices": ("x", 3, [0.5], [True], [-1], [10 ** 9], [[0]], [[0], [0, 1]], {}),
+            },
         ),
         "split": Call(
             bisplat.split,
             {"dataset": dataset, "kind": "files", "seed": 0},
-            {
-                "dataset": (*OBJECT, "x"), "kind": WORD, "seed": SEED, "train_size": WHOLE[:6],
-                "guard": (*NUMBER, -1),
-            },
+            {"dataset": (*OBJECT, "x"), "kind": WORD, "train_size": WHOLE[:6]},
         ),
         "evaluate": Call(
             bisplat.evaluate,
@@ -340,38 +334,33 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.crossvalidate,
             {"run": run, "scene": scene},
             {
-                "run": (*PATH, "nowhere"), "scene": OBJECT, "positions": WHOLE, "seed": SEED, "tracer": OBJECT,
-                "engine": (*OBJECT, "ray"), "field": (*PATH, "nowhere"),
+                "run": (*PATH, "nowhere"), "positions": WHOLE, "tracer": OBJECT, "engine": (*OBJECT, "ray"),
+                "field": (*PATH, "nowhere"),
             },
         ),
         "compare": Call(
-            bisplat.compare, {"dataset": data, "models": ["nearest"]}, COMPARED | ALSO | {"models": NAMES[:6]}
+            bisplat.compare,
+            {"dataset": data, "models": ["nearest"]},
+            COMPARED | ALSO | {"models": NAMES[:6]},
         ),
         "compare_rooms": Call(
             bisplat.compare_rooms,
             {"rooms": file.with_name("rooms"), "methods": ["mean"]},
             {
-                "rooms": (*PATH, "nowhere", data), "methods": NAMES[:6],
-                "given": ("x", 3, [], [0], [2, 2], [99], [1.5]),
-                "test_rooms": (*WHOLE[:6], 2), "test_spectra": WHOLE[:5], "seed": SEED, "seeds": WHOLE,
-                "budget": (*NUMBER, 0), "output": PATH,
+                "rooms": (*PATH, "nowhere", data), "given": ("x", 3, [], [0], [2, 2], [99], [1.5]),
+                "test_rooms": (*WHOLE[:6], 2), "test_spectra": WHOLE[:5],
             },
         ),
         "compare_powers": Call(
             bisplat.compare_powers,
             {"dataset": file.with_name("powers"), "methods": ["mean"], "split": "random"},
-            {
-                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
-                "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
-                "budget": (*NUMBER, 0), "scene": (3, True, "nowhere", [], {"x": 1}), "output": PATH,
-            },
+            {"dataset": (*PATH, "nowhere", data), "scene": (3, True, "nowhere", [], {"x": 1})},
         ),
         "fit_powers": Call(
             bisplat.fit_powers,
             {"dataset": file.with_name("powers"), "method": "mean"},
             {
-                "dataset": (*PATH, "nowhere", data), "method": WORD, "seed": SEED,
-                "known": ("x", 3, [], [1.5], [-1], [12], [True], {"x": 1}),
+                "dataset": (*PATH, "nowhere", data), "known": ("x", 3, [], [1.5], [-1], [12], [True], {"x": 1}),
                 "scene": (3, True, "nowhere", [], {"x": 1}),
             },
         ),
@@ -379,8 +368,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.coverage_map,
             {"powers": file.with_name("powers"), "method": "mean"},
             {
-                "powers": (*PATH[:4], "nowhere", data), "method": WORD, "height": (*NUMBER, 1e9),
-                "step": (*NUMBER, 0, -1, None, 1e-9),
+                "powers": (*PATH[:4], "nowhere", data), "height": (*NUMBER, 1e9),
+                "step": (*NUMBER, 0, -1, None, 1e-09),
                 "region": ("x", 3, [], [0, 0, 1], [0, 0, 0, 1], [1, 0, 0, 1], [0, 0, NAN, 1], [0, 0, 1, 1e9], {"x": 1}),
             },
             CALLBACK,
@@ -388,25 +377,17 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "write_coverage": Call(
             bisplat.write_coverage,
             {"coverage": bisplat.coverage_map(file.with_name("powers"), method="mean", step=1.0), "folder": "map"},
-            {"coverage": OBJECT, "folder": PATH, "scene": OBJECT, "force": FLAG},
+            {"coverage": OBJECT},
         ),
         "compare_channels": Call(
             bisplat.compare_channels,
             {"dataset": file.with_name("links"), "methods": ["copy"], "split": "random"},
-            {
-                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
-                "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
-                "budget": (*NUMBER, 0), "output": PATH,
-            },
+            {"dataset": (*PATH, "nowhere", data)},
         ),
         "compare_band": Call(
             bisplat.compare_band,
             {"dataset": file.with_name("wide"), "methods": ["nearest"], "split": "random"},
-            {
-                "dataset": (*PATH, "nowhere", data), "methods": NAMES[:6], "split": WORD,
-                "train_size": (*WHOLE[:6], [], [2, 2], [0]), "seed": SEED, "guard": (*NUMBER, -1), "seeds": WHOLE,
-                "budget": (*NUMBER, 0), "output": PATH,
-            },
+            {"dataset": (*PATH, "nowhere", data)},
         ),
         "ablate": Call(
             bisplat.ablate,
@@ -440,7 +421,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                     "x", None, [], [-60.0], [[-60.0, -50.0]], [[INF]], [[90.0]], [[1e-6]], [[1j]], [[1], [1, 2]],
                     np.ma.masked_array([[-60.0]]),
                 ),
-                "known": ("x", [], [0.5], [-1], [9999], [[0]]), "level": ("x", NAN, 100, [1.0]), "seed": SEED,
+                "known": ("x", [], [0.5], [-1], [9999], [[0]]), "level": ("x", NAN, 100, [1.0]),
             },
             CALLBACK,
         ),
@@ -453,7 +434,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                     "x", None, [], np.ones((2, 4)), np.ones((1, 4, 2)), np.full((1, 2, 4), NAN), [[1], [1, 2]],
                     np.ma.masked_array(np.ones((1, 2, 4))),
                 ),
-                "known": ("x", [], [0.5], [-1], [9999], [[0]], [0, 1]), "seed": SEED,
+                "known": ("x", [], [0.5], [-1], [9999], [[0]], [0, 1]),
             },
         ),
         "locate_tags": Call(
@@ -474,54 +455,40 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"run_or_scene": run, "n": 2},
             {
                 "run_or_scene": OBJECT, "n": (*(each for each in WHOLE if each is not None), 1001),
-                "target": ("0.9", True, 0, 1.5, -1, NAN, [0.9]), "seed": SEED, "propagation": OBJECT,
+                "target": ("0.9", True, 0, 1.5, -1, NAN, [0.9]),
             },
             CALLBACK,
         ),
         "calibrate": Call(
             bisplat.calibrate,
             {"scene": scene, "dataset": data},
-            {
-                "scene": OBJECT, "dataset": (*PATH, "nowhere"), "n": WHOLE, "split": WORD, "seed": SEED,
-                "tolerances": OBJECT, "propagation": OBJECT,
-            },
+            {"dataset": (*PATH, "nowhere")},
             CALLBACK,
         ),
         "calibrate_powers": Call(
             bisplat.calibrate_powers,
             {"scene": scene, "dataset": file.with_name("powers")},
-            {
-                "scene": OBJECT, "dataset": (*PATH, "nowhere", data), "n": WHOLE, "split": WORD, "seed": SEED,
-                "tolerances": OBJECT, "propagation": OBJECT,
-            },
+            {"dataset": (*PATH, "nowhere", data)},
             CALLBACK,
         ),
         "export": Call(bisplat.export, {"run": run, "path": "a.onnx"}, {"run": OBJECT, "path": (*PATH, "a.txt")}),
-        "export_hdf5": Call(
-            bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}, {"dataset": (*PATH, "nowhere"), "path": PATH}
-        ),
+        "export_hdf5": Call(bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}, {"dataset": (*PATH, "nowhere")}),
         "export_csi": Call(
             bisplat.export_csi,
             {"dataset": data, "folder": "csi"},
-            {"dataset": (*OBJECT[1:], "nowhere"), "folder": PATH, "force": FLAG},
+            {"dataset": (*OBJECT[1:], "nowhere")},
         ),
         "export_deepmimo": Call(
             bisplat.export_deepmimo,
             {"dataset": data, "folder": "paths"},
-            {"dataset": (*PATH, "nowhere"), "folder": (*PATH, "Paths"), "force": FLAG},
+            {"dataset": (*PATH, "nowhere"), "folder": (*PATH, "Paths")},
         ),
-        "Run.predict": Call(
-            run.predict, {"positions": [[1.0, 2, 3]]}, {"positions": POINTS, "dtype": (*WORD, "float64", np.int8)}
-        ),
-        "Run.deviation": Call(run.deviation, {}, {"positions": POINTS}),
+        "Run.predict": Call(run.predict, {"positions": [[1.0, 2, 3]]}, {"dtype": (*WORD, "float64", np.int8)}),
+        "Run.deviation": Call(run.deviation),
         "Run.split": Call(run.split, {}, {"dataset": OBJECT}),
         "Run.is_trained_on": Call(run.is_trained_on, {}, {"dataset": OBJECT}),
-        "draw_scene": Call(bisplat.draw_scene, {"scene": scene, "path": "a.png"}, {"scene": OBJECT, "path": PATH}),
-        "write_scene": Call(
-            bisplat.write_scene,
-            {"scene": scene, "folder": "out"},
-            {"scene": OBJECT, "folder": PATH},
-        ),
+        "draw_scene": Call(bisplat.draw_scene, {"scene": scene, "path": "a.png"}),
+        "write_scene": Call(bisplat.write_scene, {"scene": scene, "folder": "out"}),
         "facing": Call(bisplat.facing, {}, {"boresight": (*POINT, (0, 0, 0))}),
         "Gateway": Call(
             bisplat.Gateway,
@@ -561,7 +528,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"names": ("concrete", 3, ["x"], [3], np.ones((2, 3))), "frequency": (*NUMBER, 0, None)},
         ),
         "shapes.box": Call(
-            bisplat.shapes.box, {"low": (0, 0, 0), "high": (1, 1, 1)}, {"low": [*POINT, (1, 0, 0)], "high": POINT}
+            bisplat.shapes.box,
+            {"low": (0, 0, 0), "high": (1, 1, 1)},
+            {"low": [*POINT, (1, 0, 0)], "high": POINT},
         ),
         "shapes.sheet": Call(
             bisplat.shapes.sheet,
@@ -574,7 +543,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "shapes.rotate": Call(
-            bisplat.shapes.rotate, {"mesh": mesh, "degrees": 90}, {"mesh": OBJECT, "degrees": NUMBER}
+            bisplat.shapes.rotate,
+            {"mesh": mesh, "degrees": 90},
+            {"mesh": OBJECT, "degrees": NUMBER},
         ),
         "shapes.bounding_box": Call(bisplat.shapes.bounding_box, {}, {"points": POINTS[:5] + POINTS[6:8]}),
         "shapes.union": Call(lambda part: bisplat.shapes.union(part), {}, {"part": OBJECT}),

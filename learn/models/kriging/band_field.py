@@ -12,11 +12,11 @@ from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
 from learn.models.base import Region
-from learn.models.geometry import distances
 from learn.models.kriging.delay_powers import fit_delay_powers, white_noise
 from learn.models.kriging.deviation_curve import left_out_curve, normal_curve, on_curve
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.vecchia import FAR, NUGGET_LEAST, fit_covariance
+from learn.models.kriging.wave_covariance import distances
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 

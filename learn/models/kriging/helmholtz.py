@@ -12,12 +12,12 @@ from torch import Tensor, nn
 from torch.nn.functional import embedding_bag
 
 from learn.models.base import Beamformed, Region, SpectrumModel
-from learn.models.geometry import distances
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import RetrievedOnce
 from learn.models.kriging.stacking import best_mixture, by_distance, nearest_known
+from learn.models.kriging.wave_covariance import distances
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer

@@ -12,9 +12,9 @@ from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
 from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, runs_compiled
-from learn.models.geometry import distances, evenly_spread_directions
+from learn.models.encoding import evenly_spread_directions
 from learn.models.kriging.vecchia import fit_covariance
-from learn.models.kriging.wave_covariance import Separations, between_rows, leg_times, with_turned_rows
+from learn.models.kriging.wave_covariance import Separations, between_rows, distances, leg_times, with_turned_rows
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS

@@ -13,9 +13,9 @@ from torch import Tensor
 from learn.baselines.neighbours import NEIGHBOURS
 from learn.data.metrics import ssim_of_each
 from learn.models.base import Report, SpectrumModel
-from learn.models.geometry import distances
 from learn.models.kriging.interpolators import OF_RESPONSES, WAYS, FieldFits, kriging_ways
 from learn.models.kriging.kriged_field import KrigedField
+from learn.models.kriging.wave_covariance import distances
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import evenly, spectrum_of
 

@@ -11,7 +11,7 @@ import torch
 from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
 
-from learn.models.geometry import distances
+from learn.models.kriging.wave_covariance import distances
 from simulate.spectra.spectrum import evenly
 
 FITTED_ON = 200  # largest number of terms of the likelihood, evenly spread over the known positions in random order

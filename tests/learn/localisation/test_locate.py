@@ -21,8 +21,7 @@ from learn.localisation.fingerprints import Field, Fingerprints
 from learn.localisation.locate import _places, grid_warning
 from learn.localisation.located_places import HEADER
 from learn.localisation.observations import observed_pictures
-from learn.localisation.refine import FARTHEST, MODES, candidate_points, refine
-from learn.models.geometry import grid_in
+from learn.localisation.refine import FARTHEST, MODES, candidate_points, grid_in, refine
 from learn.reports.evaluation_report import write_locations
 from learn.training import run_folder
 from learn.training.conformal_deviation import Deviation
