@@ -239,12 +239,7 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
 
 
 def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:
-    """Vertices and triangles of a disc of radius 1 in the x–y plane.
-
-    >>> vertices, faces = disc(corners=6)
-    >>> vertices.shape, faces.shape
-    ((7, 3), (6, 3))
-    """
+    """Vertices and triangles of a disc of radius 1 in the x–y plane."""
     angle = 2 * np.pi * np.arange(corners) / corners
     rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(corners)], axis=-1)
     index = np.arange(corners)

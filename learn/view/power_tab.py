@@ -144,16 +144,7 @@ class PowerTab(Tab):
 def power_rows(
     names: Sequence[str], floor: float, predicted: PredictedPowers, measured: np.ndarray | None
 ) -> list[str]:
-    """A Markdown table of the powers at one position, the strongest gateway first.
-
-    >>> powers = PredictedPowers(np.array([[-71.2, -50.0]]), np.array([[-75.0, -54.0]]), np.array([[-68.0, -47.5]]))
-    >>> for row in power_rows(["door", "roof"], -70, powers, np.array([np.nan, -52.0])):
-    ...     print(row)
-    | gateway | predicted | 90 % interval | measured |
-    | --- | --- | --- | --- |
-    | roof | −50.0 dBm | −54.0 to −47.5 | −52.0 |
-    | door | below −70 | −75.0 to −68.0 | nothing |
-    """
+    """A Markdown table of the powers at one position, the strongest gateway first."""
     order = np.argsort(-predicted.median[0])[:ROWS]
     headings = ["gateway", "predicted", *(["90 % interval"] if predicted.low is not None else [])]
     headings += [] if measured is None else ["measured"]

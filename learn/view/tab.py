@@ -143,10 +143,5 @@ class Tab(ABC):
 
 
 def outside(position: Position, box: Float[np.ndarray, "2 3"]) -> bool:
-    """Whether a position is outside a box.
-
-    >>> box = np.array([[0.0, 0.0, 0.0], [4.0, 3.0, 2.0]])
-    >>> outside(np.array([1.0, 1.0, 1.0]), box), outside(np.array([1.0, 3.5, 1.0]), box)
-    (False, True)
-    """
+    """Whether a position is outside a box."""
     return bool((position < box[0] - 1e-9).any() or (position > box[1] + 1e-9).any())

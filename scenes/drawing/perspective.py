@@ -216,15 +216,7 @@ def _draw_gateway(axes: Axes3D, buffer: DepthBuffer, gateway: Gateway, length: f
 def depth_buffer(
     triangles: Float[np.ndarray, "n 3 3"], extent: tuple[float, float, float, float], columns: int
 ) -> DepthBuffer:
-    """Find the nearest triangle at each pixel.
-
-    >>> near, far = [[0, 0, 1], [2, 0, 1], [0, 2, 1]], [[0, 0, 5], [4, 0, 5], [0, 4, 5]]
-    >>> depth_buffer(np.array([far, near], dtype=float), (0, 4, 0, 4), 4).nearest[::-1]
-    array([[ 0, -1, -1, -1],
-           [ 0,  0, -1, -1],
-           [ 1,  0,  0, -1],
-           [ 1,  1,  0,  0]])
-    """
+    """Find the nearest triangle at each pixel."""
     left, right, bottom, top = extent
     pixel = (right - left) / columns
     rows = max(1, round((top - bottom) / pixel))

@@ -81,11 +81,7 @@ NAME = re.compile(r"\.bisplat-[0-9a-f]{16}\.(tmp|unfinished)")
 
 
 def is_temporary(name: str) -> bool:
-    """Whether a file or folder of this name is a temporary one of ours.
-
-    >>> is_temporary(".bisplat-0123456789abcdef.tmp"), is_temporary("h.h5.tmp")
-    (True, False)
-    """
+    """Whether a file or folder of this name is a temporary one of ours."""
     return NAME.fullmatch(name) is not None
 
 

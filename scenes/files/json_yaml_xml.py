@@ -41,14 +41,7 @@ def read_json(path: Path, expected: str, nan: bool = False) -> Any:
 
 
 def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
-    """Parse a JSON text.
-
-    >>> parse_json('{"rows": 4}', "metadata.json", "an array")
-    {'rows': 4}
-    >>> parse_json('{"rows": 4, "rows": 5}', "metadata.json", "an array")
-    Traceback (most recent call last):
-    scenes.files.errors.InputError: metadata.json: expected an array as JSON, found the key 'rows' twice
-    """
+    """Parse a JSON text."""
     try:
         value = json.loads(
             text,
@@ -108,12 +101,7 @@ def _too_deep(value: object) -> bool:
 
 
 def plain_number(value: Any) -> Any:
-    """A number of NumPy as one of Python's; the ``default`` of ``json.dumps`` for arguments that users give.
-
-    >>> import json, numpy
-    >>> json.dumps({"steps": numpy.int64(5)}, default=plain_number)
-    '{"steps": 5}'
-    """
+    """A number of NumPy as one of Python's; the ``default`` of ``json.dumps`` for arguments that users give."""
     if hasattr(value, "item"):
         return value.item()
     raise TypeError(f"{type(value).__name__} is not JSON serializable")

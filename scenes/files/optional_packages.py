@@ -46,10 +46,7 @@ class MissingExtraError(InputError, ImportError):
 
 
 def require_extra(extra: str, what: str) -> None:
-    """Make sure that an extra is installed. Its packages are only looked for, not imported.
-
-    >>> require_extra("rays", "ray tracing")
-    """
+    """Make sure that an extra is installed. Its packages are only looked for, not imported."""
     if not has_extra(extra):
         raise MissingExtraError(extra, what)
 

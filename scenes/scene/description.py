@@ -259,13 +259,7 @@ class Scene:
 
 
 def with_same_array(scene: Scene, frequency: float) -> Scene:
-    """The scene at another frequency. Its array keeps its size in metres, so its spacing in wavelengths changes.
-
-    Example:
-        >>> from scenes.places.built_in import closet
-        >>> with_same_array(closet(), 1830e6).gateway.spacing
-        1.0
-    """
+    """The scene at another frequency. Its array keeps its size in metres, so its spacing in wavelengths changes."""
     there, own = scene.at_frequency(frequency), scene.gateway
     if own.elements is not None:  # their positions are in metres
         return there

@@ -40,11 +40,7 @@ def read_frequency(value: float | str) -> float:
 
 
 def read_bandwidth(value: float | str) -> float:
-    """Read a bandwidth.
-
-    >>> read_bandwidth("20 MHz")
-    20000000.0
-    """
+    """Read a bandwidth."""
     number, unit = _parts(value)
     bandwidth = number * HERTZ[unit or "hz"]
     if 1 <= bandwidth <= HIGHEST_FREQUENCY:
