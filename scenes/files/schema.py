@@ -21,9 +21,6 @@ T = TypeVar("T")
 Count = Annotated[int, Meta(ge=0)]
 Positive = Annotated[float, Meta(gt=0)]
 
-LATER = {"later": True}
-"""Metadata of a field that files of older versions do not have."""
-
 WORDS = {
     "float": "a number",
     "int": "a whole number",
@@ -78,7 +75,7 @@ def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, key
     known = {each.encode_name: each.type for each in kind.fields}
     if complete and isinstance(kind, inspect.DataclassType):
         for each in fields(kind.cls):
-            if each.name not in value and each.metadata != LATER:
+            if each.name not in value:
                 raise InputError(f"{_place(source, list(keys))}expected the key {each.name}, found none")
     for key, inner in value.items():
         if key in known:
