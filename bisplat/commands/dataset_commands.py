@@ -96,7 +96,7 @@ def responses(dataset: Positional[Path], json: bool = False, force: Force = Fals
     import numpy as np
 
     from simulate.dataset.dataset_folder import read_dataset
-    from simulate.dataset.response_retrieval import retrieve
+    from simulate.dataset.responses_file import retrieve
     from simulate.spectra.phase_retrieval import GOOD
 
     given = read_dataset(dataset)

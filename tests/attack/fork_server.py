@@ -49,7 +49,7 @@ learn.reports.evaluation_report
 scenes.importing.mesh_import
 simulate.generation.generate
 simulate.exchange.convert
-simulate.dataset.response_retrieval
+simulate.dataset.responses_file
 simulate.rays.tracer
 """.split()
 """What the commands import when they need it."""

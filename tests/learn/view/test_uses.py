@@ -7,8 +7,8 @@ import pytest
 
 import bisplat
 from learn.localisation.located_places import Place, read_places, write_places
+from learn.view.room_layers import CLOUD, LOCATIONS, cloud, located
 from learn.view.subject import subject
-from learn.view.uses import CLOUD, LOCATIONS, cloud, located
 from scenes.files.errors import InputError
 
 

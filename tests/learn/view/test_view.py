@@ -16,11 +16,10 @@ from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.bisplat import BiSplatWRF
 from learn.view.chart import BACKGROUND, DECIBELS, INK, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.compared_spectra import in_phase_with, numbers, panels
-from learn.view.hemisphere import DOT_DEG, dots, ellipses
-from learn.view.session import Session
+from learn.view.layers import DOT_DEG, dots, ellipses
+from learn.view.session import Session, Tracing
 from learn.view.subject import Spectrum, subject
 from learn.view.tab import Tab
-from learn.view.tracing import Tracing
 from scenes.files.errors import InputError
 from scenes.files.optional_packages import MissingExtraError
 from simulate.rays import tracer

@@ -9,10 +9,9 @@ from matplotlib import colormaps
 
 import bisplat
 from learn.view.channel_tab import ChannelTab, require_places_and_band
-from learn.view.coverage_layer import POWER, SILENT, STRONGEST, WIDTH, drawn
 from learn.view.delay_chart import delay_profile, draw_delays
 from learn.view.power_subject import CELLS, PowerSubject
-from learn.view.power_tab import PowerTab
+from learn.view.power_tab import POWER, SILENT, STRONGEST, WIDTH, PowerTab, drawn
 from scenes.browser.served_page import serving
 from scenes.scene.description import SPEED_OF_LIGHT
 

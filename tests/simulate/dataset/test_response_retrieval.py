@@ -6,7 +6,7 @@ import pytest
 import bisplat
 from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
-from simulate.dataset import response_retrieval
+from simulate.dataset import responses_file
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import (
     encode_picture,
@@ -16,7 +16,7 @@ from simulate.dataset.dataset_writer import (
     write_positions,
     write_responses,
 )
-from simulate.dataset.response_retrieval import retrieve
+from simulate.dataset.responses_file import retrieve
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import normalise, picture
@@ -55,7 +55,7 @@ def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_on
 
 
 def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch):
-    monkeypatch.setattr(response_retrieval, "AT_ONCE", 2)
+    monkeypatch.setattr(responses_file, "AT_ONCE", 2)
     whole = retrieve(read_dataset(folder))
     (folder / "channels.npz").unlink()
     batches = []
@@ -67,7 +67,7 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
         return retrieve_responses(spectra, beamformer, seed)
 
     with monkeypatch.context() as patch:
-        patch.setattr(response_retrieval, "retrieve_responses", interrupted)
+        patch.setattr(responses_file, "retrieve_responses", interrupted)
         with pytest.raises(KeyboardInterrupt):
             retrieve(read_dataset(folder))
         again = retrieve(read_dataset(folder))
