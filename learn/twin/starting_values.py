@@ -144,7 +144,7 @@ def start_far_away(
     flips: bool,
     counted: int,
 ) -> Float[np.ndarray, " n"]:
-    """As ``start_nearby``, for poses from far away: drawn poses are scored by paths to fixed images, and the best traced.
+    """As ``start_nearby``, for poses from far away: draws are scored by paths to fixed images, the best are traced.
 
     At each of the eight that are kept, more poses are drawn around it, ever closer, and the most likely one follows.
     """
