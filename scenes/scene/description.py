@@ -264,3 +264,22 @@ def with_same_array(scene: Scene, frequency: float) -> Scene:
     if own.elements is not None:  # their positions are in metres
         return there
     return replace(there, gateway=replace(own, spacing=own.spacing * frequency / scene.frequency))
+
+
+def shifted(scene: Scene, step: Float[np.ndarray, " 3"]) -> Scene:
+    """Return a scene in which everything is moved by the same step: gateways, transmitter region and objects."""
+
+    def gateway(old: Gateway) -> Gateway:
+        return replace(old, position=tuple(np.asarray(old.position) + step))
+
+    def item(old: SceneObject) -> SceneObject:
+        return replace(old, mesh=old.mesh.copy().apply_translation(step))
+
+    low, high = scene.transmitter.region + step
+    return replace(
+        scene,
+        gateway=gateway(scene.gateway),
+        transmitter=replace(scene.transmitter, region_min=tuple(low), region_max=tuple(high)),
+        objects=tuple(item(each) for each in scene.objects),
+        further_gateways={name: gateway(each) for name, each in scene.further_gateways.items()},
+    )
