@@ -58,4 +58,3 @@ def test_it_is_compared_only_if_it_is_named_and_says_that_it_is_reduced(tmp_path
     assert "nerf2" not in {row["label"] for row in bisplat.compare_channels(tmp_path / "links")}
     comparison = bisplat.compare_channels(tmp_path / "links", ["nerf2", "copy"])
     assert [row["label"] for row in comparison] == ["nerf2 (reduced)", "copy"]
-    assert set(comparison.snr_db) == {"nerf2 (reduced)", "copy"}
