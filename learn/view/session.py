@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import UInt8
 from viser import ClientHandle, GuiImageHandle
 
+from learn.view.channel_tab import delay_profile, draw_delays
 from learn.view.chart import Kind, draw
 from learn.view.compared_spectra import numbers, panels
-from learn.view.delay_chart import delay_profile, draw_delays
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tab import Tab, outside

@@ -14,8 +14,8 @@ from scenes.checks.enclosure import barycentric
 from scenes.importing.lengths import plain
 from scenes.importing.material_rules import listed
 from scenes.importing.thick_walls import SOLID, walls_as_sheets
-from scenes.scene.description import Scene, SceneObject
-from scenes.scene.materials import conducting_objects, is_conductor
+from scenes.scene.description import Scene, SceneObject, conducting_objects
+from scenes.scene.materials import is_conductor
 
 Walls = Literal["as-sheets", "as-drawn"]
 """Whether walls that are drawn as boxes become sheets, or keep both faces."""
