@@ -136,14 +136,13 @@ ALONG = bisplat.ElementArray(TRACK - [0.5, 0, 0])
 
 
 @pytest.fixture
-def located(tmp_path, monkeypatch):
+def located(tmp_path):
     """Function: what write_dataset is given, and options of locate -> places by name."""
-    monkeypatch.chdir(tmp_path)
 
     def run(places, responses, array, region=None, **given):
-        bisplat.write_dataset("tags", places, responses, array, FREQUENCY, **given)
-        locate_command(("tags",), "where.csv", region=region)
-        return read_places("where.csv")
+        bisplat.write_dataset(tmp_path / "tags", places, responses, array, FREQUENCY, **given)
+        locate_command((tmp_path / "tags",), tmp_path / "where.csv", region=region)
+        return read_places(tmp_path / "where.csv")
 
     return run
 
