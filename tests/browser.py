@@ -97,15 +97,8 @@ def on_screen() -> Callable[..., tuple[float, float]]:
 
     def project(page, point: np.ndarray, bounds: np.ndarray) -> tuple[float, float]:
         canvas = page.locator("canvas").first.bounding_box()
-        camera, look_at = scene_view.from_outside(bounds)
-        ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
-        right = np.cross(ahead, [0, 0, 1])
-        right /= np.linalg.norm(right)
-        towards = np.subtract(point, camera)
-        pixels = canvas["height"] / 2 / np.tan(np.radians(scene_view.FIELD_OF_VIEW) / 2) / (towards @ ahead)
-        x = canvas["width"] / 2 + pixels * (towards @ right)
-        y = canvas["height"] / 2 - pixels * (towards @ np.cross(right, ahead))
-        return canvas["x"] + round(float(x), 3), canvas["y"] + round(float(y), 3)
+        x, y = scene_view.on_screen(point, bounds, canvas["width"], canvas["height"])
+        return canvas["x"] + x, canvas["y"] + y
 
     return project
 
