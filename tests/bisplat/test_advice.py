@@ -7,11 +7,9 @@ import shlex
 import shutil
 import sys
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PIL import Image, ImageOps
 
 from bisplat.__main__ import main
 from scenes.files.optional_packages import EXTRAS
@@ -56,11 +54,6 @@ ADVICE: dict[str, tuple[str, str]] = {
     "check leaking": (r"use the (split blocked)", "train leaking -o out --{} --model mlp --steps 1"),
     "train unlisted -o out": (r"use the (split random)", "train unlisted -o out --{} --model mlp --steps 1"),
     "check zeros": (r"bisplat (convert) adds them", "{} zeros -o out"),
-    "check transposed": (r"bisplat (convert) transposes it back", "{} transposed -o out"),
-    "check colour": (r"bisplat (convert) turns it into 8-bit grey", "{} colour -o out"),
-    "check over": (r"bisplat (convert) turns them over", "{} over -o out"),
-    "convert large -o out": (r"by (--elevations) and --azimuths", "convert large -o out {} 0 89 --azimuths 0 359"),
-    "check several": (r"bisplat (convert --one-per-position 1) keeps", "{} several -o out"),
 }
 """Of each call: a pattern of what its message proposes, and the call that follows it, with what the group matched."""
 
@@ -81,24 +74,12 @@ def place(tmp_path_factory, write_folder) -> Path:
     folder = tmp_path_factory.mktemp("place")
     write_folder(folder / "tiny")
     write_folder(folder / "leaking", count=60)
-    for name in ("unlisted", "zeros", "transposed", "colour", "over", "large", "several"):
+    for name in ("unlisted", "zeros"):
         write_folder(folder / name, count=12)
     for part in ("train", "test"):
         (folder / "unlisted" / f"{part}_index.txt").unlink()
         index = folder / "zeros" / f"{part}_index.txt"
         index.write_text("".join(f"{int(name)}\n" for name in index.read_text().split()))
-    changes: dict[str, Callable[[Image.Image], Image.Image]] = {
-        "transposed": lambda picture: picture.transpose(Image.Transpose.TRANSPOSE),
-        "colour": lambda picture: picture.convert("RGB"),
-        "over": ImageOps.flip,
-        "large": lambda picture: picture.resize((720, 180)),
-    }
-    for name, change in changes.items():
-        for path in (folder / name / "spectrum").iterdir():
-            change(Image.open(path)).save(path)
-    header, *rows = (folder / "several" / "tx_pos.csv").read_text().splitlines()
-    twice = [row for row in rows[::2] for _ in range(2)]
-    (folder / "several" / "tx_pos.csv").write_text("\n".join([header, *twice]) + "\n")
     wall = box((-1, 2, 0), (4, 2.2, 2.4))
     wall.export(folder / "wall.obj")
     shutil.copy(folder / "wall.obj", folder / "my room.obj")

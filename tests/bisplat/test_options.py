@@ -100,7 +100,8 @@ def _named(action: argparse.Action) -> str:
 def refused(tmp_path, monkeypatch, capsys):
     """Function: words, exit status -> stderr. Nothing was written, and there is no traceback."""
     monkeypatch.chdir(tmp_path)
-    for marker in ("heard/gateway_rssi.csv", "links/csidata.npy", "places/rooms.json", "data/spectrum/x", "wall.obj"):
+    markers = ("heard/gateway_rssi.csv", "links/csidata.npy", "places/rooms.json", "data/spectrum/x", "room/scene.yaml")
+    for marker in (*markers, "wall.obj"):
         (tmp_path / marker).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / marker).write_text("")
     (tmp_path / "mlp").mkdir()
@@ -148,6 +149,13 @@ def _words(action: argparse.Action, text: str) -> list[str]:
     return [*action.option_strings[:1], *(values or [text])]
 
 
+@pytest.mark.parametrize(
+    "call", ["fly", "train", "train data", "train data -o run --steps many", "evaluate run --fast", "predict run"]
+)
+def test_wrong_usage_exits_2(call, refused):
+    assert refused(call.split(), status=2)
+
+
 @pytest.mark.parametrize("call", ABSURD)
 def test_absurd_numbers(call, refused):
     for option, values in ABSURD[call].items():
@@ -174,6 +182,14 @@ def test_option_that_does_nothing_is_refused(call, refused):
         ("train data -o out --model nerf", "found 'nerf'; did you mean \"nerf2\"?"),
         ("train data -o out --model no_module:Model", "--model: expected a class at no_module:Model"),
         ("compare data --models nearest", "-o: expected a folder for the results"),
+        ("export mlp", "expected one of --output, --hdf5"),
+        ("export mlp -o x.onnx --hdf5 x.h5", "found --output and --hdf5"),
+        ("simulate room -o out", "found the folder of a scene; give room/scene.yaml"),
+        ("simulate closet -o out --snr nan", "--snr-db: expected"),
+        ("train nowhere -o run", "nowhere: expected a dataset folder"),
+        ("evaluate data", "data: expected a run folder"),
+        ("predict data --positions places.csv -o out.npz", "data: expected a run folder"),
+        ("predict data --positions places.csv -o out.npy", "out.npy: expected a name that ends in .npz"),
         ("evaluate heard", "expected -o FOLDER for the report"),
         (f"compare data -o out --models {'x' * 10_000}", "--models: "),
         ("evaluate no\nwhere\x1b[2J", r"no\nwhere\x1b[2J"),
