@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 import warnings
 
 import pytest
 import tyro
 
-from bisplat.__main__ import main
 from bisplat.commands.command_groups import COMMANDS
 from bisplat.commands.common_options import REGISTRY
 
@@ -97,7 +95,7 @@ def _named(action: argparse.Action) -> str:
 
 
 @pytest.fixture
-def refused(tmp_path, monkeypatch, capsys):
+def refused(command, tmp_path, monkeypatch):
     """Function: words, exit status -> stderr. Nothing was written, and there is no traceback."""
     monkeypatch.chdir(tmp_path)
     markers = ("heard/gateway_rssi.csv", "links/csidata.npy", "places/rooms.json", "data/spectrum/x", "room/scene.yaml")
@@ -109,12 +107,8 @@ def refused(tmp_path, monkeypatch, capsys):
     before = set(tmp_path.rglob("*"))
 
     def run(words: list[str], status: int = 1) -> str:
-        monkeypatch.setattr(sys, "argv", ["bisplat", *words])
-        with pytest.raises(SystemExit) as end:
-            main()
-        out, err = capsys.readouterr()
-        assert end.value.code == status and out == "" and set(tmp_path.rglob("*")) == before, err
-        assert "Traceback" not in err
+        ended, out, err = command(*words)
+        assert ended == status and out == "" and set(tmp_path.rglob("*")) == before, err
         if status == 1:
             assert err.startswith("bisplat: ") and err.count("\n") == 1 and err.strip().isprintable() and len(err) < 600
         return err
@@ -122,22 +116,22 @@ def refused(tmp_path, monkeypatch, capsys):
     return run
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_option_is_described(command):
-    for action in _parser(command)._actions:
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_is_described(name):
+    for action in _parser(name)._actions:
         text = re.sub(r"\((default|required|optional).*?\)", "", str(action.help or "")).strip()
         assert len(text) > 3, _named(action)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_numbers_are_written_with_the_digits_0_to_9(command, refused):
+@pytest.mark.parametrize("name", COMMANDS)
+def test_numbers_are_written_with_the_digits_0_to_9(name, refused):
     """Python's int and float also read 1_0 and digits of other scripts."""
-    actions = _parser(command)._actions
+    actions = _parser(name)._actions
     needed = [words for action in actions if action.required for words in _words(action, "nowhere")]
     for action in actions:
         kinds = str(action.metavar)
         if action.option_strings and not action.required and re.search("INT|FLOAT", kinds) and "STR" not in kinds:
-            said = " ".join(refused([command, *needed, *_words(action, "1_0")], status=2).split())
+            said = " ".join(refused([name, *needed, *_words(action, "1_0")], status=2).split())
             assert "1_0" in said and action.option_strings[0] in said
 
 

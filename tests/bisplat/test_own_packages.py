@@ -30,7 +30,6 @@ def write(path: Path, text: str) -> None:
 
 @pytest.fixture
 def occupied(tmp_path) -> Path:
-    """A folder with all three names."""
     for name in ("simulate.py", "learn.py", "scenes/__init__.py"):
         write(tmp_path / name, "mine = 1")
     return tmp_path
