@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import socket
 from collections.abc import Callable
 from io import BytesIO
@@ -233,16 +232,3 @@ def test_map_of_received_powers_lies_in_the_world_and_changes_with_the_gateway(t
     page.get_by_role("option", name="high", exact=True).click()
     wait_for_colour(page, *far, strong)
     page.context.close()
-
-
-def test_run_without_its_scene_says_so_on_another_port_until_interrupted(run, viewer, tmp_path, serve, open_tab):
-    copy = shutil.copytree(run, tmp_path / "run")
-    config = json.loads((copy / "config.json").read_text())
-    data = shutil.copytree(config["dataset"], tmp_path / "data")
-    shutil.rmtree(data / "scene")
-    (copy / "config.json").write_text(json.dumps({**config, "dataset": str(data)}))
-    other = serve("view", str(copy), "--port", str(viewer.port))
-    assert other.port != viewer.port
-    open_tab(other.url, "The scene of this dataset cannot be read").context.close()
-    status, errors = other.end()
-    assert status == 0 and f"port {viewer.port} is taken" in errors and "Traceback" not in errors

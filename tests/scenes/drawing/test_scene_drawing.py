@@ -71,16 +71,6 @@ def street(scene, region_min, region_max):
     return replace(scene, objects=objects, materials=materials, transmitter=Transmitter(region_min, region_max))
 
 
-def test_roofs_are_drawn(scene, tmp_path):
-    place = street(scene, (-8, -8, 0.5), (-6, -6, 1.5))
-    draw_scene(place, tmp_path / "street.png")
-    image = imread(tmp_path / "street.png")
-    plan, view = np.split(image, [image.shape[1] // 2], axis=1)
-    assert share(plan, place.materials["metal"].color) > 0.005
-    assert share(view, place.materials["metal"].color) > 0.005
-    assert share(view, place.materials["brick"].color) > 0.005
-
-
 def test_only_what_covers_gateway_and_region_is_a_ceiling(scene):
     triangles = np.concatenate([item.mesh.triangles for item in load_scene("lab").objects])
     assert ceiling_height(load_scene("lab"), triangles) == pytest.approx(3)

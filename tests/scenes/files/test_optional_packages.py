@@ -3,7 +3,6 @@
 import ast
 import pickle
 import re
-import sys
 import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 
 from scenes.files import optional_packages
 from scenes.files.errors import InputError
-from scenes.files.optional_packages import EXTRAS, MissingExtraError, require_extra
+from scenes.files.optional_packages import EXTRAS, require_extra
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -78,9 +77,3 @@ def test_a_missing_extra_is_one_sentence(monkeypatch):
     sentence = "the viewer needs viser, which is not installed: pip install 'bisplat-wrf[viewer]'"
     assert str(caught.value) == sentence and isinstance(caught.value, ImportError)
     assert str(pickle.loads(pickle.dumps(caught.value))) == sentence  # between processes
-
-
-def test_a_module_that_was_put_out_of_use_is_not_installed(monkeypatch):
-    monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(MissingExtraError):
-        require_extra("viewer", "the viewer")

@@ -80,10 +80,8 @@ def test_frequency_of_a_material_counts_neither_in_comparisons_nor_in_a_scenes_d
         ("relative_permittivity", 0.5),
         ("relative_permittivity", 1e9),
         ("conductivity", -1.0),
-        ("thickness", 0.0),
         ("thickness", float("nan")),
         ("scattering_coefficient", 1.5),
-        ("xpd_coefficient", -0.1),
         ("color", (0.0, 0.0, 2.0)),
     ],
 )

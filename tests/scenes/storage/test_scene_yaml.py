@@ -106,16 +106,6 @@ def test_given_elements_are_read_and_written_and_stay_in_metres(scene, tmp_path)
     assert scene.with_array(2, 8).with_elements(places).gateway == replace(scene.gateway, elements=places)
 
 
-def test_materials_of_p2040_follow_the_frequency(scene, tmp_path):
-    path = write_scene(scene, tmp_path)
-    path.write_text(path.read_text().replace("frequency: 915000000.0", "frequency: 28 GHz"))
-    moved = read_scene(path)
-    assert moved.materials == {
-        name: replace(p2040_material(name, 28e9), color=each.color) for name, each in scene.materials.items()
-    }
-    assert moved.materials["concrete"].conductivity == pytest.approx(0.0462 * 28**0.7822)
-
-
 def test_what_was_given_by_hand_stays_when_the_frequency_changes(scene, tmp_path):
     wall = p2040_material("concrete", 915e6, thickness=0.4, scattering_coefficient=0.2)
     foam = RadioMaterial("wood", 1.05, 1e-4, 0.05)
@@ -134,19 +124,6 @@ def test_values_for_another_frequency_are_said(folder, capsys):
     assert not capsys.readouterr().err
     read(folder, YARD.replace("conductivity: 1e-3", "conductivity: 1e-3, frequency: 2.4 GHz"))
     assert "felt" in (said := capsys.readouterr().err) and "2400 MHz" in said
-
-
-def test_advice_for_a_material_out_of_range_can_be_followed(folder):
-    low = YARD.replace("915 MHz", "400 MHz").replace("material: wood", "material: brick")
-    for _ in range(2):
-        with pytest.raises(InputError, match="under materials, write its values at that frequency: ") as caught:
-            read(folder, low)
-        line = str(caught.value).partition("at that frequency: ")[2].partition(" has those at 1 GHz")[0]
-        kept = [each for each in low.splitlines() if not each.startswith("  block:") or line[:6] != "block:"]
-        low = "\n".join(kept).replace("\nmaterials:\n", f"\nmaterials:\n  {line}\n")
-    scene = read(folder, low)
-    assert (scene.materials["block"].relative_permittivity, scene.materials["block"].thickness) == (5.24, 0.3)
-    assert (scene.materials["brick"].relative_permittivity, scene.materials["brick"].thickness) == (3.91, 0.12)
 
 
 def test_same_scene_same_bytes(scene, tmp_path):
