@@ -193,19 +193,12 @@ def drag_a_corner(page: Page, room: Scene, on_screen: Callable[..., tuple[float,
     expect(lines).to_contain_text(f" {corner[1]} {corner[2]}")
 
 
-@pytest.mark.parametrize("what", ["scene", "dataset"])
-def test_scene_or_dataset_alone(what, room, tiny, tmp_path, serve, open_tab, on_screen, keep_screenshot):
-    if what == "scene":
-        served = serve("view", str(write_scene(room, tmp_path / "place")), "--port", free_port())
-        page = open_tab(served.url, "ray-traced: dominant direction")
-        expect(page.get_by_text("predicted:")).to_have_count(0)
-        drag_a_corner(page, room, on_screen)
-        keep_screenshot(page, "view_scene")
-    else:
-        served = serve("view", str(tiny), "--port", free_port())
-        page = open_tab(served.url, "recorded: dominant direction")
-        expect(page.get_by_text("names no scene")).to_be_visible()
-        expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse-distance")
+def test_scene_alone(room, tmp_path, serve, open_tab, on_screen, keep_screenshot):
+    served = serve("view", str(write_scene(room, tmp_path / "place")), "--port", free_port())
+    page = open_tab(served.url, "ray-traced: dominant direction")
+    expect(page.get_by_text("predicted:")).to_have_count(0)
+    drag_a_corner(page, room, on_screen)
+    keep_screenshot(page, "view_scene")
     page.context.close()
     assert served.end() == (0, "")
 

@@ -33,14 +33,6 @@ def test_damaged_files(tmp_path, read, content):
     assert str(caught.value).isprintable() and len(str(caught.value)) < 600
 
 
-@pytest.mark.parametrize("read", [read_json, read_yaml])
-@pytest.mark.parametrize("kind", hostile.SPECIAL)
-def test_what_is_no_ordinary_file_is_not_opened(tmp_path, read, kind):
-    hostile.SPECIAL[kind](tmp_path / "given")
-    with pytest.raises(InputError, match="given: expected a thing"):
-        read(tmp_path / "given", "a thing")
-
-
 @pytest.mark.parametrize(
     ("content", "value"),
     [
