@@ -157,7 +157,7 @@ def test_a_gateway_shows_either_its_elements_or_its_rows_columns_and_spacing():
     assert repr(planar) == (
         "Gateway(position=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0), rows=2, columns=4, spacing=0.5, "
         "pattern='iso', polarization='V')"
-    )  # which the digests of scenes in older folders are made from
+    )  # which digests of scenes are made from
     given = Gateway((0, 0, 1), (0, 0, 0, 1), elements=[[0, 0, 0], [0.1, 0, 0]])
     assert repr(given) == (
         "Gateway(position=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0), pattern='iso', polarization='V', "
