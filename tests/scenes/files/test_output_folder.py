@@ -1,4 +1,4 @@
-"""What is written appears whole, nothing that was there before is lost, and one process at a time writes to a folder."""
+"""What is written appears whole, nothing that was there is lost, and one process at a time writes to a folder."""
 
 import errno
 import os
