@@ -115,10 +115,7 @@ class DelayProfile(NamedTuple):
 
 
 def delay_profile(responses: Complex[np.ndarray, "elements subcarriers"], band: Band) -> DelayProfile:
-    """The mean over the elements of the squared magnitude of the inverse Fourier transform over the subcarriers.
-
-    There is no window: the first side lobe of a path is 13 dB below it.
-    """
+    """The mean over the elements of the squared magnitude of the inverse Fourier transform over the subcarriers."""
     count = band.subcarriers
     impulse = np.fft.ifft(responses, n=FINER * count, axis=1)
     power = np.square(np.abs(impulse)).mean(axis=0)

@@ -148,11 +148,7 @@ class Traced:
 
 
 class Tracing:
-    """Traces transmitter positions that tabs request.
-
-    Before the first position, the tracer searches for the chains of interactions in the scene, which takes about ten
-    seconds. After that, a position takes milliseconds.
-    """
+    """Traces transmitter positions that tabs request."""
 
     def __init__(
         self, scene: Scene, beamformer: Beamformer, propagation: Propagation, region: np.ndarray, seed: int = 1
