@@ -14,8 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import log_ndtr
 
-DB = 10 / np.log(10)
-"""Decibels per unit of the natural logarithm of a power."""
+DB = 10 / np.log(10)  # Decibels per unit of the natural logarithm of a power
 
 FADING_DB = DB * np.pi / np.sqrt(6)
 """Standard deviation of a power whose field is a complex Gaussian, dB."""
@@ -29,11 +28,9 @@ SHARES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 NOISES = (1.0, 2.0, 4.0)
 """Candidates for the standard deviation of what is neither traced nor fading, such as shadowing and steps, dB."""
 
-STEPS = 5
-"""Newton steps to the levels of the gateways."""
+STEPS = 5  # Newton steps to the levels of the gateways
 
-TINY = 1e-30
-"""Power that stands for that of no path."""
+TINY = 1e-30  # Power that stands for that of no path
 
 
 class PowerFit(NamedTuple):

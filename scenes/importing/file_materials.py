@@ -10,8 +10,7 @@ from dataclasses import replace
 from scenes.files.errors import InputError, did_you_mean, named
 from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
 
-BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)
-"""Blender numbers copies: Wall, Wall.001, Wall.002."""
+BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)  # Blender numbers copies: Wall, Wall.001, Wall.002
 
 VALUES = "PERMITTIVITY,CONDUCTIVITY,THICKNESS"
 """What the option --own-material takes after the name and "=": ε_r, S/m and metres."""

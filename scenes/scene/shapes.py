@@ -29,14 +29,12 @@ if TYPE_CHECKING:
 
 Vector3 = Sequence[float] | np.ndarray
 
-ROUNDING = 1e-6
-"""Metres by which an opening may reach over the edge of its sheet."""
+ROUNDING = 1e-6  # Metres by which an opening may reach over the edge of its sheet
 
 SKEW = 0.01
 """Largest cosine of the angle between the sides of a sheet. Rounded coordinates make small ones."""
 
-MOST_DEGREES = 1e6
-"""Largest angle of a rotation, degrees."""
+MOST_DEGREES = 1e6  # Largest angle of a rotation, degrees
 
 
 def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:

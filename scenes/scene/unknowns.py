@@ -19,8 +19,7 @@ from scenes.scene.tolerances import Tolerances
 
 Kind = Literal["position", "rotation", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
 
-OF_POSE = ("position", "rotation")
-"""Kinds of unknowns of the gateway's pose."""
+OF_POSE = ("position", "rotation")  # Kinds of unknowns of the gateway's pose
 
 OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
 """Kinds of unknowns of a material. Their values are logarithms of ratios."""
