@@ -62,7 +62,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "evaluate": lambda: {"run": "nowhere", "dataset": "data", "index": None},
     "train": lambda: {
         **{"dataset": "data", "output": "out", "model": "mlp-responses", "split": "files", "seed": 0},
-        **{"options": None, "steps": 2, "batch_size": 2, "learning_rate": 1e-3, "init": None, "devices": 1},
+        **{"options": None, "steps": 2, "batch_size": 2, "learning_rate": 1e-3, "init": None},
     },
     "simulate": lambda: {
         **{"scene": "closet", "output": "out", "n": 3, "engine": "fullwave", "placement": "uniform"},

@@ -4,7 +4,6 @@ import json
 import shlex
 
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.attack.python_calls import CALLS, VALUES
@@ -15,18 +14,14 @@ pytestmark = pytest.mark.attack
 NEEDS = ("data", "network", "kriged", "field", "meshes", "powers", "csi")
 
 
-def _changes(name: str) -> st.SearchStrategy[tuple[str, dict[str, str]]]:
+def _attacks(name: str) -> st.SearchStrategy[tuple]:
     """Other values of one or two of a function's arguments."""
     arguments = st.sampled_from(sorted(CALLS[name]()))
-    return st.tuples(st.just(name), st.dictionaries(arguments, st.sampled_from(sorted(VALUES)), min_size=1, max_size=2))
+    changes = st.dictionaries(arguments, st.sampled_from(sorted(VALUES)), min_size=1, max_size=2)
+    call = changes.map(lambda each: f"python {name} {shlex.quote(json.dumps(each))}")
+    return call.map(lambda each: (Victim("", each, (), NEEDS), lambda here: None))
 
 
 @pytest.mark.parametrize("group", ["Python arguments"])
 def test_arguments(group, tally):
-    @given(st.sampled_from(sorted(CALLS)).flatmap(_changes))
-    def run(drawn) -> None:
-        name, changes = drawn
-        tally.attack(Victim("", f"python {name} {shlex.quote(json.dumps(changes))}", (), NEEDS), lambda here: None)
-
-    run()
-    tally.finish()
+    tally.attacks(st.sampled_from(sorted(CALLS)).flatmap(_attacks))
