@@ -78,10 +78,7 @@ def test_responses_deflated_and_of_other_types_are_read(folder):
     assert found is not None and found.dtype == np.complex64 and (found == 1).all()
 
 
-@pytest.mark.parametrize(
-    ("name", "word"),
-    [("3.png", "00003.png and 3.png"), (f"{'1' * 20}.png", "at most 9 digits"), (f"{'1' * 200}.png", "9 digits")],
-)
+@pytest.mark.parametrize(("name", "word"), [("3.png", "00003.png and 3.png"), (f"{'1' * 20}.png", "at most 9 digits")])
 def test_names_of_pictures(name, word, folder):
     (folder / "spectrum" / name).write_bytes((folder / "spectrum" / "00003.png").read_bytes())
     refused(lambda: read_dataset(folder), word)
@@ -91,8 +88,8 @@ def test_a_million_repeated_names_count_once(folder):
     (folder / "train_index.txt").write_text("00001\n00003\n" * 500_000)
     found = inspect(folder)
     assert found.dataset is not None and found.dataset.train.tolist() == [0, 2]
-    assert "train_index.txt names 999998 spectra more than once; each counts once" in found.warnings
-    with pytest.raises(InputError, match="expected each name once, found 00001 more than once"):
+    assert any("999998" in each for each in found.warnings)
+    with pytest.raises(InputError, match="00001 more than once"):
         read_index(folder / "train_index.txt", found.dataset.names)
 
 

@@ -30,7 +30,7 @@ def test_folder_is_what_the_loaders_read(tmp_path, capsys):
 
 def given(folder, subcarriers: int = 0, **options):
     """A dataset over so many subcarriers; 0: of the carrier alone."""
-    responses = np.ones((4, 4, subcarriers) if subcarriers else (4, 4), complex)
+    responses = np.full((4, 4, subcarriers) if subcarriers else (4, 4), 1 + 1j)
     band = {"bandwidth": 20e6} if subcarriers else {}
     return write_dataset(folder, 3 + np.eye(4, 3), responses, PlanarArray(2, 2), 2.4e9, **band, **options)
 
