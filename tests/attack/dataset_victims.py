@@ -131,7 +131,7 @@ def _make_logs(folder: Path, places: np.ndarray, band: np.ndarray) -> None:
     np.save(folder / "H.npy", values)
     np.savetxt(folder / "places.csv", 1000 * places, "%.3f", ",", header="x [mm],y [mm],z [mm]", comments="")
     one = np.column_stack([places, 20 * np.log10(np.abs(values[:, 0])), np.degrees(np.angle(values[:, 0]))])
-    np.savetxt(folder / "polar.csv", one, "%.4f", ",", header="x,y,z,rssi,phase", comments="")
+    np.savetxt(folder / "polar.csv", one, "%.4f", ",", header="x,y,z,rssi,phase_deg", comments="")
     scipy.io.savemat(folder / "log.mat", {"pos": places, "H": values})
     with h5py.File(folder / "band.h5", "w") as file:
         file["pos"], file["H"] = places, band

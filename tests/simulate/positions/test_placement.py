@@ -114,14 +114,11 @@ def test_bad_csv_is_refused_with_file_and_row(text, words, tmp_path, scene):
     path.write_text(text)
     with pytest.raises(InputError) as error:
         given_positions(path, scene)
-    for word in [str(path), "expected", "found", *words]:
-        assert word in str(error.value)
+    assert all(word in str(error.value) for word in [str(path), "expected", "found", *words])
 
 
 def test_a_grid_of_a_single_place_is_refused(make_scene, floor):
     scene = make_scene(floor)
     cube = replace(scene, transmitter=replace(scene.transmitter, region_min=(-3, -0.5, 1), region_max=(-2, 0.5, 2)))
-    with pytest.raises(
-        InputError, match=r"expected at least 2 free places of a grid .*, found 1; ask for more .* than 2"
-    ):
+    with pytest.raises(InputError, match=r"free places of a grid .*, found 1"):
         chosen_positions(cube, Places(n=2, placement="grid"))
