@@ -55,13 +55,15 @@ def test_positions(case, tmp_path):
     refused(lambda: read_points(path), word)
 
 
+ANY = ("spectrum/00003.png", "tx_pos.csv", "metadata.json", "gateway_info.yml")
+
+
 @pytest.mark.parametrize(
     ("file", "case"),
     [
         *[("channels.npz", case) for case in corpus.RESPONSES],
         *[("test_index.txt", case) for case in corpus.INDEXES],
-        *[("spectrum/00003.png", case) for case in corpus.ANY_FILE],
-        *[("tx_pos.csv", case) for case in corpus.ANY_FILE],
+        *[(file, case) for file in ANY for case in corpus.ANY_FILE],
     ],
 )
 def test_datasets(file, case, folder):

@@ -11,7 +11,6 @@ from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.dataset_writer import write_gateway
 from simulate.dataset.metadata import read_metadata_file
 from simulate.generation.request import read_request
-from tests import hostile_files as hostile
 
 BAD = [
     ([], r"expected a mapping, found \[\]"),
@@ -57,15 +56,6 @@ def test_folder_that_is_to_be_made_again_needs_all_of_it(tmp_path):
     (tmp_path / "metadata.json").write_text('{"seed": 1}')
     with pytest.raises(InputError, match=r"metadata.json: expected the key \w+, found none"):
         read_request(tmp_path)
-
-
-@pytest.mark.parametrize("kind", hostile.SPECIAL)
-@pytest.mark.parametrize("name", ["metadata.json", "gateway_info.yml"])
-def test_what_is_no_ordinary_file_is_a_problem(tmp_path, kind, name):
-    hostile.SPECIAL[kind](tmp_path / name)
-    problems: list[str] = []
-    (read_metadata if name == "metadata.json" else read_gateway)(tmp_path / name, problems)
-    assert len(problems) == 1 and name in problems[0]
 
 
 POSE = "gateway1: {position: %s, orientation: %s}"

@@ -239,15 +239,13 @@ def other(request: Request, what: str) -> Request:
         return replace(request, seed=4)
     if what == "positions_sha256":
         return replace(request, positions=request.positions + 0.01)
-    if what == "spectra":
-        return replace(request, positions=request.positions[:5])
     if what == "propagation.max_depth":
         return replace(request, engine=Rays(replace(request.engine.propagation, max_depth=2)))
     gateway = replace(request.scene.gateway, position=(0.0, 0.1, 1.5))
     return replace(request, scene=replace(request.scene, gateway=gateway))
 
 
-@pytest.mark.parametrize("what", ["seed", "positions_sha256", "spectra", "propagation.max_depth", "scene_sha256"])
+@pytest.mark.parametrize("what", ["seed", "positions_sha256", "propagation.max_depth", "scene_sha256"])
 def test_another_request_into_the_same_folder_is_refused_and_changes_nothing(what, finished, request_of):
     before = contents(finished)
     with pytest.raises(InputError, match=f"a dataset whose {what} is") as error:
