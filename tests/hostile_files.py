@@ -183,14 +183,12 @@ MESHES = {
     "more.ply": (ply() + b"\0", "expected as many rows as the header of PLY claims, found more"),
     "twice.ply": (ply().replace(b"double z", b"double y"), "expected a header of PLY with .* each name once"),
     "type.ply": (ply().replace(b"double z", b"half z"), "expected a header of PLY, found the line 'property half z'"),
-    "flat.ply": (ply().replace(b"double z", b"double w"), "expected vertices of PLY with x, y and z, found none of z"),
     "fraction.ply": (ply(faces=[(0, 1, 1.5)], binary=False), "expected whole numbers as vertex_indices of PLY"),
     "head.ply": (ply()[:60], "expected end_header in the first 100000 bytes of PLY"),
     "empty.ply": (b"", "expected a mesh as PLY, which begins with ply, found b''"),
     "nan.stl": (stl([[*CORNERS[:2], (NAN, 0, 0)]]), r"found \[nan, 0.0, 0.0\] at vertex 2"),
     "claims.stl": (stl(claimed=4_000_000_000), "as it claims 4000000000 triangles, found 134 bytes"),
     "cut.stl": (stl()[:-5], "which begins with solid or has 134 bytes as it claims 1 triangles, found 129 bytes"),
-    "cut_text.stl": (b"solid wall\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n", "expected endsolid"),
     "facet.stl": (b"solid wall\nfacet\nvertex 0 0 0\nendsolid", "line 4: expected endfacet, found 'endsolid'"),
     "words.stl": (b"solid wall\nfacet\nvertex 0 0 z\nendsolid", "line 3: expected numbers, found '0 0 z'"),
     "none.stl": (stl([]), "expected a mesh with triangles, found none"),
@@ -199,14 +197,11 @@ MESHES = {
     "outside.obj": (obj(face="1 2 9"), "line 4: expected vertex numbers from 1 to 3, or from -3 to -1, found 9"),
     "flat.obj": (b"v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n", r"expected vertices of three coordinates, found 2: \[0.0, 0.0\]"),
     "words.obj": (obj(face="a b c"), "line 4: expected vertex numbers, found 'a b c'"),
-    "digits.obj": (obj([("0_1", 0, 0)]), "line 1: expected numbers, found '0_1 0 0'"),
     "polygon.obj": (obj(face="1 2 3 " * 3334), "expected polygons of at most 10000 corners, found one of 10002"),
     "empty.obj": (b"", "expected a mesh with triangles, found none"),
     "nan.off": (off([*CORNERS[:2], ("nan", 0, 0)]), r"found \[nan, 0.0, 0.0\]"),
     "outside.off": (off(face=(0, 1, 7)), "expected corners with vertex numbers from 0 to 2, found 7 in face 0"),
-    "empty.off": (b"", "expected OFF, found the end of the file"),
     "archive.stl": (b"PK\x03\x04" + bytes(100), "expected a mesh as STL, which begins with solid"),
-    "address.gltf": (gltf_bytes(buffers=[{"uri": "http://localhost/a.bin", "byteLength": 48}]), "found no such file"),
     "parent.gltf": (gltf_bytes(buffers=[{"uri": "../a.bin", "byteLength": 48}]), r"or below, found '\.\./a.bin'"),
     "escaped.gltf": (gltf_bytes(buffers=[{"uri": "%2e%2e/a.bin", "byteLength": 48}]), r"or below, found '\.\./a.bin'"),
     "root.gltf": (gltf_bytes(buffers=[{"uri": "/etc/passwd", "byteLength": 48}]), "or below, found '/etc/passwd'"),
@@ -247,10 +242,8 @@ MESHES = {
     ),
     "list.gltf": (b"[]", r"expected a mapping, found \[\]"),
     "empty.gltf": (b"", "malformed JSON"),
-    "nested.glb": (glb(b"[" * 100_000), "nested more than 50 levels deep"),
     "claims.glb": (glb(b"{}", claimed=4_000_000_000), "complete JSON chunk first, found a damaged file"),
     "cut.glb": (b"glTF\x02", "complete JSON chunk first, found a damaged file"),
-    "hollow.glb": (glb(b"{}"), "mesh with triangles|cannot be read|damaged file"),
 }
 """Mesh files that must be refused."""
 
@@ -302,6 +295,5 @@ XML = {
     "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><scene/>', "expected a Mitsuba scene as XML"),
     "a null character": (xml("\0"), "expected a Mitsuba scene as XML"),
     "empty": ("", "expected a Mitsuba scene as XML"),
-    "no XML": ("scene", "expected a Mitsuba scene as XML"),
 }
 """Scene files that must be refused, each with a part of the sentence; pipe.ply and zero.ply are beside them."""

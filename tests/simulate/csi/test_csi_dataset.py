@@ -1,5 +1,6 @@
 """Folders of channels over subcarriers: what is read, what is said, and a sentence for each mistake."""
 
+import os
 import re
 from pathlib import Path
 
@@ -85,10 +86,6 @@ def _written(name: str, text: str):
 BAND = '{"frequency_hz": %g, "band": {"bandwidth": 2e7, "subcarriers": %d}}'
 
 
-def _cut(folder: Path) -> None:
-    (folder / "csidata.npy").write_bytes((folder / "csidata.npy").read_bytes()[:-8])
-
-
 @pytest.mark.parametrize(
     ("break_it", "sentence"),
     [
@@ -100,8 +97,10 @@ def _cut(folder: Path) -> None:
             _saved(lambda values: np.where(values == values[2, 1, 7], np.nan, values)),
             "csidata.npy: expected finite numbers",
         ),
-        (_cut, "csidata.npy: expected a shape that fits its 9976 bytes, found (6, 4, 52) of complex64"),
-        (_saved(lambda values: np.array([None, values], object)), "csidata.npy: expected channels of rows"),
+        (
+            lambda folder: os.truncate(folder / "csidata.npy", 128 + 9976),
+            "csidata.npy: expected a shape that fits its 9976 bytes, found (6, 4, 52) of complex64",
+        ),
         (_written("base-station.yml", station(3)), "base-station.yml: expected a position for each of the 4 antennas"),
         (_written("base-station.yml", "base_station: [0, 0, 2]\n"), "base-station.yml: base_station[0]: expected a"),
         (lambda folder: (folder / "base-station.yml").unlink(), "base-station.yml: expected the antenna positions"),
@@ -125,14 +124,6 @@ def test_no_content_ends_in_a_traceback(name, kind, folder):
     (folder / name).unlink()
     ANY_FILE[kind][0](folder / name)
     assert inspect_csi(folder).problems
-
-
-def test_other_kinds_are_named(folder, tmp_path):
-    with pytest.raises(InputError, match=r"nowhere: expected a folder of channels, found nothing there"):
-        bisplat.read_csi(tmp_path / "nowhere")
-    (folder / "spectrum").mkdir()
-    with pytest.raises(InputError, match=r"expected channels \(csidata.npy\), found spectra"):
-        bisplat.read_csi(folder)
 
 
 @pytest.mark.parametrize(

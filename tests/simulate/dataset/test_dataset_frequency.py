@@ -18,7 +18,6 @@ ROWS = np.arange(3)
         ("3.5\n" * 3, [3.5e9] * 3),  # as WideGS writes it
         ("2.4\n5.8\n2.4\n", [2.4e9, 5.8e9, 2.4e9]),
         ("915\n", [915e6] * 3),  # one for all
-        ("3.5e9\n\n", [3.5e9] * 3),
         ("915 MHz", [915e6] * 3),
         ("28\n" * 5, [28e9] * 3),  # rows without pictures
     ],

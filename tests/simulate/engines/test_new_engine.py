@@ -72,12 +72,10 @@ def test_crossvalidation_takes_it_from_the_dataset(known, tmp_path):
 
 def test_its_part_of_metadata_is_checked(known, tmp_path):
     path = tmp_path / "metadata.json"
-    path.write_text('{"freespace": {"loss": -1}}')
-    with pytest.raises(InputError, match=r"freespace.loss: expected a loss in dB from 0 to 100, found -1"):
-        read_metadata_file(path, "settings")
-    path.write_text('{"freespace": {"gain": 1}}')
-    with pytest.raises(InputError, match="freespace: expected a known key, found 'gain'"):
-        read_metadata_file(path, "settings")
+    for content, sentence in (('{"loss": -1}', "freespace.loss: .* found -1"), ('{"gain": 1}', "found 'gain'")):
+        path.write_text(f'{{"freespace": {content}}}')
+        with pytest.raises(InputError, match=sentence):
+            read_metadata_file(path, "settings")
 
 
 @pytest.mark.parametrize(

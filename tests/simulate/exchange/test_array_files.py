@@ -35,7 +35,6 @@ WRITERS = {
     ".mat": lambda path: scipy.io.savemat(path, {"pos": PLACES, "H": VALUES, "note": "a text"}),
     "73.mat": matlab_73,
     ".h5": hdf5,
-    ".hdf5": hdf5,
 }
 
 

@@ -20,7 +20,6 @@ from simulate.generation.request import Request
 from simulate.rays import diffuse_reflection
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
-from tests.folders import contents
 from tests.small_scene import small_scene
 
 SCREEN = 1.5
@@ -138,13 +137,6 @@ def test_line_of_sight_comes_first_and_then_the_strongest(exported):
     for power, codes in zip(found["power"], found["inter"], strict=True):
         rest = power[codes > 0]
         assert (np.diff(rest) <= 0).all() and np.isfinite(power[: len(rest)]).all()
-
-
-def test_files_do_not_depend_on_how_many_positions_are_traced_at_once(plain, tmp_path, monkeypatch):
-    export_deepmimo(plain, tmp_path / "once")
-    monkeypatch.setattr(module, "AT_ONCE", 2)
-    export_deepmimo(read_dataset(plain), tmp_path / "again")
-    assert contents(tmp_path / "once") == contents(tmp_path / "again")
 
 
 def test_position_without_paths_and_a_place_without_any(plain, tmp_path):
