@@ -269,7 +269,7 @@ def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, 
     ("name", "old", "new", "message"),
     [
         ("tx_pos.csv", "\n-", "\n-1", "expected the positions that the dataset was made with"),
-        ("metadata.json", '_hz": 915000000.0', '_hz": 2400000000.0', "frequency_hz: .* scene.yaml, found 24000000"),
+        ("metadata.json", '_hz": 915000000.0', '_hz": 2400000000.0', "frequency_hz: .*scene.yaml, found 24000000"),
     ],
 )
 def test_folder_that_was_changed_is_not_made_again(name, old, new, message, finished, tmp_path):
