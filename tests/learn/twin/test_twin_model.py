@@ -148,7 +148,7 @@ def test_a_scene_is_needed_and_has_the_frequency(data, true, tmp_path):
     with pytest.raises(ParameterError, match="scene: expected a value, which the model twin needs"):
         train_run(Config(dataset=str(data.folder), model="twin"), tmp_path / "run")
     assert not (tmp_path / "run").exists()
-    elsewhere = str(write_scene(replace(true, frequency=1.83e9), tmp_path / "other"))
+    elsewhere = str(write_scene(true.at_frequency(1.83e9), tmp_path / "other"))
     with pytest.raises(InputError, match="wavelength"):
         Twin(true.transmitter.region, data.beamformer, data.wavelength, scene=elsewhere).fit(data, np.arange(9))
 
