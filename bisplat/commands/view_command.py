@@ -52,9 +52,8 @@ def view(
             lambda client: ChannelTab(client, channels, planned).close,
         )
         return
-    from learn.view.session import Session
+    from learn.view.session import Session, Tracing
     from learn.view.subject import subject
-    from learn.view.tracing import Tracing
 
     shown = subject(what)
     shown.planned = planned

@@ -96,10 +96,7 @@ LEAST_VARIANCE = 1e-12
 def share_in_region(
     places: Sequence[Place], truth: Float[np.ndarray, "K 3"], known: Float[np.ndarray, "n 3"]
 ) -> float | None:
-    """Share of the true positions that lie in the stated region of ``REGION``.
-
-    The region is the ellipsoid of the covariance. Only the axes count along which the known positions extend: in a
-    survey at one height, the height is no news, and the region is an ellipse.
+    """Share of the true positions in the covariance's ellipsoid of ``REGION``, along the known positions' axes.
 
     >>> place = Place(np.zeros(3), np.eye(3), 1.0, 0.0)
     >>> flat, solid = np.vstack([np.eye(3)[:2], np.zeros(3)]), np.vstack([np.eye(3), -np.eye(3)])

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from scenes.files.errors import ParameterError, require_flag, require_positive, require_whole, require_within
 from scenes.files.options import check_kinds
-from scenes.files.schema import LATER
 from simulate.positions.positions import MOST_POSITIONS
 
 STEPS_MOST = 10**9  # largest number of steps: many weeks of the fastest model
@@ -42,8 +41,8 @@ class Steps:
     learning_rate: float = 1e-3
     weight_decay: float = 0.0
     full_resolution: float = 0.1
-    matmul_precision: MatmulPrecision = field(default="highest", metadata=LATER)
-    find_phases: bool = field(default=True, metadata=LATER)
+    matmul_precision: MatmulPrecision = "highest"
+    find_phases: bool = True
     init: str | None = None
 
     def __post_init__(self) -> None:

@@ -144,11 +144,9 @@ def start_far_away(
     flips: bool,
     counted: int,
 ) -> Float[np.ndarray, " n"]:
-    """Values of a scene's unknowns near the most likely pose, as ``start_nearby`` has them, for poses from far away.
+    """As ``start_nearby``, for poses from far away: draws are scored by paths to fixed images, the best are traced.
 
-    Thousands of poses are drawn from the prior, and scored by paths to fixed images. Eight that lie apart are kept. At
-    each the scene is traced with chains found anew, more poses are drawn around it, ever closer, and the most likely
-    one takes its place. The likelihood is that of ``start_nearby``, in which each position has a phase of its own.
+    At each of the eight that are kept, more poses are drawn around it, ever closer, and the most likely one follows.
     """
     described, propagation = tracer.ray_scene.description, tracer.ray_scene.propagation
     compared = evenly(np.arange(len(positions)), COMPARED)

@@ -68,11 +68,7 @@ def draw(panels: Sequence[Panel], kind: Kind, grid: AngularGrid) -> UInt8[np.nda
 
 
 def in_decibels(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
-    """20 log10 of a spectrum divided by its maximum, dB; values below ``LEAST_DB`` become ``LEAST_DB``.
-
-    >>> in_decibels(np.array([[0.5, 0.05, 0.0]])).round(3).tolist()
-    [[0.0, -20.0, -30.0]]
-    """
+    """20 log10 of a spectrum divided by its maximum, dB; values below ``LEAST_DB`` become ``LEAST_DB``."""
     maximum = max(float(spectrum.max()), 1e-12)
     return 20 * np.log10(np.maximum(spectrum / maximum, 10 ** (LEAST_DB / 20)))
 
@@ -124,11 +120,7 @@ def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind, grid: AngularGrid
 
 @cache
 def _polar(grid: AngularGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Row and column of the spectrum for each pixel of a polar panel, and whether the grid has the pixel's direction.
-
-    Azimuth 0° is on the right, azimuth 90° at the top. Directions up to one row beyond the grid count as its own, so
-    that there is no hole at the boresight.
-    """
+    """Row and column of the spectrum for each pixel of a polar panel, and whether the grid has its direction."""
     x, y = np.meshgrid(np.arange(DIAMETER) + 0.5 - DIAMETER / 2, DIAMETER / 2 - np.arange(DIAMETER) - 0.5)
     radius = np.hypot(x, y) / (DIAMETER / 2)
     elevation = 90 * (1 - radius)

@@ -87,11 +87,7 @@ def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/re
 
 
 def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "n 2 3"]:
-    """Return the edges of a box by their two ends; of a box that is a point, a line of length 0.
-
-    >>> edges(np.array([[0, 0, 0], [1, 1, 1]])).shape, edges(np.ones((2, 3))).shape
-    ((12, 2, 3), (1, 2, 3))
-    """
+    """Return the edges of a box by their two ends; of a box that is a point, a line of length 0."""
     corners = np.stack(np.meshgrid(*np.transpose(region), indexing="ij"), axis=-1).reshape(8, 3)
     ends = [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1]
     return np.array(ends or [(corners[0], corners[0])], np.float32)
@@ -108,11 +104,7 @@ def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarr
 def on_screen(
     point: Float[np.ndarray, " 3"], bounds: Float[np.ndarray, "2 3"], width: float, height: float
 ) -> tuple[float, float]:
-    """Return the pixel at which a page shows a point before its camera moves, for programs that operate the mouse.
-
-    >>> on_screen(np.array([1.0, 1.0, 1.0]), np.array([[0, 0, 0], [2, 2, 2]]), 800, 600)  # the middle
-    (400.0, 300.0)
-    """
+    """Return the pixel at which a page shows a point before its camera moves, for programs that operate the mouse."""
     camera, look_at = from_outside(bounds)
     ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
     right = np.cross(ahead, [0, 0, 1])

@@ -175,13 +175,7 @@ def _outlines(mesh: Trimesh, above: Bool[np.ndarray, " faces"], height: float) -
 
 
 def section(mesh: Trimesh, height: float) -> Float[np.ndarray, "n 2 2"]:
-    """Return the lines in which a horizontal plane cuts a mesh, by their two ends (x, y), metres.
-
-    >>> from scenes.scene.shapes import box
-    >>> lines = section(box((0, 0, 0), (2, 1, 1)), 0.5)
-    >>> lines.min(axis=(0, 1)).tolist(), lines.max(axis=(0, 1)).tolist()
-    ([0.0, 0.0], [2.0, 1.0])
-    """
+    """Return the lines in which a horizontal plane cuts a mesh, by their two ends (x, y), metres."""
     low, high = mesh.bounds[:, 2]
     if not low < height < high:
         return np.zeros((0, 2, 2))
@@ -189,13 +183,7 @@ def section(mesh: Trimesh, height: float) -> Float[np.ndarray, "n 2 2"]:
 
 
 def solids(item: SceneObject, height: float) -> list[Path]:
-    """Return the area of each closed part of an object in a horizontal plane, without its holes, metres.
-
-    >>> from scenes.scene.shapes import box
-    >>> (solid,) = solids(SceneObject("crate", box((0, 0, 0), (2, 1, 1)), "wood"), 0.5)
-    >>> bool(solid.contains_point((1.5, 0.5)))
-    True
-    """
+    """Return the area of each closed part of an object in a horizontal plane, without its holes, metres."""
     areas = []
     for part in item.closed_parts:  # one by one: lines of parts that touch would be joined in the wrong order
         low, high = part.bounds[:, 2]

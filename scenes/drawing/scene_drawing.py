@@ -1,7 +1,8 @@
-"""Draw and describe a scene, so that the user can check it."""
+"""Draw and describe a scene, so that the user can check it, and draw the plans of many beside each other."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -171,3 +172,37 @@ def _figure(scene: Scene) -> Figure:
     handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
     right.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
     return figure
+
+
+ACROSS, INCHES, MOST = 5, 3.2, 40
+"""Plans in a row, size of a plan in inches, and the largest number of plans that are drawn."""
+
+
+def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
+    """Draw the floor plans of the first ``MOST`` scenes side by side, as ``draw_scene`` does but without numbers."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    shown = dict(list(scenes.items())[:MOST])
+    columns = min(ACROSS, len(shown))
+    rows = -(-len(shown) // columns)
+    wide = max(2, columns)  # as the legend is
+    figure = Figure(figsize=(INCHES * wide, INCHES * rows), dpi=90, layout="constrained")
+    axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
+    for axis, (title, scene) in zip(axes, shown.items(), strict=False):
+        draw_plan(axis, scene, numbered=False)
+        axis.set(title=in_figure(title), xlabel="", ylabel="")
+        axis.tick_params(labelsize=7)
+    for axis in axes[len(shown) :]:
+        axis.remove()
+    materials = {name: material.color for scene in shown.values() for name, material in scene.materials.items()}
+    handles: list[Any] = [
+        Patch(facecolor=color, edgecolor="0.3", label=in_figure(name)) for name, color in materials.items()
+    ]
+    doors = {label: line for axis in figure.axes for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    handles += [*doors.values(), Patch(facecolor=REGION, edgecolor="green", label="transmitter region")]
+    handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=2 * wide, frameon=False, fontsize=9)
+    content = BytesIO()
+    figure.savefig(content, format="png")
+    write_atomically(path, content.getbuffer())

@@ -41,10 +41,7 @@ def written_atomically(path: Path) -> Iterator[Path]:
 
 
 def require_writable(path: Path) -> None:
-    """Find out before long work whether a file can be written. Remove what killed processes left in its folder.
-
-    The folder, or the one above in which it will be made, gets a file, which is removed at once.
-    """
+    """Find out before long work whether a file can be written. Remove what killed processes left in its folder."""
     with suppress(FileNotFoundError, NotADirectoryError):
         path.lstat()
     folder = next(each for each in path.parents if os.path.lexists(each))
@@ -81,11 +78,7 @@ NAME = re.compile(r"\.bisplat-[0-9a-f]{16}\.(tmp|unfinished)")
 
 
 def is_temporary(name: str) -> bool:
-    """Whether a file or folder of this name is a temporary one of ours.
-
-    >>> is_temporary(".bisplat-0123456789abcdef.tmp"), is_temporary("h.h5.tmp")
-    (True, False)
-    """
+    """Whether a file or folder of this name is a temporary one of ours."""
     return NAME.fullmatch(name) is not None
 
 

@@ -30,11 +30,7 @@ class InputError(ValueError):
 
 
 class ParameterError(InputError):
-    """A parameter of a function has an invalid value. The command line names the option instead of the parameter.
-
-    >>> str(ParameterError("batch_size", "expected a positive number, found 0"))
-    'batch_size: expected a positive number, found 0'
-    """
+    """A parameter of a function has an invalid value. The command line names the option instead of the parameter."""
 
     def __init__(self, parameter: str, message: str):
         super().__init__(parameter, message)
@@ -44,23 +40,13 @@ class ParameterError(InputError):
         return f"{self.parameter}: {self.message}"
 
     def as_option(self) -> str:
-        """Return the message with the name of the command line's option.
-
-        >>> ParameterError("batch_size", "expected a positive number, found 0").as_option()
-        '--batch-size: expected a positive number, found 0'
-        """
+        """Return the message with the name of the command line's option."""
         dashes = "-" if len(self.parameter) == 1 else "--"
         return f"{dashes}{self.parameter.replace('_', '-')}: {self.message}"
 
 
 def require_positive(**values: float) -> None:
-    """Refuse parameters that are not positive, finite numbers.
-
-    >>> require_positive(budget=5.0, seeds=0)
-    Traceback (most recent call last):
-    ...
-    scenes.files.errors.ParameterError: seeds: expected a positive number, found 0
-    """
+    """Refuse parameters that are not positive, finite numbers."""
     for name, value in values.items():
         if not (is_number(value) and 0 < value < math.inf):
             raise ParameterError(name, f"expected a positive number, found {shown(value)}")
@@ -71,13 +57,7 @@ SEED_MOST = 2**32 - 1
 
 
 def require_whole(least: int, most: int, **values: int) -> None:
-    """Refuse parameters that are not whole numbers within a range.
-
-    >>> require_whole(1, 100, seeds=3, steps=0)
-    Traceback (most recent call last):
-    ...
-    scenes.files.errors.ParameterError: steps: expected a whole number of at least 1, found 0
-    """
+    """Refuse parameters that are not whole numbers within a range."""
     for name, value in values.items():
         whole = isinstance(value, Integral) and not isinstance(value, bool)
         if not (whole and value >= least):
@@ -92,13 +72,7 @@ def require_seed(**values: int) -> None:
 
 
 def require_within(least: float, most: float, what: str, **values: float) -> None:
-    """Refuse parameters that are not numbers within a range.
-
-    >>> require_within(-200, 200, "an SNR in dB", snr_db=float("nan"))
-    Traceback (most recent call last):
-    ...
-    scenes.files.errors.ParameterError: snr_db: expected an SNR in dB from -200 to 200, found nan
-    """
+    """Refuse parameters that are not numbers within a range."""
     for name, value in values.items():
         if not (is_number(value) and least <= value <= most):
             raise ParameterError(name, f"expected {what} from {least:g} to {most:g}, found {shown(value)}")
@@ -112,13 +86,7 @@ def require_flag(**values: bool) -> None:
 
 
 def require_word(known: Iterable[str], **values: str) -> None:
-    """Refuse words that are not among the known ones.
-
-    >>> require_word(("files", "random", "blocked"), split="ramdom")
-    Traceback (most recent call last):
-    ...
-    scenes.files.errors.ParameterError: split: expected files, random or blocked, found 'ramdom'; did you mean "random"?
-    """
+    """Refuse words that are not among the known ones."""
     *others, last = known
     for name, value in values.items():
         if not (isinstance(value, str) and value in (*others, last)):
@@ -135,13 +103,7 @@ def require_path(**values: object) -> None:
 
 
 def require_instance(*kinds: type, **values: object) -> None:
-    """Refuse values of other classes.
-
-    >>> require_instance(int, float, width="wide")
-    Traceback (most recent call last):
-    ...
-    scenes.files.errors.ParameterError: width: expected int or float, found 'wide'
-    """
+    """Refuse values of other classes."""
     for name, value in values.items():
         if not isinstance(value, kinds):
             raise ParameterError(name, f"expected {' or '.join(kind.__name__ for kind in kinds)}, found {shown(value)}")
@@ -161,13 +123,7 @@ LISTED = 40
 
 
 def shown(value: object) -> str:
-    r"""Format a value for an error message: on one line, without control characters, cut if long.
-
-    >>> print(shown(None), shown("concrete"), shown([1.0, "a\x1b[31mb"]))
-    nothing 'concrete' [1.0, 'a\x1b[31mb']
-    >>> len(shown("x" * 1000)), shown("x" * 1000)[-4:]
-    (80, 'xxx…')
-    """
+    r"""Format a value for an error message: on one line, without control characters, cut if long."""
     if value is None:
         return "nothing"
     try:
@@ -178,11 +134,7 @@ def shown(value: object) -> str:
 
 
 def reason(error: BaseException) -> str:
-    r"""Format another library's error for our message: its first line, without control characters, cut if long.
-
-    >>> reason(OSError("no data\nat 12")), reason(KeyError())
-    ('no data', 'KeyError')
-    """
+    r"""Format another library's error for our message: its first line, without control characters, cut if long."""
     return cut((str(error).strip().splitlines() or [type(error).__name__])[0])
 
 
@@ -192,30 +144,18 @@ def cut(text: str) -> str:
 
 
 def named(name: object) -> str:
-    r"""Format a name from a file or an option for an error message: in double quotes, printable, cut if long.
-
-    >>> print(named("concrete"), named("a\x1b[2J"))
-    "concrete" "a\x1b[2J"
-    """
+    r"""Format a name from a file or an option for an error message: in double quotes, printable, cut if long."""
     text = str(name)
     return f'"{printable(text if len(text) <= SHOWN - 2 else text[: SHOWN - 3] + "…")}"'
 
 
 def printable(text: str) -> str:
-    r"""Escape control characters, which a terminal would obey, as Python writes them.
-
-    >>> print(printable("a\x1b[2Jb\nc"))
-    a\x1b[2Jb\nc
-    """
+    r"""Escape control characters, which a terminal would obey, as Python writes them."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """Return the end of an error message about an unknown word: the most similar known word, or all known words.
-
-    >>> did_you_mean("concrte", ["concrete", "wood"])
-    'did you mean "concrete"?'
-    """
+    """Return the end of an error message about an unknown word: the most similar known word, or all known words."""
     known = sorted(known)
     nearest = get_close_matches(str(word)[:SHOWN], known, n=1)
     if nearest:
@@ -240,12 +180,6 @@ def check_array(
 
     NumPy would drop the mask of a masked array and the imaginary parts of complex numbers, and read texts and truth
     values as numbers.
-
-    >>> check_array("corners", [[0, 0, 0], [1, 2, 3]], (2, 3), "two corners").tolist()
-    [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]
-    >>> check_array("corners", [0, 1], (2, 3), "two corners")
-    Traceback (most recent call last):
-    scenes.files.errors.ParameterError: corners: expected two corners, found shape (2,)
     """
     if np.ma.isMaskedArray(value):
         raise ParameterError(parameter, f"expected {what}, found a masked array")

@@ -51,13 +51,7 @@ def read_text(path: Path, expected: str, limit: int) -> str:
 
 
 def beside(path: Path, name: str) -> Path:
-    """Return the path of a file that another file names.
-
-    It must be in the same folder or below, so that the folder can be moved as a whole.
-
-    >>> str(beside(Path("room/scene.yaml"), "meshes/wall.ply"))
-    'room/meshes/wall.ply'
-    """
+    """Return the path of a file that another file names."""
     parts = PurePath(name)
     if parts.is_absolute() or ".." in parts.parts:
         raise InputError(f"expected a file in the folder {path.parent} or below, found {shown(name)}")
@@ -65,11 +59,7 @@ def beside(path: Path, name: str) -> Path:
 
 
 def what_is_at(path: Path) -> str:
-    """What is at a path where something else is expected, for a message.
-
-    >>> what_is_at(Path("/dev/null")), what_is_at(Path("/nowhere"))
-    ('a device', 'nothing there')
-    """
+    """What is at a path where something else is expected, for a message."""
     try:
         return _kind(os.stat(path).st_mode)
     except OSError:
@@ -110,11 +100,7 @@ def parse_number(text: str) -> float:
 
 
 def parse_whole(text: str) -> int:
-    """Read a whole number. Space around it is ignored.
-
-    >>> parse_whole("-12")
-    -12
-    """
+    """Read a whole number. Space around it is ignored."""
     if not WHOLE.fullmatch(text.strip()):
         raise ValueError(f"expected a whole number, found {shown(text)}")
     return int(text)

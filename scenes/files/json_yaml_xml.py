@@ -41,14 +41,7 @@ def read_json(path: Path, expected: str, nan: bool = False) -> Any:
 
 
 def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
-    """Parse a JSON text.
-
-    >>> parse_json('{"rows": 4}', "metadata.json", "an array")
-    {'rows': 4}
-    >>> parse_json('{"rows": 4, "rows": 5}', "metadata.json", "an array")
-    Traceback (most recent call last):
-    scenes.files.errors.InputError: metadata.json: expected an array as JSON, found the key 'rows' twice
-    """
+    """Parse a JSON text."""
     try:
         value = json.loads(
             text,
@@ -108,12 +101,7 @@ def _too_deep(value: object) -> bool:
 
 
 def plain_number(value: Any) -> Any:
-    """A number of NumPy as one of Python's; the ``default`` of ``json.dumps`` for arguments that users give.
-
-    >>> import json, numpy
-    >>> json.dumps({"steps": numpy.int64(5)}, default=plain_number)
-    '{"steps": 5}'
-    """
+    """A number of NumPy as one of Python's; the ``default`` of ``json.dumps`` for arguments that users give."""
     if hasattr(value, "item"):
         return value.item()
     raise TypeError(f"{type(value).__name__} is not JSON serializable")
@@ -218,12 +206,12 @@ class _PlainBuilder(TreeBuilder):
         return super().end(tag)
 
 
-def read_xml(path: Path, expected: str) -> Element:
+def read_xml(path: Path) -> Element:
     """Read the root element of an XML file."""
-    data = read_bytes(path, f"{expected} as XML", LARGEST_XML)
+    data = read_bytes(path, "a Mitsuba scene as XML", LARGEST_XML)
     parser = XMLParser(target=_PlainBuilder())
     try:
         parser.feed(data)
         return parser.close()
     except (ParseError, InputError, LookupError, ValueError) as error:  # LookupError: an unknown encoding
-        raise InputError(f"{path}: expected {expected} as XML, found {printable(str(error))}") from None
+        raise InputError(f"{path}: expected a Mitsuba scene as XML, found {printable(str(error))}") from None

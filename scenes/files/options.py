@@ -39,18 +39,7 @@ def described(options: type) -> dict[str, str]:
 
 
 def taken(given: Mapping[str, Any], *kinds: type) -> list[Any]:
-    """Turn the keyword arguments of a function into instances of its dataclasses of options.
-
-    >>> from dataclasses import dataclass
-    >>> @dataclass(frozen=True)
-    ... class Drawing:
-    ...     width: int = 3
-    >>> taken({"width": 4}, Drawing)
-    [Drawing(width=4)]
-    >>> taken({"widht": 4}, Drawing)
-    Traceback (most recent call last):
-    scenes.files.errors.ParameterError: widht: expected the name of an option, found 'widht'; did you mean "width"?
-    """
+    """Turn the keyword arguments of a function into instances of its dataclasses of options."""
     names = {kind: {each.name for each in fields(kind)} for kind in kinds}
     known = set().union(*names.values())
     for name in given:
@@ -93,19 +82,6 @@ def check_kinds(options: Any) -> None:
     """Check the switches, words and nested settings of a dataclass, for its ``__post_init__``.
 
     NumPy's numbers become Python's, which JSON can hold. The ranges of numbers are left to the dataclass.
-
-    >>> from dataclasses import dataclass
-    >>> @dataclass(frozen=True)
-    ... class Drawing:
-    ...     width: int = 3
-    ...     filled: bool = True
-    ...     def __post_init__(self):
-    ...         check_kinds(self)
-    >>> Drawing(np.int64(4))
-    Drawing(width=4, filled=True)
-    >>> Drawing(filled="no")
-    Traceback (most recent call last):
-    scenes.files.errors.ParameterError: filled: expected true or false, found 'no'
     """
     for name, kind in _hints(options.__class__).items():
         value = getattr(options, name)
@@ -175,15 +151,7 @@ def checked(options: type[T], values: Any) -> T:
 
 
 def changed(values: Any) -> dict[str, Any]:
-    """Return the options that differ from their defaults, by name, including those of nested dataclasses.
-
-    >>> from dataclasses import dataclass
-    >>> @dataclass(frozen=True)
-    ... class Drawing:
-    ...     width: int = 3
-    >>> changed(Drawing()), changed(Drawing(width=4))
-    ({}, {'width': 4})
-    """
+    """Return the options that differ from their defaults, by name, including those of nested dataclasses."""
     differing = {
         each.name: value for each in fields(values) if differs(value := getattr(values, each.name), default_of(each))
     }

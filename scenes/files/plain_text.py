@@ -18,21 +18,13 @@ from scenes.files.errors import SHOWN, cut, printable
 
 
 def in_figure(text: str) -> str:
-    r"""Format text for a figure of Matplotlib: without formulas, on one line, and cut if long.
-
-    >>> print(in_figure(r"$\frac{$"), in_figure("a\nb"))
-    \$\frac{\$ a\nb
-    """
+    r"""Format text for a figure of Matplotlib: without formulas, on one line, and cut if long."""
     plain = cut(text).replace("$", r"\$")
     return f" {plain}" if plain.startswith("_") else plain
 
 
 def in_markdown(text: str) -> str:
-    r"""Escape text for a panel of the viewer, which reads Markdown and HTML.
-
-    >>> print(in_markdown("[a](b) <c>"))
-    \[a\]\(b\) \<c\>
-    """
+    r"""Escape text for a panel of the viewer, which reads Markdown and HTML."""
     return re.sub(r"([!-/:-@\[-`{-~])", r"\\\1", printable(text))
 
 

@@ -21,9 +21,6 @@ T = TypeVar("T")
 Count = Annotated[int, Meta(ge=0)]
 Positive = Annotated[float, Meta(gt=0)]
 
-LATER = {"later": True}
-"""Metadata of a field that files of older versions do not have."""
-
 WORDS = {
     "float": "a number",
     "int": "a whole number",
@@ -43,16 +40,7 @@ BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 
 
 def conform(value: object, schema: type[T], source: str, numbers_as_text: bool = False, complete: bool = False) -> T:
-    """Convert a value to an instance of a schema.
-
-    >>> class Array(msgspec.Struct):
-    ...     rows: int
-    >>> conform({"rows": 4}, Array, "metadata.json").rows
-    4
-    >>> conform({"rows": "x"}, Array, "metadata.json")
-    Traceback (most recent call last):
-    scenes.files.errors.InputError: metadata.json: rows: expected a whole number, found 'x'
-    """
+    """Convert a value to an instance of a schema."""
     kind = _type_info(schema)  # type: ignore[arg-type]
     try:
         result = msgspec.convert(value, schema, strict=not numbers_as_text)
@@ -87,7 +75,7 @@ def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, key
     known = {each.encode_name: each.type for each in kind.fields}
     if complete and isinstance(kind, inspect.DataclassType):
         for each in fields(kind.cls):
-            if each.name not in value and each.metadata != LATER:
+            if each.name not in value:
                 raise InputError(f"{_place(source, list(keys))}expected the key {each.name}, found none")
     for key, inner in value.items():
         if key in known:
@@ -97,15 +85,7 @@ def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, key
 
 
 def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:
-    """Return a schema for a dataclass of settings and further keys in the same file.
-
-    >>> from dataclasses import dataclass
-    >>> @dataclass(frozen=True)
-    ... class Drawing:
-    ...     width: int = 3
-    >>> conform({"width": 4, "seed": 1}, recorded(Drawing, seed=(int, 0)), "drawing.json")
-    Drawing(width=4, seed=1)
-    """
+    """Return a schema for a dataclass of settings and further keys in the same file."""
     further = [
         (name, kind, field(kw_only=True) if default is MISSING else field(default=default, kw_only=True))
         for name, (kind, default) in beside.items()

@@ -142,21 +142,7 @@ def random_room(
     shape: Shape = "rectangle",
     large: bool = False,
 ) -> Scene:
-    """Make a random furnished room.
-
-    Example:
-        >>> room = random_room(1)
-        >>> room.name, room.gateway == random_room(1).gateway, room.gateway == random_room(2).gateway
-        ('room 1', True, False)
-
-        The same room with other furniture, and an L-shaped one:
-
-        >>> moved = random_room(1, furniture=7)
-        >>> room.gateway == moved.gateway, [item.name for item in moved.objects[8:11]]
-        (True, ['locker', 'boiler', 'partition'])
-        >>> bool(random_room(1, shape="l").objects[0].mesh.area < room.objects[0].mesh.area)
-        True
-    """
+    """Make a random furnished room."""
     require_seed(seed=seed)
     if furniture is not None:
         require_seed(furniture=furniture)
@@ -238,10 +224,7 @@ def _openings(outline: _Outline, generator: np.random.Generator) -> list[Opening
 def _antennas(
     outline: _Outline, extents: Float[np.ndarray, " 3"], generator: np.random.Generator
 ) -> tuple[Gateway, Transmitter] | None:
-    """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it.
-
-    None: ``MOST_DRAWS`` places were not in the room.
-    """
+    """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it."""
     size = outline.size
     for _ in range(MOST_DRAWS):
         low = generator.uniform([0.3, 0.3, 0.4], size - extents - [0.3, 0.3, 0.4])

@@ -178,11 +178,7 @@ PATTERN = re.compile(r"(\d{1,4})[x×X](\d{1,4})(?:@(\d{1,9}(?:\.\d{1,9})?|\.\d{1
 
 
 def read_array(text: str) -> tuple[int, int, float | None]:
-    """Read the number of elements of a planar array, and their spacing.
-
-    >>> read_array("8x8"), read_array("1x16@0.25")
-    ((8, 8, None), (1, 16, 0.25))
-    """
+    """Read the number of elements of a planar array, and their spacing."""
     match = PATTERN.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         expected = "expected ROWSxCOLUMNS or ROWSxCOLUMNS@SPACING in wavelengths, such as 8x8 or 4x4@0.491"
@@ -204,11 +200,7 @@ Positions = tuple[tuple[float, float, float], ...]
 
 
 def as_positions(parameter: str, given: ArrayLike) -> Positions:
-    """Turn positions of elements from a user into tuples.
-
-    >>> as_positions("elements", [[0, 0, 0], [0.1, 0, 0]])
-    ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
-    """
+    """Turn positions of elements from a user into tuples."""
     if isinstance(given, list | tuple) and not given:
         return ()  # which ``fault_of`` refuses
     rows = check_array(parameter, given, (None, 3), "rows of x, y, z of each element, metres", finite=False)
@@ -216,13 +208,7 @@ def as_positions(parameter: str, given: ArrayLike) -> Positions:
 
 
 def fault_of(positions: Positions) -> str | None:
-    """What is wrong with the positions of an array's elements, "expected ..., found ..."; None: nothing.
-
-    >>> fault_of(((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    'expected each element at a place of its own, found elements 0 and 2 at one place, [0.0, 0.0, 0.0]'
-    >>> fault_of(((0.0, 0.0, 160.0),))
-    'expected elements within ±100 m of the gateway, found element 0 at [0.0, 0.0, 160.0]; are they in metres?'
-    """
+    """What is wrong with the positions of an array's elements, "expected ..., found ..."; None: nothing."""
     if not 1 <= len(positions) <= MOST_ELEMENTS:
         return f"expected 1 to {MOST_ELEMENTS} elements, found {len(positions)}"
     rows = np.array(positions)

@@ -34,19 +34,12 @@ HIGH = 0.85
 
 @dataclass(frozen=True)
 class Unknown:
-    """A number of the description that may be wrong.
-
-    Attributes:
-        kind: the quantity.
-        name: name of the object or the material, or of one of several gateways; otherwise empty.
-        axis: axis of a position, a rotation or an object, 0 to 2.
-        tolerance: standard deviation of the error, in metres, in radians, or of the logarithm of a ratio.
-    """
+    """A number of the description that may be wrong."""
 
     kind: Kind
-    name: str
-    axis: int
-    tolerance: float
+    name: str  # of the object or the material, or of one of several gateways; otherwise empty
+    axis: int  # of a position, a rotation or an object, 0 to 2
+    tolerance: float  # standard deviation of the error, in metres, in radians, or of the logarithm of a ratio
 
     @property
     def label(self) -> str:
@@ -66,10 +59,6 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
 
     Objects inside the room may be displaced horizontally. Walls, floor and ceiling, with their doors and windows,
     columns and inner walls do not move.
-
-    >>> from scenes.places.built_in import closet
-    >>> [each.label for each in unknowns(closet(), Tolerances(rotation=0, materials=0))][:5]
-    ['gateway x', 'gateway y', 'gateway z', 'cabinet x', 'cabinet y']
     """
     found = [Unknown("position", "", axis, tolerances.position) for axis in range(3)]
     found += [Unknown("rotation", "", axis, float(np.radians(tolerances.rotation))) for axis in range(3)]
@@ -91,10 +80,6 @@ def movable(scene: Scene) -> list[int]:
 
     The objects at the bounds of the scene (see ``BESIDE``) make up the room. Outdoors, where there is only a floor, the
     room has no height, and objects of any height may be displaced.
-
-    >>> from scenes.places.built_in import closet
-    >>> [closet().objects[number].name for number in movable(closet())]
-    ['cabinet', 'panel', 'table', 'shelf']
     """
     bounds = np.stack([item.mesh.bounds for item in scene.objects])
     low, high = scene.bounds
@@ -108,14 +93,7 @@ def movable(scene: Scene) -> list[int]:
 
 
 def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:
-    """Return a scene in which some of the unknowns have changed.
-
-    >>> from scenes.places.built_in import closet
-    >>> scene = vary(closet(), [Unknown("object", "table", 1, 0.03)], np.array([0.02]))
-    >>> table = next(item for item in scene.objects if item.name == "table")
-    >>> table.mesh.bounds[0].round(3).tolist()
-    [0.3, 0.22, 0.7]
-    """
+    """Return a scene in which some of the unknowns have changed."""
     moved, turned = np.zeros(3), np.zeros(3)
     shifts: dict[str, Float[np.ndarray, " 3"]] = {}
     ratios: dict[str, dict[str, float]] = {}

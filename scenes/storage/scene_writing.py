@@ -79,11 +79,7 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
 
 
 def file_stem(name: str) -> str:
-    """Make a name from a file safe as the name of another file: without slashes and other special characters.
-
-    >>> file_stem("../../etc/passwd"), file_stem("Büro 3"), file_stem("..")
-    ('_.._etc_passwd', 'Büro_3', 'object')
-    """
+    """Make a name from a file safe as the name of another file: without slashes and other special characters."""
     return re.sub(r"[^\w.-]+", "_", name).strip(".")[:LONGEST_STEM].strip(".") or "object"
 
 

@@ -37,13 +37,7 @@ LARGEST_LIST = 20 * MEGABYTE
 
 @dataclass(frozen=True)
 class Frequency:
-    """The frequency of a folder's spectra.
-
-    Attributes:
-        hertz: the frequency, Hz.
-        source: how it is known: "metadata" (metadata.json states it), "freq.txt", or "assumed". Then it is the 915 MHz
-            of NeRF²'s measurements.
-    """
+    """The frequency of a folder's spectra; an assumed one is that of NeRF²'s measurements, 915 MHz."""
 
     hertz: float = NERF2_FREQUENCY
     source: Literal["metadata", "freq.txt", "assumed"] = "assumed"
@@ -54,11 +48,7 @@ class Frequency:
         return SPEED_OF_LIGHT / self.hertz
 
     def __str__(self) -> str:
-        """The frequency with its unit.
-
-        >>> str(Frequency(3.5e9)), str(Frequency())
-        ('3.5 GHz', '915 MHz')
-        """
+        """The frequency with its unit."""
         giga = self.hertz >= 1e9
         return f"{self.hertz / (1e9 if giga else 1e6):.6g} {'GHz' if giga else 'MHz'}"
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from io import BytesIO
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from scenes.files.atomic import write_atomically
+from scenes.files.atomic import written_atomically
 from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
@@ -64,15 +64,49 @@ def export_hdf5(dataset: Dataset | RssiDataset | Path | str, path: Path | str) -
     if not isinstance(dataset, Dataset | RssiDataset):
         require_path(dataset=dataset)
         dataset = read_rssi(dataset) if is_rssi(Path(dataset)) else read_dataset(dataset)
-    content = BytesIO()  # HDF5 itself crashes the process when the disk is full
-    with h5py.File(content, "w") as file:
-        if isinstance(dataset, RssiDataset):
-            _write_powers(file, dataset)
-        else:
-            _write_attributes(file, dataset)
-            _write_tables(file, dataset)
-            _write_spectra(file, dataset)
-    write_atomically(path, content.getbuffer())
+    with written_atomically(path) as unfinished, _Disk(unfinished, "w+") as disk:
+        try:
+            with h5py.File(disk, "w") as file:
+                if isinstance(dataset, RssiDataset):
+                    _write_powers(file, dataset)
+                else:
+                    _write_attributes(file, dataset)
+                    _write_tables(file, dataset)
+                    _write_spectra(file, dataset, disk)
+        except (OSError, RuntimeError, ValueError, KeyError):  # from HDF5, when it reads what could not be written
+            disk.check()
+            raise
+        disk.check()
+
+
+class _Disk(FileIO):
+    """A file for HDF5 that hides errors until ``check`` raises them; HDF5 crashes the process when the disk is full."""
+
+    failure: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        """Write all of the content, or keep the error."""
+        rest = memoryview(content).cast("B")
+        size = len(rest)
+        try:
+            while len(rest):
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.failure = self.failure or error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        """Change the size, or keep the error."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failure = self.failure or error
+            return size or 0
+
+    def check(self) -> None:
+        """Raise the first error that occurred."""
+        if self.failure is not None:
+            raise self.failure
 
 
 def _write_powers(file: h5py.File, dataset: RssiDataset) -> None:
@@ -136,7 +170,7 @@ def _write_tables(file: h5py.File, dataset: Dataset) -> None:
             file.create_dataset(name, data=responses, chunks=True, compression="gzip", shuffle=True)
 
 
-def _write_spectra(file: h5py.File, dataset: Dataset) -> None:
+def _write_spectra(file: h5py.File, dataset: Dataset, disk: _Disk) -> None:
     """Write the pictures' grey levels, one chunk for each picture."""
     pictures = dataset.pictures
     spectra = file.create_dataset("spectra", pictures.shape, "u1", chunks=(1, ROWS, COLUMNS), compression="gzip")
@@ -145,4 +179,5 @@ def _write_spectra(file: h5py.File, dataset: Dataset) -> None:
         for start in range(0, len(pictures), AT_ONCE):
             part = pictures[start : start + AT_ONCE]
             spectra[start : start + len(part)] = part
+            disk.check()
             progress.advance(bar, len(part))

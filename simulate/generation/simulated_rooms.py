@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
-from scenes.drawing.plan_gallery import draw_plans
+from scenes.drawing.scene_drawing import draw_plans
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import (
     InputError,

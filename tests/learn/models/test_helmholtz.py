@@ -261,7 +261,7 @@ def test_pictures_are_interpolated_by_the_responses_behind_them(monkeypatch):
     np.testing.assert_array_equal(predict(again, positions[asked]).spectra, predict(field, positions[asked]).spectra)
 
 
-def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
+def test_prediction_is_the_weighted_mean(waves):
     responses, spectra = (fitted(data, np.arange(30)) for data in (waves, dataclasses.replace(waves, responses=None)))
     field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     field._set(
@@ -276,9 +276,6 @@ def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
         np.testing.assert_allclose(found.numpy(), expected, atol=0.002)  # grey levels are rounded
         np.testing.assert_array_equal(found, field(asked))
         np.testing.assert_array_equal(found_responses, responses.responses(asked))
-        again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-        again.load_state_dict(field.state_dict())
-        np.testing.assert_array_equal(again(asked), field(asked))
 
 
 @pytest.mark.parametrize("keep_responses", [True, False])
@@ -290,14 +287,6 @@ def test_distance_alone_needs_no_covariance_at_prediction(waves, keep_responses)
     expected = inverse_distance(waves.positions[:30], spectrum_of(waves.pictures[:30]), asked)
     np.testing.assert_allclose(predict(field, asked).spectra, expected, atol=0.003)
     assert predict(field, asked).responses is None and field.uncertainty(torch.from_numpy(asked).float()) is None
-
-
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_few_spectra_are_enough(waves, count):
-    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-    field.fit(waves, np.arange(count))
-    with torch.no_grad():
-        assert torch.isfinite(field(torch.from_numpy(waves.positions[:5]).float())).all()
 
 
 def test_gains_that_can_be_chance_count_for_nothing():

@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.figure import Figure
 
-from scenes.drawing.plan_gallery import MOST, draw_plans
+from scenes.drawing.scene_drawing import MOST, draw_plans
 from scenes.places.random_room import random_room
 
 

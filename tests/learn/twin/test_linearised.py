@@ -1,11 +1,16 @@
-"""Posterior of a few unknowns, its deviations, and the steps that lower it."""
+"""The posterior of a few unknowns and the steps that lower it; a scene that changed a little keeps its chains."""
 
 import numpy as np
 import pytest
 from scipy.linalg import cho_factor
 
 from learn.twin.gains import aligned_to
-from learn.twin.linearised import Quadratic, unlikelihood
+from learn.twin.linearised import Quadratic, moved, unlikelihood
+from scenes.scene.description import SceneObject
+from scenes.scene.shapes import box
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
+from tests.small_scene import small_scene
 
 
 def test_stated_deviations_are_those_of_a_linear_problem():
@@ -57,11 +62,8 @@ def test_slope_is_that_of_the_posterior():
     """By finite differences, where the responses are linear in unknowns of unequal priors, and phases are known."""
     generator = np.random.default_rng(6)
     jacobian, traced, noise = (generator.normal(size=(12, 4, n, 2)) @ [1, 1j] for n in (3, 1, 1))
-    measured, prior, values = (
-        traced[..., 0] + 0.1 * noise[..., 0],
-        np.array([0.2, 0.02, 1.0]),
-        np.array([0.1, 0.03, -0.5]),
-    )
+    prior, values = np.array([0.2, 0.02, 1.0]), np.array([0.1, 0.03, -0.5])
+    measured = traced[..., 0] + 0.1 * noise[..., 0]
     alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
 
     def left(step):
@@ -121,3 +123,22 @@ def test_steps_are_longer_the_more_they_gain(model):
     np.testing.assert_allclose(reaches, [0.15, 0.15, 0.3, 0.6])
     whole = model.step(np.inf)
     assert model.next_reach(whole, np.inf, -change(model, whole)) == np.inf
+
+
+POSITIONS = np.random.default_rng(0).uniform((2.0, -0.5, 1.0), (3.0, 0.5, 1.6), (5, 3))
+
+
+def two_boxes(apart):
+    """The small scene with two metal boxes whose fronts lie in one plane, but for a distance in metres."""
+    left = SceneObject("left", box((1.0, 1.5, 0.001), (2.0, 2.0, 3.0)), "metal")
+    right = SceneObject("right", box((2.5, 1.5 + apart, 0.001), (3.5, 2.0 + apart, 3.0)), "metal")
+    return small_scene(left, right)
+
+
+@pytest.mark.parametrize("diffraction", [False, True])
+@pytest.mark.parametrize("apart", [0.0, 0.005])
+def test_moved_scene_has_the_paths_of_a_new_one(apart, diffraction):
+    propagation = Propagation(max_depth=2, rays=20_000, diffraction=diffraction)
+    tracer = moved(Tracer(two_boxes(0.0), propagation), two_boxes(apart), small_scene().transmitter.region)
+    expected = Tracer(two_boxes(apart), propagation).responses(POSITIONS)
+    np.testing.assert_allclose(tracer.responses(POSITIONS), expected, atol=1e-5 * np.abs(expected).max())
