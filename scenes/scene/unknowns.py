@@ -33,19 +33,12 @@ HIGH = 0.85
 
 @dataclass(frozen=True)
 class Unknown:
-    """A number of the description that may be wrong.
-
-    Attributes:
-        kind: the quantity.
-        name: name of the object or the material, or of one of several gateways; otherwise empty.
-        axis: axis of a position, a rotation or an object, 0 to 2.
-        tolerance: standard deviation of the error, in metres, in radians, or of the logarithm of a ratio.
-    """
+    """A number of the description that may be wrong."""
 
     kind: Kind
-    name: str
-    axis: int
-    tolerance: float
+    name: str  # of the object or the material, or of one of several gateways; otherwise empty
+    axis: int  # of a position, a rotation or an object, 0 to 2
+    tolerance: float  # standard deviation of the error, in metres, in radians, or of the logarithm of a ratio
 
     @property
     def label(self) -> str:

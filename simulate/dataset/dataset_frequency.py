@@ -32,13 +32,7 @@ LARGEST_LIST = 20 * MEGABYTE  # Most bytes of freq.txt
 
 @dataclass(frozen=True)
 class Frequency:
-    """The frequency of a folder's spectra.
-
-    Attributes:
-        hertz: the frequency, Hz.
-        source: how it is known: "metadata" (metadata.json states it), "freq.txt", or "assumed". Then it is the 915 MHz
-            of NeRF²'s measurements.
-    """
+    """The frequency of a folder's spectra; an assumed one is that of NeRF²'s measurements, 915 MHz."""
 
     hertz: float = NERF2_FREQUENCY
     source: Literal["metadata", "freq.txt", "assumed"] = "assumed"
