@@ -14,8 +14,8 @@ from trimesh.intersections import mesh_plane
 
 from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
 from scenes.drawing.doors import Leaf, closed_doors
+from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
-from scenes.scene.shapes import merge_corners
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

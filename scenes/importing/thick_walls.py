@@ -16,9 +16,9 @@ from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH, barycentric, beyond, outline
+from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.materials import is_conductor
-from scenes.scene.shapes import merge_corners
 
 SOLID = 2.0  # Thicknesses of the material's slab up to which a body is solid
 

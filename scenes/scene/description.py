@@ -11,9 +11,9 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from scenes.scene.antennas import Gateway, Transmitter, as_positions
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, is_conductor, p2040_material, p2040_source
-from scenes.scene.shapes import closed_parts
 
 if TYPE_CHECKING:  # loads for half a second, and a dataset needs only its gateway
     from trimesh import Trimesh

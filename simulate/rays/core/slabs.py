@@ -21,9 +21,9 @@ from trimesh import Trimesh
 
 from scenes.checks.enclosure import beyond, in_outer_wall, outline
 from scenes.checks.occupancy import holds_antennas
+from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial, is_conductor
-from scenes.scene.shapes import merge_corners
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ from scenes.checks.occupancy import blocking_object, element_positions, inside_o
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
-from scenes.scene.shapes import box, closed_parts, rotate, sheet, union
+from scenes.scene.shapes import box, rotate, sheet, union
 from simulate.spectra.array import PlanarArray
 
 

@@ -10,7 +10,8 @@ from scenes.importing.imported_file import read_file
 from scenes.importing.imported_objects import import_objects
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.shapes import box, closed_parts
+from scenes.scene.closed_parts import closed_parts
+from scenes.scene.shapes import box
 
 OBJ = """\
 o table
