@@ -12,6 +12,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import fit_grids
 from simulate.spectra.lags import EXAMINED, fit_lags, lag_functions, lag_vectors
 from simulate.spectra.spectrum import evenly, normalise, picture, spectrum_of
+from tests.simulate.spectra.random_spectra import random_responses
 
 MEASURED = Path(__file__).parents[4] / "shared" / "data" / "rfid-s23-160"
 
@@ -26,15 +27,10 @@ def spectra_of(responses: np.ndarray, array: PlanarArray, grid: AngularGrid) -> 
     return np.abs(field)
 
 
-def random_responses(count: int, elements: int, seed: int = 0) -> np.ndarray:
-    return np.random.default_rng(seed).standard_normal((count, elements, 2)) @ [1, 1j]
-
-
 @pytest.mark.parametrize(("rows", "columns", "functions"), [(4, 4, 49), (1, 2, 3), (2, 3, 15)])
 def test_an_array_has_so_many_lag_functions_and_they_are_independent(rows, columns, functions):
     array = PlanarArray(rows, columns, 0.45)
-    generator = np.random.default_rng(0)
-    values = lag_functions(array, generator.uniform(0, 2 * np.pi, 500), generator.uniform(0, np.pi / 2, 500))
+    values = lag_functions(array, *np.random.default_rng(0).uniform(0, [[2 * np.pi], [np.pi / 2]], (2, 500)))
     assert values.shape == (500, functions) and np.linalg.matrix_rank(values) == functions
     assert len(lag_vectors(array)) == (functions + 1) / 2
 
