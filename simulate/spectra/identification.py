@@ -71,12 +71,12 @@ class Identification:
     residual: float | None = None
 
 
-def stated_array(metadata: dict[str, Any], frequency: float | None = None) -> Array | None:
+def stated_array(metadata: dict[str, Any]) -> Array | None:
     """The array that metadata.json states; None if it states none."""
     if "array" not in metadata:
         return None
     if array_kind(metadata["array"]) is ElementArray:
-        return ElementArray(metadata["array"]["positions_m"], frequency)
+        return ElementArray(metadata["array"]["positions_m"])
     return PlanarArray(**metadata["array"])
 
 

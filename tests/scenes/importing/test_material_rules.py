@@ -7,7 +7,7 @@ import pytest
 
 from scenes.files.errors import InputError
 from scenes.importing.file_materials import known_material
-from scenes.importing.imported_file import ImportedFile, ImportedPart
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.material_rules import choose_materials, require_materials, rule_warnings, stated_materials
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import box

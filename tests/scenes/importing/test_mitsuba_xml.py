@@ -10,7 +10,7 @@ import pytest
 from scenes.files import optional_packages
 from scenes.files.errors import InputError
 from scenes.importing import mitsuba_xml
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.imported_file import read_file
 from scenes.importing.imported_objects import import_objects
 from scenes.importing.mesh_import import import_scene
@@ -58,8 +58,6 @@ def material(path, *rules, default=None, frequency=GHZ):
     (item,), materials, _ = import_mitsuba(path, frequency, rules, default)
     return materials[item.material]
 
-
-# --- shapes ------------------------------------------------------------------------------------------------
 
 RIGHT = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
 TRANSFORMS = {
@@ -126,9 +124,6 @@ def test_what_is_no_shape_is_ignored(write):
     assert len(read_mitsuba(write(camera, light, shape('<emitter type="area"/>')))) == 1
 
 
-# --- materials ---------------------------------------------------------------------------------------------
-
-
 def bsdf(kind, values, name="mat-screen"):
     floats = "".join(f'<float name="{key}" value="{value}"/>' for key, value in values.items() if key != "type")
     texts = f'<string name="type" value="{values["type"]}"/>' if "type" in values else ""
@@ -169,8 +164,6 @@ def test_a_rule_saves_what_the_frequency_would_refuse(write):
     assert material(path, ("wall", "wood")).name == "wood"
 
 
-# --- refusals ----------------------------------------------------------------------------------------------
-
 REFUSED = {
     # the elements, and what the sentence has to have: the place, what was found, what was perhaps meant
     "sphere": (shape(kind="sphere"), 'shape "wall"', '"sphere"'),
@@ -206,14 +199,11 @@ def test_load_scene_says_to_import_it_first(name):
         load_scene(name)
 
 
-# --- Sionna RT's own ---------------------------------------------------------------------------------------
-
-
 @needs_sionna
 def test_built_in_scenes_of_sionna(monkeypatch):
     # Meshes of a city take seconds to read, and etoile's are read below: here only whether each is there.
-    cube = MeshPart("", box((0, 0, 0), (1, 1, 1)))
-    monkeypatch.setattr(mitsuba_xml, "read_mesh_file", lambda path: MeshFile([cube] * path.is_file()))
+    cube = ImportedPart("", box((0, 0, 0), (1, 1, 1)))
+    monkeypatch.setattr(mitsuba_xml, "read_mesh_file", lambda path: ImportedFile(path, [cube] * path.is_file(), "z"))
     names = {path.parent.name for path in sionna_scene(f"{SIONNA}box").parents[1].glob("*/*.xml")}
     assert len(names) >= 15 and "san_francisco" in names
     for name in names:

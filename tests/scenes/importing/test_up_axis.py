@@ -7,7 +7,7 @@ import pytest
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.imported_file import ImportedFile, ImportedPart
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.mesh_import import import_scene
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt, up_evidence
 from scenes.places.built_in import BUILT_IN

@@ -93,5 +93,5 @@ def test_crossing_faces_are_left_out_of_their_part_only():
 
 def test_comments_before_the_first_vertex_are_the_header_and_a_backslash_does_not_continue_them():
     file = read(f"# Blender 4.2.0\n# from C:\\models\\\no Wall\nusemtl glass\n{SQUARE}# later\nf 1 2 3 4")
-    assert file.header == "Blender 4.2.0\nfrom C:\\models\\"
+    assert file.header == "Blender 4.2.0\nfrom C:\\models"
     assert described(file) == [("Wall", "Wall", "glass", 4)]
