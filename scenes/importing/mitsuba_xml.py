@@ -19,8 +19,8 @@ from scenes.files.errors import InputError, cut, did_you_mean, named
 from scenes.files.input_file import beside, parse_number
 from scenes.files.json_yaml_xml import read_xml
 from scenes.files.optional_packages import require_extra
-from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
-from scenes.importing.formats.mesh_part import ImportedPart, require_ordinary
+from scenes.importing.file_materials import known_material, material_at, proposed_rule
+from scenes.importing.formats.mesh_part import ImportedPart, require_ordinary, short_name
 from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import P2040, RadioMaterial
 from scenes.scene.shapes import box, sheet, union

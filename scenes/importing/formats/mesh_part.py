@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +12,14 @@ from jaxtyping import Float, Integer
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.file_materials import short_name
 from scenes.scene.description import MOST_TRIANGLES
 
 LARGEST = 1e10
 """Largest coordinate, in the file's unit: that of UTM in millimetres. Damaged files have coordinates such as 1e30."""
+
+
+BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)
+"""Blender numbers copies: Wall, Wall.001, Wall.002."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,11 @@ class ImportedFile:
     # a sentence for each thing in the file that was not read, or not in the only possible way
     left_out: tuple[str, ...] = ()
     header: str = ""  # what the file says about the program that wrote it; empty if it says nothing
+
+
+def short_name(name: str) -> str:
+    """Return a name without the number that Blender gives to a copy."""
+    return BLENDERS_NUMBER.sub("", name)
 
 
 def parts_of_node(node: str, otherwise: str, meshes: Mapping[str | None, Trimesh]) -> list[ImportedPart]:
