@@ -89,7 +89,21 @@ def test_wrong_options(glb, option, value):
         import_scene(**{**given, option: value})
 
 
+CORNERS = "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 4 0 0\n"
+
+
+def test_parts_are_in_the_order_of_their_names_and_those_without_area_are_left_out(tmp_path):
+    faces = {"b": "1 2 3", "a": "1 2 3", "axis": "1 2 4", "point": "1 1 1", "C": "1 2 3"}
+    (tmp_path / "ROOM.OBJ").write_text(CORNERS + "".join(f"o {name}\nf {face}\n" for name, face in faces.items()))
+    file = read_file(tmp_path / "ROOM.OBJ")
+    assert [part.name for part in file.parts] == ["C", "a", "b"]
+    assert len(file.left_out) == 1 and file.left_out[0].startswith("2 objects") and '"axis"' in file.left_out[0]
+
+
 def test_wrong_files(tmp_path):
+    (tmp_path / "scan.obj").write_text(f"{CORNERS}l 1 2\n")
+    with pytest.raises(InputError, match=r"scan.obj: .* lines were left out"):
+        read_file(tmp_path / "scan.obj")
     with pytest.raises(InputError, match=r'room.ifc: .* found ".ifc"'):
         import_mesh(tmp_path / "room.ifc", [], "wood")
     Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False).export(tmp_path / "line.ply")

@@ -65,7 +65,7 @@ def test_grid_and_spacing_are_found_from_pictures(first, spacing):
 def test_another_array_is_told_by_its_residual():
     spectra = normalise(spectra_of(random_responses(8, 64), PlanarArray(8, 8), AngularGrid()))
     assert fit_grids(spectra)[0].median_residual > 5
-    assert fit_grids(spectra, 8, 8, [AngularGrid()])[0].median_residual < 0.1
+    assert fit_lags(spectra, Beamformer(PlanarArray(8, 8))).median_residual < 0.1
 
 
 @pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured sample is not beside this checkout")
