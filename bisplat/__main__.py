@@ -82,10 +82,7 @@ def _refuse_repeated(given: list[str]) -> None:
 
 
 def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
-    """Let the parser refuse control characters in escaped form, since its errors repeat the arguments.
-
-    Without control characters nothing happens.
-    """
+    """Let the parser refuse control characters in escaped form, since its errors repeat the arguments."""
     import functools
 
     import tyro

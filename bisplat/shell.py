@@ -67,10 +67,7 @@ STDOUT = "standard output"
 
 
 def prepare_streams() -> None:
-    """Open closed streams, escape characters that a stream cannot show, and let errors of stdout name it.
-
-    Were they left closed, the first file that a command opens would get what libraries print.
-    """
+    """Open closed streams, escape characters that a stream cannot show, and let errors of stdout name it."""
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(number)

@@ -37,10 +37,7 @@ class Ramp(Copy):
 
 
 class Nearest:
-    """The downlink of the known row whose uplink is most alike, with the factor that fits the two uplinks.
-
-    Alike is what correlates most over all antennas and subcarriers, whatever its level and common phase.
-    """
+    """The downlink of the known row whose uplink is most alike, with the factor that fits the two uplinks."""
 
     def fit(self, known: KnownChannels) -> None:
         self._up, self._down = np.split(known.alike, 2, axis=2)

@@ -104,10 +104,7 @@ def compare(
 
 
 def spectrum_factories(models: Models) -> dict[str, Callable[[], Method]]:
-    """Functions that make new, unfitted methods, by the label of their rows.
-
-    The label of a model of reduced size ends in "(reduced)", also a label of the user's.
-    """
+    """Functions that make new, unfitted methods, by the label of their rows."""
     return method_factories(models, method_named, "models", is_reduced)
 
 

@@ -201,10 +201,7 @@ def _factory(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], pa
 
 
 def chosen_methods(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Callable[[], Any]]:
-    """The methods of a comparison of powers or channels that are given as ``methods``, by label.
-
-    The label of a method of reduced size ends in "(reduced)".
-    """
+    """The methods of a comparison of powers or channels that are given as ``methods``, by label."""
     if given is None:
         return {name: make for name, make in known.items() if not trained_by_steps(make)}
 

@@ -79,11 +79,7 @@ def read_protocol(path: Path) -> dict[str, Any]:
 
 
 def in_common(settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings that all calls of a comparison must share.
-
-    Fingerprints of the data are left out, which are compared by themselves. So is the device where the number of steps
-    is given, since it only decides how long they take.
-    """
+    """The settings that all calls of a comparison must share."""
     fixed_steps = settings.get("steps") is not None
     return {
         key: value
@@ -108,10 +104,7 @@ class ResultRow(Struct, frozen=True, kw_only=True):
 
 
 class ResultsFile:
-    """The rows in ``results.jsonl``, a JSON object per line.
-
-    A row has a *key*, its label, seed and number of training spectra. No two rows have the same key.
-    """
+    """The rows in ``results.jsonl``, a JSON object per line."""
 
     def __init__(self, folder: Path, schema: type[ResultRow]):
         self.path, self._schema = folder / RESULTS, schema
@@ -145,10 +138,7 @@ class ResultsFile:
                 )
 
     def is_measured(self, key: dict[str, Any], name: str, own: bool, source: str | None) -> bool:
-        """Whether a row has been measured; not if its method was another one or has been edited since.
-
-        What is decided is said.
-        """
+        """Whether a row has been measured; not if its method was another one or has been edited since."""
         row = self.row(key)
         if row is None:
             return False
@@ -179,10 +169,7 @@ def _file_name(label: str) -> str:
 
 
 def run_folder(row: Mapping[str, Any]) -> Path:
-    """Folder of a row's run below that of the comparison.
-
-    It has another name for each version of a method that may change, so that none goes on with the weights of another.
-    """
+    """Folder of a row's run below that of the comparison."""
     source = row.get("source")
     return Path("runs") / (row_name(row) if source is None else f"{row_name(row)}-{source[:8]}")
 

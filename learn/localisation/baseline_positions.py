@@ -55,15 +55,7 @@ def error_rows(
     simpler: Mapping[str, Float[np.ndarray, "K 3"]],
     known: Float[np.ndarray, "n 3"],
 ) -> list[dict[str, Any]]:
-    """A row for each method: median and 90th percentile of the distances to the truth, metres.
-
-    Transmitters without a place are left out. The row of ``locate`` also has the share of true positions within the
-    stated 90 % region of the most probable place.
-
-    >>> place = Place(np.zeros(3), np.eye(3), 1.0, 0.0)
-    >>> error_rows([[place], []], np.array([[3.0, 0, 4], [0, 0, 0]]), {}, np.vstack([np.eye(3), -np.eye(3)]))
-    [{'method': 'locate', 'median, m': 5.0, '90 %, m': 5.0, 'within 90 % region': 0.0}]
-    """
+    """A row for each method: median and 90th percentile of the distances to the truth, metres."""
     kept = np.array([bool(each) for each in places])
     first = [each[0] for each in places if each]
     truth = truth[kept]

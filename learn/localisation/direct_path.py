@@ -228,9 +228,6 @@ def _derivatives(
 def _eigen(
     curvature: Float[np.ndarray, "M F F"], wavelength: float
 ) -> tuple[Float[np.ndarray, "M F"], Float[np.ndarray, "M F F"]]:
-    """Eigenvalues of the curvature, and its axes.
-
-    No deviation is larger than a wavelength, over which phases repeat.
-    """
+    """Eigenvalues of the curvature, and its axes."""
     shares, axes = np.linalg.eigh(curvature)
     return np.maximum(np.abs(shares), 1 / wavelength**2), axes

@@ -50,14 +50,6 @@ def posterior_places(
     The mean of all likely points has the least mean square error, as long as they are in one cluster. They are split in
     two (by 2-means) where both parts are clearly apart on the line between their means: where Ashman's D = √2
     ``|m₁ − m₂|`` / √(s₁² + s₂²) is above 5 [ashman1994].
-
-    >>> line = np.linspace(0, 1, 50)[:, None] * [1, 0, 0]
-    >>> [place] = posterior_places(line, np.zeros(50), np.zeros(50), 1e-4)
-    >>> place.position.round(2).tolist(), place.probability
-    ([0.5, 0.0, 0.0], 1.0)
-    >>> ends = posterior_places(line, -1e3 * (line[:, 0] * (1 - line[:, 0])), np.zeros(50), 1e-4)
-    >>> [round(place.probability, 2) for place in ends]
-    [0.5, 0.5]
     """
     weights = np.exp(likely - likely.max())
     kept = np.flatnonzero(weights > LEAST_WEIGHT)

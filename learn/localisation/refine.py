@@ -13,12 +13,7 @@ MODES = 4
 
 
 def grid_in(region: Float[np.ndarray, "2 3"], spacing: float, most: int) -> Float[np.ndarray, "n 3"]:
-    """Points of a grid that includes the corners of a box.
-
-    >>> box = np.array([[0.0, 0, 0], [1, 1, 1]])
-    >>> len(grid_in(box, 0.5, most=1000)), len(grid_in(box, 0.01, most=8))
-    (27, 8)
-    """
+    """Points of a grid that includes the corners of a box."""
     counts = np.maximum(2, np.ceil((region[1] - region[0]) / spacing - 1e-9) + 1)
     while counts.prod() > 1.5 * most and counts.max() > 2:
         counts = np.maximum(2, np.floor(counts * 0.9))

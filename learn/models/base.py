@@ -243,15 +243,7 @@ class Cache(Generic[T]):
         self._made: tuple[list[State], T] | None = None
 
     def of(self, tensors: Sequence[Tensor], make: Callable[[], T]) -> T:
-        """What ``make`` returns, which is called only if other tensors are given than the last time.
-
-        >>> import torch
-        >>> kept, tensor = Cache(), torch.zeros(2)
-        >>> [kept.of([tensor], lambda: float(tensor.sum())), kept.of([tensor], lambda: 7.0)]
-        [0.0, 0.0]
-        >>> kept.of([tensor.add_(1)], lambda: float(tensor.sum()))
-        2.0
-        """
+        """What ``make`` returns, which is called only if other tensors are given than the last time."""
         versions = [(each, (0 if each.is_inference() else each._version, each.device, each.dtype)) for each in tensors]
         if self._made is None or not _same(self._made[0], versions):
             self._made = versions, make()

@@ -27,10 +27,7 @@ WEAK = 0.1
 
 @runtime_checkable
 class FitsInClosedForm(Protocol):
-    """Is fitted to known spectra [n, 90, 360] and positions [n, 3] at once, instead of by gradient steps.
-
-    A run keeps the weights after ``refit``, which has seen all known spectra.
-    """
+    """Is fitted to known spectra [n, 90, 360] and positions [n, 3] at once, instead of by gradient steps."""
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Fit to known spectra, and make the model's choices, such as its weights."""
@@ -55,10 +52,7 @@ def unsuited(model: type, dataset: Dataset) -> str | None:
 
 @runtime_checkable
 class HasPrimitives(Protocol):
-    """Consists of Gaussian primitives, ``splats``, which blend into the complex ``field`` [B, H, W, 2] of B positions.
-
-    The viewer draws the primitives and the phase of the field.
-    """
+    """Consists of Gaussian primitives, ``splats``, which blend into the complex ``field`` [B, H, W, 2] of B places."""
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
         """The primitives as they are blended for each transmitter position (metres, world frame)."""
@@ -100,10 +94,7 @@ class TracesRays(Protocol):
 
 @runtime_checkable
 class HasOwnLoss(Protocol):
-    """Has its own ``training_loss`` in place of the composite loss of predicted and true spectra [B, 90, 360].
-
-    All of its training steps use whole spectra.
-    """
+    """Has its own ``training_loss`` in place of the composite loss of predicted and true spectra [B, 90, 360]."""
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """Loss of a training step."""

@@ -32,11 +32,7 @@ def free_candidates(scene: Scene, seed: int) -> Float[np.ndarray, "N 3"]:
 
 
 def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str) -> Float[np.ndarray, "N 3"]:
-    """Draw places uniformly from the convex hull of measured positions.
-
-    Without a scene, nothing else shows where a person can stand. If all positions lie in a plane or on a line, so do
-    the places.
-    """
+    """Draw places uniformly from the convex hull of measured positions."""
     centre, axes = extended_axes(measured)
     if not len(axes):
         raise InputError(f"{source}: expected at least two different positions, found one")

@@ -28,10 +28,6 @@ def choose(
     C is the covariance given everything measured before. The weighted sum over the fields decides. C then loses ``c cᴴ
     / (C_jj + ν)``, where c is its column j. The columns c are kept instead of changing C, so that a step costs one
     product of C with a vector.
-
-    >>> near_each_other = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    >>> choose([OpenField(near_each_other, nugget=1e-9)], 2)[0].tolist()
-    [0, 2]
     """
     size = len(fields[0].covariance)
     squares = [np.square(np.abs(field.covariance)).sum(axis=0) for field in fields]

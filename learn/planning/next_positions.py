@@ -40,12 +40,7 @@ from simulate.spectra.array import Array, PlanarArray
 
 @dataclass(frozen=True)
 class Needed:
-    """Spectra that a score needs.
-
-    Example:
-        >>> print(Needed(120, Spacing(160, "volume", 20.0), Expected(0.91, 0.95, 0.97)).sentence())
-        120 more spectra, 160 in all, promise a median SSIM of about 0.95 (0.91 to 0.97) from helmholtz: mean spacing...
-    """
+    """Spectra that a score needs."""
 
     more: int  # number of spectra beside the known ones
     spacing: Spacing  # of the known and the further positions together
@@ -67,10 +62,7 @@ def spectra_needed(
     wavelength: float,
     arrays: Iterable[Gateway | Array],
 ) -> Needed:
-    """How many more spectra the median SSIM of ``helmholtz`` needs to reach a target.
-
-    The numbers are those of positions drawn uniformly.
-    """
+    """How many more spectra the median SSIM of ``helmholtz`` needs to reach a target."""
     for array in arrays:
         planar = isinstance(array, PlanarArray) or (isinstance(array, Gateway) and array.elements is None)
         if not planar or not is_as_measured(array.rows, array.columns, array.spacing):  # type: ignore[union-attr]

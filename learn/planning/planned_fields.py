@@ -64,10 +64,7 @@ class Field:
 
 
 def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: Report) -> list[Field]:
-    """The field of a scene's responses, with a covariance fitted to responses traced at ``TRACED`` positions.
-
-    The fit finds the directions of the scene's waves and their shares of the power.
-    """
+    """The field of a scene's responses, with a covariance fitted to responses traced at ``TRACED`` positions."""
     from simulate.generation.simulation import (
         simulate,  # needs the ray tracer, which users of measured data need not install
     )
@@ -104,10 +101,7 @@ def fields_of_powers(dataset: RssiDataset, seed: int) -> list[Field]:
 
 
 def fields_of_model(model: HelmholtzField) -> list[Field]:
-    """The fields that a fitted model interpolates, with their weights.
-
-    The change of a place over time is left out, since nobody knows when the next measurements will be made.
-    """
+    """The fields that a fitted model interpolates, with their weights."""
     weights = dict(zip(WAYS, model.weights.tolist(), strict=True))
     kriged = {way: field for way, field in model.fields.items() if weights[way]}
     fields = []

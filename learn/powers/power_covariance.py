@@ -20,11 +20,7 @@ LARGEST_CORRELATION = 1 - 1e-12
 
 
 def fading_covariance(squared: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
-    """Covariance of two powers in dB, (10 / ln 10)² Li₂(|κ|²), as a share of the variance of each.
-
-    >>> fading_covariance(np.array([0.0, 0.5, 1.0])).round(3).tolist()
-    [0.0, 0.354, 1.0]
-    """
+    """Covariance of two powers in dB, (10 / ln 10)² Li₂(|κ|²), as a share of the variance of each."""
     return spence(1 - squared) / (np.pi**2 / 6)  # scipy's spence(z) is Li₂(1 − z)
 
 
@@ -35,11 +31,7 @@ def squared_separations(here: Float[np.ndarray, "n 3"], there: Float[np.ndarray,
 
 @dataclass(frozen=True)
 class PowerCovariance:
-    """Parts of a variance of 1 and their lengths.
-
-    |κ|² is a Gaussian of the separation. The sinc² of waves from all directions [cook1955] with a length for each axis,
-    in its place, predicted powers of a simulated office no better.
-    """
+    """Parts of a variance of 1 and their lengths."""
 
     # of slow change, fading and noise; their sum is 1. With a line of sight, the share of fading is smaller.
     shares: Float[np.ndarray, " 3"]
@@ -110,10 +102,7 @@ def expected(positions: Float[np.ndarray, "n 3"], wavelength: float) -> Float[np
 def fit_covariance(
     positions: Float[np.ndarray, "n 3"], left: Float[np.ndarray, "n G"], wavelength: float, seed: int
 ) -> PowerCovariance:
-    """Maximise the likelihood of the powers of all gateways, times weak priors.
-
-    The gateways have one covariance, up to a variance of each, which is the most likely one at every step.
-    """
+    """Maximise the likelihood of the powers of all gateways, times weak priors."""
     middle = expected(positions, wavelength)
     left = left[:, np.ptp(left, axis=0) > JITTER] if len(left) > 1 else left[:, :0]
     if not left.shape[1]:

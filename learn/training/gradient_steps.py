@@ -100,10 +100,7 @@ class Training(L.LightningModule):
 
 
 class Batches(Sampler[list[int]]):
-    """Batches of indices: those numbered from ``first`` on of an endless row of passes over the training part.
-
-    Each pass has an order of its own; an incomplete last batch of a pass is left out.
-    """
+    """Batches of indices: those numbered from ``first`` on of an endless row of passes over the training part."""
 
     def __init__(self, sampler: DistributedSampler, size: int, first: int, count: int):
         self._sampler, self._size, self._first, self._count = sampler, size, first, count

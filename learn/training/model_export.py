@@ -89,10 +89,7 @@ def export(run: Run, path: Path | str) -> None:
 
 
 def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N M"]) -> Float[Tensor, "B N M"]:
-    """Solve linear equations by Gauss-Jordan elimination.
-
-    It does not pivot, so the matrices must be positive definite.
-    """
+    """Solve linear equations by Gauss-Jordan elimination."""
 
     size = matrix.shape[-1]
 

@@ -203,10 +203,7 @@ def doubt(calibration: Calibration) -> str | None:
 
 
 def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
-    """Responses of some of a dataset's spectra, and whether they share phase and scale.
-
-    They are the recorded ones if there are any, and otherwise are found behind the pictures.
-    """
+    """Responses of some of a dataset's spectra, and whether they share phase and scale."""
     if dataset.responses is not None:
         return dataset.responses[known].astype(complex), True
     return retrieved_responses(dataset, known), False

@@ -128,10 +128,7 @@ class _Minimum(NamedTuple):
 
 @dataclass(frozen=True)
 class _Search:
-    """Gauss–Newton steps to the most likely values of a scene's unknowns.
-
-    The fields are arguments of ``most_likely``; ``flips`` says whether responses with unknown phases may be flipped.
-    """
+    """Gauss–Newton steps to the most likely values of a scene's unknowns."""
 
     scene: Scene
     which: list[Unknown]

@@ -63,11 +63,7 @@ def best_trust(
     pictures: UInt8[np.ndarray, "n 90 360"],
     beamforming: BeamformingLayer,
 ) -> float:
-    """The w that best predicts known spectra from the others; the largest one if several are equally good.
-
-    The left-out spectrum was also used to find θ. This hardly matters, since θ is a few numbers and the spectra are
-    many.
-    """
+    """The w that best predicts known spectra from the others; the largest one if several are equally good."""
     if not enough_known(len(traced)):
         return 1.0
     left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))

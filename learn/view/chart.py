@@ -120,11 +120,7 @@ def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind, grid: AngularGrid
 
 @cache
 def _polar(grid: AngularGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Row and column of the spectrum for each pixel of a polar panel, and whether the grid has the pixel's direction.
-
-    Azimuth 0° is on the right, azimuth 90° at the top. Directions up to one row beyond the grid count as its own, so
-    that there is no hole at the boresight.
-    """
+    """Row and column of the spectrum for each pixel of a polar panel, and whether the grid has its direction."""
     x, y = np.meshgrid(np.arange(DIAMETER) + 0.5 - DIAMETER / 2, DIAMETER / 2 - np.arange(DIAMETER) - 0.5)
     radius = np.hypot(x, y) / (DIAMETER / 2)
     elevation = 90 * (1 - radius)

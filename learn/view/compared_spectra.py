@@ -77,10 +77,7 @@ def panels(
 
 
 def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
-    """A field times the phase factor e^{jα} that minimises ‖field e^{jα} − other‖, with α = ∠⟨field, other⟩.
-
-    The common phase of a predicted field is arbitrary, since a spectrum does not determine it.
-    """
+    """A field times the phase factor e^{jα} that minimises ‖field e^{jα} − other‖, with α = ∠⟨field, other⟩."""
     if field is None or other is None:
         return field
     return field * np.exp(1j * np.angle((field.conj() * other).sum()))

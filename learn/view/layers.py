@@ -208,10 +208,7 @@ class Ellipses(NamedTuple):
 
 
 def ellipses(splats: Splats, radius: float) -> Ellipses:
-    """A model's primitives as ellipses on the hemisphere.
-
-    Magnitudes and opacities are relative to the largest one, since normalised spectra determine no scale.
-    """
+    """A model's primitives as ellipses on the hemisphere."""
     azimuth, elevation = (np.radians(axis.double().numpy()) for axis in (splats.azimuth, splats.elevation))
     scale, rotation, opacity, real_imaginary = (each[0].double().numpy() for each in splats[3:])
     towards = direction(azimuth, elevation)

@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import UInt8
 from viser import ClientHandle, GuiImageHandle
 
+from learn.view.channel_tab import delay_profile, draw_delays
 from learn.view.chart import Kind, draw
 from learn.view.compared_spectra import numbers, panels
-from learn.view.delay_chart import delay_profile, draw_delays
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tab import Tab, outside
@@ -148,11 +148,7 @@ class Traced:
 
 
 class Tracing:
-    """Traces transmitter positions that tabs request.
-
-    Before the first position, the tracer searches for the chains of interactions in the scene, which takes about ten
-    seconds. After that, a position takes milliseconds.
-    """
+    """Traces transmitter positions that tabs request."""
 
     def __init__(
         self, scene: Scene, beamformer: Beamformer, propagation: Propagation, region: np.ndarray, seed: int = 1

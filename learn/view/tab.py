@@ -91,10 +91,7 @@ class Tab(ABC):
         self._changed.set()
 
     def _recorded_at(self, position: Position) -> int | None:
-        """Index of the recorded position at which the transmitter is; None: it is at none.
-
-        Of several recordings at one position, it is the one that the user has gone to.
-        """
+        """Index of the recorded position at which the transmitter is; None: it is at none."""
         if not len(self._recorded):
             return None
         distance = np.linalg.norm(self._recorded - position, axis=1)
@@ -117,10 +114,7 @@ class Tab(ABC):
         self._moved(finished=True)
 
     def _write_place(self) -> None:
-        """Write the transmitter's position into its input field.
-
-        It is not called after the user typed a coordinate, since the user may be typing the next one.
-        """
+        """Write the transmitter's position into its input field."""
         self._place.value = tuple(self._position.round(4))  # type: ignore[misc, assignment]
 
     def _keep_up_to_date(self) -> None:

@@ -77,10 +77,7 @@ class MovedAntennas:
 def lines(
     position: Float[np.ndarray, " 3"], orientation: Quaternion, region: Float[np.ndarray, "2 3"]
 ) -> tuple[str, str]:
-    """Lines of a scene.yaml, and options of ``bisplat scene``, for a gateway's pose and a region.
-
-    The options know no turn about the boresight.
-    """
+    """Lines of a scene.yaml, and options of ``bisplat scene``, for a gateway's pose and a region."""
     low, high = region.min(axis=0), region.max(axis=0)
     in_file = (
         f"gateway:\n  position: {_list(position)}\n  orientation: {_list(orientation, 6)}\n"

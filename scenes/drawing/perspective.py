@@ -54,10 +54,7 @@ class DepthBuffer:
 
 
 def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
-    """Draw a scene as seen from low x and low y. Hidden parts of the transmitter region and gateways are dashed.
-
-    If the scene is much larger than the space between the antennas, only their neighbourhood is drawn.
-    """
+    """Draw a scene as seen from low x and low y. Hidden parts of the transmitter region and gateways are dashed."""
     from matplotlib.image import AxesImage
 
     gateways = (scene.gateway, *scene.further_gateways.values())
@@ -124,10 +121,7 @@ def _surfaces(
 
 
 def _reach(scene: Scene, antennas: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
-    """Return how far along x and y from the middle of the antennas to draw, metres; infinite for a small scene.
-
-    The drawing is at least three times as wide as the space between the antennas, and shows the nearest object.
-    """
+    """Return how far along x and y from the middle of the antennas to draw, metres; infinite for a small scene."""
     low, high = bounding_box(antennas[:, :2])
     middle = (low + high) / 2
     across = np.maximum(triangles[:, :, :2].min(axis=1) - middle, middle - triangles[:, :, :2].max(axis=1))

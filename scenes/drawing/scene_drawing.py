@@ -179,10 +179,7 @@ ACROSS, INCHES, MOST = 5, 3.2, 40
 
 
 def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
-    """Draw the floor plans of the first ``MOST`` scenes beside each other, as ``draw_scene`` does but without numbers.
-
-    Lengths are in metres. The legend has the materials of all plans, and the marks of regions and gateways.
-    """
+    """Draw the floor plans of the first ``MOST`` scenes side by side, as ``draw_scene`` does but without numbers."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 

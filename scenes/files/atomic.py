@@ -41,10 +41,7 @@ def written_atomically(path: Path) -> Iterator[Path]:
 
 
 def require_writable(path: Path) -> None:
-    """Find out before long work whether a file can be written. Remove what killed processes left in its folder.
-
-    The folder, or the one above in which it will be made, gets a file, which is removed at once.
-    """
+    """Find out before long work whether a file can be written. Remove what killed processes left in its folder."""
     with suppress(FileNotFoundError, NotADirectoryError):
         path.lstat()
     folder = next(each for each in path.parents if os.path.lexists(each))

@@ -30,11 +30,7 @@ class InputError(ValueError):
 
 
 class ParameterError(InputError):
-    """A parameter of a function has an invalid value. The command line names the option instead of the parameter.
-
-    >>> str(ParameterError("batch_size", "expected a positive number, found 0"))
-    'batch_size: expected a positive number, found 0'
-    """
+    """A parameter of a function has an invalid value. The command line names the option instead of the parameter."""
 
     def __init__(self, parameter: str, message: str):
         super().__init__(parameter, message)
@@ -44,11 +40,7 @@ class ParameterError(InputError):
         return f"{self.parameter}: {self.message}"
 
     def as_option(self) -> str:
-        """Return the message with the name of the command line's option.
-
-        >>> ParameterError("batch_size", "expected a positive number, found 0").as_option()
-        '--batch-size: expected a positive number, found 0'
-        """
+        """Return the message with the name of the command line's option."""
         dashes = "-" if len(self.parameter) == 1 else "--"
         return f"{dashes}{self.parameter.replace('_', '-')}: {self.message}"
 

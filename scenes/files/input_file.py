@@ -51,10 +51,7 @@ def read_text(path: Path, expected: str, limit: int) -> str:
 
 
 def beside(path: Path, name: str) -> Path:
-    """Return the path of a file that another file names.
-
-    It must be in the same folder or below, so that the folder can be moved as a whole.
-    """
+    """Return the path of a file that another file names."""
     parts = PurePath(name)
     if parts.is_absolute() or ".." in parts.parts:
         raise InputError(f"expected a file in the folder {path.parent} or below, found {shown(name)}")

@@ -30,11 +30,7 @@ EXTRAS = {
 
 
 class MissingExtraError(InputError, ImportError):
-    """An extra is not installed; the message is one sentence with the command that installs it.
-
-    >>> str(MissingExtraError("rays", "ray tracing"))
-    "ray tracing needs Sionna RT, which is not installed: pip install 'bisplat-wrf[rays]'"
-    """
+    """An extra is not installed; the message is one sentence with the command that installs it."""
 
     def __init__(self, extra: str, what: str):
         super().__init__(extra, what)

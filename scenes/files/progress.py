@@ -33,10 +33,7 @@ class RateColumn(ProgressColumn):
 
 
 class ProgressLines(Progress):
-    """Progress where there is no terminal: a line for each tenth of a task.
-
-    The field "figures" of a task, if it has one, stands at the end of its lines.
-    """
+    """Progress where there is no terminal: a line for each tenth of a task."""
 
     def __init__(self) -> None:
         super().__init__(disable=True, console=plain_console(stderr=True, width=UNLIMITED))

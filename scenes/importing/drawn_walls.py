@@ -14,8 +14,8 @@ from scenes.checks.enclosure import barycentric
 from scenes.importing.lengths import plain
 from scenes.importing.material_rules import listed
 from scenes.importing.thick_walls import SOLID, walls_as_sheets
-from scenes.scene.description import Scene, SceneObject
-from scenes.scene.materials import conducting_objects, is_conductor
+from scenes.scene.description import Scene, SceneObject, conducting_objects
+from scenes.scene.materials import is_conductor
 
 Walls = Literal["as-sheets", "as-drawn"]
 """Whether walls that are drawn as boxes become sheets, or keep both faces."""
@@ -135,10 +135,7 @@ def _keys(triangles: Float[np.ndarray, "n 3 3"]) -> UInt64[np.ndarray, " n"]:
 
 
 def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[str, float]:
-    """Parts of a scene with two large parallel faces so near to one another that their slabs meet.
-
-    The objects of one node and one material are looked at together. Faces of two materials are layers.
-    """
+    """Parts of a scene with two large parallel faces so near to one another that their slabs meet."""
     walls: dict[tuple[str, str], list[SceneObject]] = {}
     for item in scene.objects:
         if item.name not in others and not is_conductor(scene.materials[item.material], scene.frequency):

@@ -224,10 +224,7 @@ def _openings(outline: _Outline, generator: np.random.Generator) -> list[Opening
 def _antennas(
     outline: _Outline, extents: Float[np.ndarray, " 3"], generator: np.random.Generator
 ) -> tuple[Gateway, Transmitter] | None:
-    """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it.
-
-    None: ``MOST_DRAWS`` places were not in the room.
-    """
+    """The gateway near a wall or in a corner, looking obliquely, and a region at least 0.6 m away from it."""
     size = outline.size
     for _ in range(MOST_DRAWS):
         low = generator.uniform([0.3, 0.3, 0.4], size - extents - [0.3, 0.3, 0.4])

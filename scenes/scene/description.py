@@ -7,12 +7,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from scenes.scene.antennas import Gateway, Transmitter, as_positions
 from scenes.scene.frequency import read_frequency
-from scenes.scene.materials import RadioMaterial, p2040_material, p2040_source
+from scenes.scene.materials import RadioMaterial, is_conductor, p2040_material, p2040_source
 from scenes.scene.shapes import closed_parts
 
 if TYPE_CHECKING:  # loads for half a second, and a dataset needs only its gateway
@@ -264,3 +264,27 @@ def with_same_array(scene: Scene, frequency: float) -> Scene:
     if own.elements is not None:  # their positions are in metres
         return there
     return replace(there, gateway=replace(own, spacing=own.spacing * frequency / scene.frequency))
+
+
+def shifted(scene: Scene, step: Float[np.ndarray, " 3"]) -> Scene:
+    """Return a scene in which everything is moved by the same step: gateways, transmitter region and objects."""
+
+    def gateway(old: Gateway) -> Gateway:
+        return replace(old, position=tuple(np.asarray(old.position) + step))
+
+    def item(old: SceneObject) -> SceneObject:
+        return replace(old, mesh=old.mesh.copy().apply_translation(step))
+
+    low, high = scene.transmitter.region + step
+    return replace(
+        scene,
+        gateway=gateway(scene.gateway),
+        transmitter=replace(scene.transmitter, region_min=tuple(low), region_max=tuple(high)),
+        objects=tuple(item(each) for each in scene.objects),
+        further_gateways={name: gateway(each) for name, each in scene.further_gateways.items()},
+    )
+
+
+def conducting_objects(scene: Scene) -> Bool[np.ndarray, " objects"]:
+    """Whether each object of a scene is a conductor."""
+    return np.array([is_conductor(scene.materials[item.material], scene.frequency) for item in scene.objects])

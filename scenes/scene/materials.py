@@ -6,16 +6,11 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Bool
 
 from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, require_instance, shown
 from scenes.scene.frequency import read_frequency
-
-if TYPE_CHECKING:
-    from scenes.scene.description import Scene
 
 RGB = tuple[float, float, float]
 
@@ -252,11 +247,6 @@ def p2040_source(material: RadioMaterial, frequency: float) -> str | None:
     """Return the row of ITU-R P.2040 whose power law gives exactly a material's permittivity and conductivity.
 
     A material whose values were changed, by hand or by calibration, has none.
-
-    >>> from dataclasses import replace
-    >>> wall = p2040_material("brick", 2.4e9, thickness=0.24)
-    >>> p2040_source(wall, 2.4e9), p2040_source(wall, 5e9), p2040_source(replace(wall, conductivity=0.1), 2.4e9)
-    ('brick', None, None)
     """
     values = (material.relative_permittivity, material.conductivity)
     for name in sorted(P2040, key=lambda name: name != material.name):
@@ -288,11 +278,6 @@ def refractive_index(material: RadioMaterial, frequency: float) -> complex:
 def is_conductor(material: RadioMaterial, frequency: float) -> bool:
     """Whether a material counts as a perfect conductor."""
     return _loss(material, frequency) > LEAST_LOSS_OF_CONDUCTOR
-
-
-def conducting_objects(scene: Scene) -> Bool[np.ndarray, " objects"]:
-    """Whether each object of a scene is a conductor."""
-    return np.array([is_conductor(scene.materials[item.material], scene.frequency) for item in scene.objects])
 
 
 def _loss(material: RadioMaterial, frequency: float) -> float:

@@ -59,10 +59,7 @@ def is_csi(folder: Path) -> bool:
 
 
 def unfinished(folder: Path) -> str | None:
-    """The sentence on a simulation that was interrupted; None if the folder is none.
-
-    The index files of spectra are written last, after the parts that become the responses.
-    """
+    """The sentence on a simulation that was interrupted; None if the folder is none."""
     begun = os.path.isdir(folder / PARTS) and os.path.lexists(folder / "metadata.json")
     if not begun or all(os.path.lexists(folder / f"{part}_index.txt") for part in ("train", "test")):
         return None

@@ -127,10 +127,7 @@ def _mended_by(height: int, width: int) -> str:
 
 
 def read_any_picture(path: Path) -> tuple[Int[np.ndarray, "H W"], str]:
-    """Read a PNG of grey levels, of any size and mode: the levels, and Pillow's name for its mode.
-
-    Levels are 0 to 255, or 0 to 65535 if the mode begins with I. Transparency is left out.
-    """
+    """Read a PNG of grey levels, of any size and mode: the levels, and Pillow's name for its mode."""
     content = read_bytes(path, "a PNG picture", LARGEST_FILE)
     try:
         with warnings.catch_warnings():

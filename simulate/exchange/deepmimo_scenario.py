@@ -89,10 +89,7 @@ def joined(parts: Iterable[PathList]) -> PathList:
 
 
 def sorted_by_receiver(paths: PathList) -> PathList:
-    """Sort the paths as DeepMIMO needs them: by receiver, then line of sight first, then by falling power.
-
-    DeepMIMO assumes that a receiver is in sight if its first path is the line of sight.
-    """
+    """Sort the paths as DeepMIMO needs them: by receiver, then line of sight first, then by falling power."""
     order = np.lexsort((-np.abs(paths.responses), paths.codes != 0, paths.receivers))
     return PathList(*(each[order] for each in paths))
 

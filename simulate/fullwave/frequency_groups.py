@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenes.scene.description import Scene
-from scenes.scene.materials import conducting_objects
+from scenes.scene.description import Scene, conducting_objects
 from simulate.fullwave.cells import permittivity_on_grid
 from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.run_plan import coarsest_cell, two_digits_down

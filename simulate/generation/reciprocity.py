@@ -56,10 +56,7 @@ def reciprocal(scene: Scene, place: Sequence[float] | None = None) -> Scene:
 
 @dataclass(frozen=True)
 class AtElements:
-    """Computes the responses of all elements of an array whose middle is at some position.
-
-    By reciprocity, the response of an element to the fixed transmitter is that of the transmitter to the element.
-    """
+    """Computes the responses of all elements of an array whose middle is at some position."""
 
     source: ResponseSource  # computes the responses of one fixed antenna to antennas anywhere in the region
     # where the elements are from the middle of the array, metres, axes of the world frame

@@ -226,10 +226,7 @@ def chosen_pairs(
 def _drawn(
     scene: Scene, content: Simulation, offsets: Float[np.ndarray, "elements 3"]
 ) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"], str]:
-    """Draw the array's places as those of any end that moves, and assign the transmitter's to them evenly, at random.
-
-    Taken in turn, the places of a grid would meet the same transmitter in a whole column.
-    """
+    """Draw the array's places as those of any end that moves, and assign the transmitter's evenly, at random."""
     assert content.transmitters is not None
     receivers = place(scene, content.placement, content.n, content.seed, offsets)
     generator = np.random.default_rng([content.seed, 1])  # the array's places are drawn from the seed alone

@@ -96,10 +96,7 @@ def _no_free_place(scene: Scene) -> InputError:
 
 
 def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 3"]:
-    """Cell centres of the finest grid with nearly cubic cells and at most ``count`` of them, but at least one.
-
-    A flat region has one layer of square cells.
-    """
+    """Cell centres of the finest grid with nearly cubic cells and at most ``count`` of them, but at least one."""
     size = region[1] - region[0]
     wide = size[size > 0]
     cubic = (wide.prod() / count) ** (1 / len(wide))

@@ -104,10 +104,7 @@ class Scattering:
     def _pairs(
         self, scattered: PatchFields, received: PatchFields
     ) -> Iterator[tuple[Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "targets k 2"]]]:
-        """Patches, the waves that they scatter, and the share that targets receive.
-
-        A patch scatters to the side from which the wave came.
-        """
+        """Patches, the waves that they scatter, and the share that targets receive."""
         for side in (1, -1):
             first, second = scattered.side == side, received.side == side
             patches = np.nonzero(first.any(axis=0))[0]

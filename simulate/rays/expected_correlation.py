@@ -35,10 +35,7 @@ BELIEVED = 0.95
 
 
 class PowerShares(NamedTuple):
-    """Power of the field that the paths of one kind make, over the power of the whole field.
-
-    The shares need not add up to 1: the fields interfere, and that of direct paths is left out.
-    """
+    """Power of the field that the paths of one kind make, over the power of the whole field."""
 
     reflected: float  # of paths with reflections only
     at_sheets: float  # of paths diffracted at edges of dielectric sheets only

@@ -14,8 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.files.errors import ParameterError, check_array, require_instance, require_seed, shown
-from scenes.scene.description import Scene
-from scenes.scene.materials import conducting_objects
+from scenes.scene.description import Scene, conducting_objects
 from simulate.positions.positions import check_points
 from simulate.rays.chain_solver import ChainSolver, Found
 from simulate.rays.core.multipath import Multipath, TracedPath, strongest_first

@@ -147,10 +147,7 @@ def powers_csv(names: Sequence[str], rssi_dbm: Float[np.ndarray, "K G"]) -> str:
 
 
 def split_of(count: int, seed: int) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
-    """Draw an 80/20 split: indices of the training and of the test positions, in rising order.
-
-    Both parts of four positions or more have at least two, since NeRF² cannot read an index file of one line.
-    """
+    """Draw an 80/20 split: indices of the training and of the test positions, in rising order."""
     tested = max(1 if count < 4 else 2, round(TEST_FRACTION * count))
     test = np.sort(np.random.default_rng(seed).permutation(count)[:tested])
     return np.setdiff1d(np.arange(count), test), test

@@ -44,14 +44,7 @@ def blocks(page: str) -> list[Block]:
     """The blocks of a page (a key of ``PAGES``) that are commands or programs."""
     text = PAGES[page].read_text()
     return [
-        Block(
-            found["language"],
-            found["text"],
-            text.count("\n", 0, found.start("text")) + 1,
-            found["reason"] or "",
-            found["file"] or "",
-        )
-        for found in BLOCK.finditer(text)
+        Block(line=text.count("\n", 0, each.start("text")) + 1, **each.groupdict("")) for each in BLOCK.finditer(text)
     ]
 
 

@@ -53,9 +53,8 @@ def smaller(arguments: list[str]) -> list[str]:
     traces = command in {"calibrate", "rssi"} or (command in {"simulate", "plan"} and not folder)
     if traces and "--help" not in rest:
         rest = [each for each in rest if each != "--diffraction"]
-        rest = _with(rest, "--rays", "20000") if not in_full_wave else rest
-        rest = _with(rest, "--max-depth", "1") if not in_full_wave else rest
-        rest += [] if in_full_wave else ["--no-diffraction"]
+        if not in_full_wave:
+            rest = [*_with(_with(rest, "--rays", "20000"), "--max-depth", "1"), "--no-diffraction"]
     if in_full_wave and "--field" not in rest and command == "simulate":
         rest = _with(rest, "--cell", "0.06")
     if command == "demo":

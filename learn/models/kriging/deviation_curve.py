@@ -53,11 +53,7 @@ def rising_curve(
 def on_curve(
     variance: Float[np.ndarray, " K"], variances: Float[np.ndarray, " k"], deviations: Float[np.ndarray, " k"]
 ) -> Float[np.ndarray, " K"]:
-    """The deviations on a curve, between whose points their squares are straight lines.
-
-    >>> on_curve(np.array([0.0, 0.5]), np.array([0.0, 1.0]), np.array([0.0, 2.0])).round(3).tolist()
-    [0.0, 1.414]
-    """
+    """The deviations on a curve, between whose points their squares are straight lines."""
     return np.sqrt(np.interp(variance, variances, np.square(deviations)))
 
 
@@ -80,11 +76,7 @@ FITTED = "shares", "length", "drift", "nugget", "noises"  # what the fit of the 
 def left_out_curve(
     field: Any, responses: Complex[np.ndarray, "n elements subcarriers"]
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
-    """The deviations of a ``BandField`` over its kriging variance, as for ``rising_curve``.
-
-    Known positions are predicted from others near and far. So the curve is right between them and beside them, however
-    near to one another they are.
-    """
+    """The deviations of a ``BandField`` over its kriging variance, as for ``rising_curve``."""
     count = len(responses)
     if count < LEAST_KNOWN:
         return normal_curve(field.noise)

@@ -33,11 +33,7 @@ INITIAL_OPACITY = 0.3  # initial opacity of every primitive
 
 
 class Primitives(nn.Module):
-    """N_p planar Gaussians parallel to the (φ, θ) plane, each with a depth. All attributes are learned.
-
-    The parameters are unconstrained; the properties compute the physical values from them. The parameters have scales
-    at which a step of Adam moves all of them; azimuths in degrees would hardly move.
-    """
+    """N_p planar Gaussians parallel to the (φ, θ) plane, each with a depth. All attributes are learned."""
 
     coarse: Tensor  # whether each primitive belongs to the coarse group, which is fixed at initialisation
 

@@ -33,10 +33,7 @@ LEVEL = -2 * math.log(CUTOFF)  # squared Mahalanobis distance at which a Gaussia
 
 @compiled(inline="always")
 def _span(d_elevation, azimuth, a, b, c, step):
-    """Columns first … last of a row in which G ≥ CUTOFF, and the forward differences of G from the first column on.
-
-    These are the value of G, its ratio to the next value, and the constant ratio of successive ratios.
-    """
+    """Columns first … last of a row in which G ≥ CUTOFF, and the forward differences of G from the first column on."""
     level = LEVEL - (c - b * b / a) * d_elevation * d_elevation
     if level < 0:
         return 0, -1, 0.0, 0.0, 0.0

@@ -13,9 +13,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from scenes.scene.description import Scene
+from scenes.scene.description import Scene, shifted
 from scenes.scene.shapes import bounding_box
-from scenes.scene.shifted import shifted
 from simulate.rays.core.multipath import STRAIGHT, Interaction, Multipath
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import MOST_PASSES, Propagation

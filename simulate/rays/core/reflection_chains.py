@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float, Int
 
-from scenes.scene.materials import conducting_objects
+from scenes.scene.description import conducting_objects
 from simulate.positions.placement import free_positions
 from simulate.rays.core.electric_field import Ways, path_amplitudes
 from simulate.rays.core.image_method import Images

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenes.scene.materials import conducting_objects, relative_permittivity
+from scenes.scene.description import conducting_objects
+from scenes.scene.materials import relative_permittivity
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 

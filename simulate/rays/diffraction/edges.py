@@ -18,8 +18,7 @@ import trimesh
 from jaxtyping import Bool, Float, Int
 
 from scenes.checks.enclosure import outline
-from scenes.scene.description import Scene
-from scenes.scene.materials import conducting_objects
+from scenes.scene.description import Scene, conducting_objects
 from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
 

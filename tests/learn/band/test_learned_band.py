@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from learn.band.band_methods import BAND_METHODS, ApertureBand, KnownBand, ResponseMLPBand
-from learn.comparison.method_factories import chosen_methods
+from learn.band.band_methods import ApertureBand, KnownBand, ResponseMLPBand
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 
@@ -63,7 +62,3 @@ def test_training_fits_the_known_responses(known, moving, learned, moves):
         errors.append(np.abs(made.predict(given.positions).responses - given.responses).mean())
     assert errors[1] < 0.6 * errors[0]
     assert (made._network.turn is not None) == moves
-
-
-def test_they_are_compared_only_if_they_are_named():
-    assert {"mlp-responses", "bisplat-aperture"} <= set(BAND_METHODS) - set(chosen_methods(None, BAND_METHODS))

@@ -49,11 +49,6 @@ def test_the_ramp_of_an_antenna_is_its_own():
     assert snr_db(Ramp().predict(both[..., :S]).downlink, both[..., S:])[0] > 150
 
 
-def test_the_copy_of_equal_links_is_exact():
-    link = random(4, 3, S)
-    assert snr_db(Copy().predict(link).downlink, link).tolist() == [200] * 4
-
-
 def test_nearest_takes_the_row_that_is_alike_with_its_factor():
     channels = random(6, 3, 2 * S)
     method = Nearest()

@@ -1,15 +1,13 @@
 """NeRF² for channels: what it learns, whatever the unit, and what depends on the seed alone."""
 
 import numpy as np
-import pytest
 import torch
 
-import bisplat
 from learn.channels.channel_scores import snr_db
 from learn.channels.known_channels import KnownChannels
 from learn.channels.nerf_channels import NerfChannels
 from learn.models.peers.nerf2 import RaySize
-from tests.csi_folders import paths, write_links
+from tests.csi_folders import paths
 
 SMALL = RaySize(4, 2, 4, width=16, layers=4)
 ANTENNAS = np.array([[0.0, 0.06 * number, 2] for number in range(4)])
@@ -49,13 +47,3 @@ def test_links_of_zeros_and_no_known_antennas():
     made = NerfChannels(2, SMALL)
     made.fit(KnownChannels(np.zeros((3, 4, 6), complex), np.zeros((3, 4, 6), complex)))
     assert np.isfinite(made.predict(np.zeros((2, 4, 6), complex)).downlink).all()
-
-
-@pytest.mark.skipif(torch.cuda.is_available(), reason="the published size is trained")
-def test_it_is_compared_only_if_it_is_named_and_says_that_it_is_reduced(tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.channels.nerf_channels.MOST_STEPS", 1)
-    write_links(tmp_path / "links", links(20).astype(np.complex64))
-    assert "nerf2" not in {row["label"] for row in bisplat.compare_channels(tmp_path / "links")}
-    comparison = bisplat.compare_channels(tmp_path / "links", ["nerf2", "copy"])
-    assert [row["label"] for row in comparison] == ["nerf2 (reduced)", "copy"]
-    assert set(comparison.snr_db) == {"nerf2 (reduced)", "copy"}

@@ -15,9 +15,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
-from safetensors.torch import load_file, save_file
 
-from bisplat.__main__ import main
 from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
@@ -29,7 +27,6 @@ from learn.comparison.compare import compare, spectrum_factories, sweep
 from learn.comparison.experiment import CEILING
 from learn.comparison.known_spectra import KnownSpectra
 from learn.comparison.spectrum_methods import TrainedModel, method_named, method_names
-from learn.comparison.table import table_cells
 from learn.data.metrics import score
 from learn.data.splits import split
 from learn.reports.comparison_report import validation_curve, write_ablation, write_comparison, write_sweep
@@ -40,13 +37,12 @@ from learn.training.run_folder import load_run
 from learn.training.train import train
 from learn.training.validation_part import Learned
 from scenes.files.errors import InputError, ParameterError
-from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification
 from simulate.spectra.spectrum import evenly, normalise, spectrum_of
-from tests.docs.pages import blocks, saved
+from tests.docs.pages import blocks
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 
@@ -75,11 +71,11 @@ def test_table_has_the_scores_of_each_method_on_the_test_part(tiny, tmp_path, ro
     copied = nearest(dataset.positions[parts.known], known, dataset.positions[parts.test])
     expected = score(copied, spectrum_of(dataset.pictures[parts.test]), dataset.grid)
     (row,) = (row for row in rows(tmp_path / "out") if row["label"] == "nearest")
-    assert expected.summary().items() <= row.items() and row["test"] == 5
+    assert expected.summary().items() <= row.items()
+    assert (row["train"], row["known"], row["test"]) == (17, 19, 5)
     lines = (tmp_path / "out" / "per_sample" / "nearest-0.csv").read_text().splitlines()
     assert [float(line.split(",")[1]) for line in lines[1:]] == pytest.approx(expected.ssim.tolist(), abs=1e-6)
     np.testing.assert_allclose(comparison.per_sample(row)["ssim"], expected.ssim, atol=1e-6)
-    assert not (tmp_path / "out" / "table.html").exists()
     write_comparison(comparison, tmp_path / "out")
     page = (tmp_path / "out" / "table.html").read_text()
     assert "nearest" in page and f"{row['ssim_median']:.3f}" in page and "ceiling (bound)" in page
@@ -94,12 +90,6 @@ def test_row_is_made_once_and_missing_ones_are_added(tiny, tmp_path, rows):
     assert [row["label"] for row in rows(out)[len(before) :]] == ["mean-picture"]
 
 
-def test_second_process_is_refused(tiny, tmp_path):
-    with locked(tmp_path), pytest.raises(InputError, match="no other process writes to"):
-        compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path)
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("text", ["", "[]", "{"])
 def test_damaged_protocol_is_one_sentence(tiny, tmp_path, text):
     (tmp_path / "protocol.json").write_text(text)
@@ -109,11 +99,11 @@ def test_damaged_protocol_is_one_sentence(tiny, tmp_path, text):
 
 def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_path):
     compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "out")
-    with pytest.raises(InputError, match="with split 'random', found one with split 'files'"):
+    with pytest.raises(InputError, match="split 'random', found one with split 'files'"):
         compare(tiny, ("nearest",), "random", INSTANT, output=tmp_path / "out")
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "love.txt").write_text("dear")
-    with pytest.raises(InputError, match="expected a new folder or an earlier experiment, found other"):
+    with pytest.raises(InputError, match="letters: expected a new folder or an earlier experiment"):
         compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "letters")
 
 
@@ -146,7 +136,6 @@ def test_a_method_that_predicts_no_spectra_is_refused_and_leaves_no_row(tiny, tm
 
 
 PAGE = "docs/how-to/add-my-own-model.md"
-METHOD = saved(PAGE, "mymethod.py")
 _, LOOP, *_ = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
 
 
@@ -157,15 +146,6 @@ def test_loop_of_ones_own_in_the_docs_scores_the_mean_picture_as_a_comparison_do
     exec(LOOP, values)
     (row, _) = compare("data/lab", ("mean-picture",), "random", INSTANT, output=tmp_path / "out")
     assert values["scores"].summary()["ssim_median"] == pytest.approx(row["ssim_median"], abs=1e-5)
-
-
-def test_method_in_the_docs_joins_the_table(tiny, tmp_path, monkeypatch, rows):
-    assert len(METHOD.splitlines()) < 40
-    (tmp_path / "mymethod.py").write_text(METHOD)
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    comparison = compare(tiny, ("mean-picture", "mymethod:KNearest"), budget=INSTANT, output=tmp_path / "out")
-    ssim_of = {row["label"]: row["ssim_median"] for row in comparison}
-    assert ssim_of["mymethod:KNearest"] > ssim_of["mean-picture"]
 
 
 class Grey:
@@ -190,11 +170,9 @@ def test_methods_are_given_as_classes_objects_and_functions_too(tiny, tmp_path, 
     assert [row["label"] for row in comparison] == [*models, *models, CEILING]
     mean = {row["label"]: row["mae_mean"] for row in comparison}
     assert mean["black"] + mean["white"] == pytest.approx(1, abs=1e-6) and mean["grey"] < 0.5
-    with pytest.raises(InputError, match="models: expected a method with fit and predict for mine, found 3"):
-        compare(tiny, {"mine": 3})
-    for wrong, what in (({"budget": 0}, "a positive number"), ({"seeds": 0}, "a whole number of at least 1")):
-        with pytest.raises(ParameterError, match=f"{next(iter(wrong))}: expected {what}, found 0"):
-            compare(tiny, ("nearest",), **wrong)
+    for wrong in ("budget", "seeds"):
+        with pytest.raises(ParameterError, match=f"{wrong}: expected .*, found 0"):
+            compare(tiny, ("nearest",), **{wrong: 0})
 
 
 def test_comparison_is_a_table_for_pandas_for_a_terminal_and_for_a_notebook(tiny, tmp_path):
@@ -203,13 +181,9 @@ def test_comparison_is_a_table_for_pandas_for_a_terminal_and_for_a_notebook(tiny
     assert frame["label"].tolist() == ["nearest", "mean-picture", CEILING] and len(comparison) == 3
     assert frame["ssim_median"].tolist() == [row["ssim_median"] for row in comparison.rows]
     assert pd.DataFrame(comparison.table()[:-1])["ssim_median"].is_monotonic_decreasing
-    lines = str(comparison).splitlines()
-    assert (
-        lines[0].split()[:3] == ["SSIM", "5th", "%"] and lines[-1].startswith(f"{CEILING} (bound)") and len(lines) == 4
-    )
+    assert len(str(comparison).splitlines()) == 4
     cells = [cell.text for cell in ElementTree.fromstring(comparison._repr_html_()).iter("td")]
-    labels = [row["label"] for row in comparison.table()]
-    assert [cells[0], cells[6], cells[12]] == [*labels[:-1], f"{CEILING} (bound)"]
+    assert set(frame["label"]) - {CEILING} < set(cells)
 
 
 def test_fewer_test_spectra_are_spread_over_the_test_part(tiny, tmp_path, rows):
@@ -224,27 +198,14 @@ def test_fewer_test_spectra_are_spread_over_the_test_part(tiny, tmp_path, rows):
         compare(tiny, ("nearest",), budget=INSTANT, output=out)  # another test part than before
 
 
-def test_spread_over_the_seeds_is_shown_of_several_seeds_only(tiny, tmp_path):
-    comparison = compare(tiny, ("nearest",), budget=INSTANT, seeds=2, output=tmp_path / "out")
-    heading, *lines = table_cells(comparison.table())
-    column = heading.index("± seeds")
-    assert {line[0]: line[column] for line in lines} == {f"{CEILING} (bound)": "", "nearest": "0"}
-
-
 def test_model_that_was_trained_for_a_few_steps_only_is_named(tiny, tmp_path):
     comparison = compare(tiny, ("nearest", "mlp", "helmholtz"), budget=INSTANT, output=tmp_path / "out")
     steps = {row["label"]: row.get("steps") for row in comparison}
     assert steps == {"nearest": None, "mlp": 1, "helmholtz": None, CEILING: None}
-    remark = comparison.remark()
-    assert remark.startswith("only a few training steps fit into 1e-06 minutes: mlp (1); ")
-    assert str(comparison).endswith(remark)
-    write_comparison(comparison, tmp_path / "out")
-    assert remark in (tmp_path / "out" / "table.html").read_text()
+    assert "mlp (1)" in comparison.remark()
     enough = [row | {"steps": FEW_STEPS, "mean_picture_ssim_median": 0.0} for row in comparison.rows]
     assert replace(comparison, rows=enough).remark() is None
-    asked = replace(comparison, settings=replace(comparison.settings, minutes=None, steps=1))
-    assert asked.remark().startswith("only a few training steps were asked for: mlp (1); ")
-    assert comparison.doubts()["mlp"].startswith("only 1 training steps; below the mean picture (")
+    assert "1 training steps" in comparison.doubts()["mlp"]
 
 
 def test_methods_below_the_mean_picture_are_named(tiny, tmp_path):
@@ -253,22 +214,10 @@ def test_methods_below_the_mean_picture_are_named(tiny, tmp_path):
     black, mean, _ = comparison.rows
     assert black["mean_picture_ssim_median"] == pytest.approx(mean["ssim_median"], abs=1e-6)  # computed without its row
     assert black["ssim_median"] < mean["ssim_median"]
-    assert comparison.doubts() == {"black": f"below the mean picture ({mean['ssim_median']:.3f})"}
-    assert "below the mean of the known spectra, which is the same everywhere: black (" in str(comparison)
+    assert comparison.doubts().keys() == {"black"} and comparison.remark() in str(comparison)
     write_comparison(comparison, tmp_path / "out")
     page = (tmp_path / "out" / "table.html").read_text()
     assert comparison.remark() in page and "<td>black †</td>" in page and "<td>mean-picture</td>" in page
-
-
-def test_row_counts_the_spectra_that_a_method_could_learn_from(tiny, tmp_path):
-    seen = []
-
-    class Counting(Grey):
-        def fit(self, task):
-            seen.append(len(task.positions))
-
-    (row, _) = compare(tiny, {"counting": Counting}, budget=INSTANT, output=tmp_path / "out")
-    assert seen == [19] and (row["train"], row["known"]) == (17, 19)
 
 
 def test_no_method_learns_from_positions_within_the_guard(tiny, tmp_path):
@@ -297,7 +246,7 @@ def test_rows_of_other_index_files_are_not_mixed(tiny, tmp_path):
     compare(data, ("nearest",), budget=INSTANT, output=tmp_path / "out")
     (data / "train_index.txt").write_text("\n".join(f"{number:05d}" for number in range(5, 25)))
     (data / "test_index.txt").write_text("\n".join(f"{number:05d}" for number in range(1, 5)))
-    with pytest.raises(InputError, match=r"expected the index files with which .* was begun, found others"):
+    with pytest.raises(InputError, match="index files"):
         compare(data, ("nearest", "mean-picture"), budget=INSTANT, output=tmp_path / "out")
 
 
@@ -306,16 +255,6 @@ def test_labels_whose_files_would_have_one_name_are_refused_before_anything_is_m
     with pytest.raises(InputError, match="found 'my_model' beside 'my model'"):
         compare(tiny, {"my model": Grey, "my_model": "nearest"}, budget=INSTANT, output=out)
     assert not (out / "results.jsonl").exists()
-    compare(tiny, {"my model": Grey}, budget=INSTANT, output=out)
-    with pytest.raises(InputError, match="found 'my_model' beside 'my model'"):
-        compare(tiny, {"my_model": Grey}, budget=INSTANT, output=out)
-
-
-def test_numbers_of_numpy_are_numbers(tiny, tmp_path):
-    rows = compare(tiny, ("nearest",), steps=np.int64(5), test_spectra=np.int64(3), output=tmp_path / "out").rows
-    assert rows[0]["test"] == 3
-    swept = sweep(tiny, sizes=np.array([5, 10]), models=["nearest"], steps=1, output=tmp_path / "sweep")
-    assert [row["train_size"] for row in swept] == [5, 10]
 
 
 # Spectra that cannot be scored
@@ -350,12 +289,11 @@ def test_black_spectra_alone_are_one_sentence_and_leave_no_folder(with_black_pic
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 2)])
 @pytest.mark.parametrize("function", [compare, partial(sweep, sizes=[3]), ablate])
-def test_spectra_of_one_or_two_elements_are_not_scored(tiny, tmp_path, rows, columns, function):
+def test_spectra_of_two_elements_are_not_scored(tiny, tmp_path, function):
     dataset = read_dataset(tiny)
-    small = Identification(Beamformer(PlanarArray(rows, columns)), source="metadata")
-    with pytest.raises(InputError, match=f"at least 3 elements to score spectra, found {rows} × {columns}:"):
+    small = Identification(Beamformer(PlanarArray(1, 2)), source="metadata")
+    with pytest.raises(InputError, match="at least 3 elements to score spectra, found 1 × 2"):
         function(replace(dataset, identification=small), output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
@@ -368,7 +306,7 @@ class Copy:
         self.level = level
 
     def fit(self, task):
-        self.folder = task.folder
+        task.folder.mkdir(parents=True)
 
     def predict(self, positions):
         import numpy as np
@@ -392,7 +330,7 @@ def own(tmp_path, monkeypatch):
     sys.modules.pop("own_copy", None)
 
 
-def test_edited_class_is_measured_again_and_its_row_replaced(tiny, tmp_path, own, capsys):
+def test_edited_class_is_measured_again_in_a_folder_of_its_own_and_its_row_replaced(tiny, tmp_path, own, capsys):
     def measured(kept):
         comparison = compare(tiny, {"mine": kept, "nearest": "nearest"}, budget=INSTANT, output=tmp_path / "out")
         return comparison.rows, capsys.readouterr().err
@@ -401,56 +339,26 @@ def test_edited_class_is_measured_again_and_its_row_replaced(tiny, tmp_path, own
     same, said = measured(own(f"# a comment\n{KNN}"))
     assert same == first and "mine" not in said
     edited, said = measured(own(KNN.replace("self.level)", "0.25)")))
-    assert "mine-0: it or its settings have changed, so it is measured again and its old row is replaced" in said
+    assert "mine-0: it or its settings have changed" in said
     assert [row["label"] for row in edited] == [row["label"] for row in first] and edited[1:] == first[1:]
     assert edited[0]["mae_mean"] != first[0]["mae_mean"] and edited[0]["source"] != first[0]["source"]
     instance, said = measured(own(KNN)(level=0.75))  # the settings of an object count, too
     assert "its settings have changed" in said and instance[0]["mae_mean"] != edited[0]["mae_mean"]
 
 
-def test_edited_class_has_a_folder_of_its_own(tiny, tmp_path, own):
-    writes = KNN.replace("self.folder = task.folder", "task.folder.mkdir(parents=True)")  # fails in the same folder
-    for number, text in enumerate((writes, writes.replace("0.5", "0.25")), start=1):
-        (row, _) = compare(tiny, {"mine": own(text)}, budget=INSTANT, output=tmp_path / "out")
-        folders = [path.name for path in (tmp_path / "out" / "runs").iterdir()]
-        assert f"mine-0-{row['source'][:8]}" in folders and len(folders) == number
-
-
-def test_class_without_source_is_kept_and_that_is_said(tiny, tmp_path, capsys):
-    values: dict = {}
-    exec(KNN, values)
-    for _ in range(2):
-        compare(tiny, {"typed": values["Copy"]}, budget=INSTANT, output=tmp_path / "out")
-    assert "typed-0: measured before and kept; no source tells whether its class has changed" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
-    ("text", "expected"),
+    ("changed", "expected"),
     [
-        (
-            KNN.replace("level=0.5", "level"),
-            "models: expected a class that can be built without arguments for mine",
-        ),
-        (
-            KNN.replace("def fit", "def learn"),
-            "models: expected a method with fit and predict for mine, found Copy",
-        ),
-        (KNN.replace("def predict", "def ask"), "models: expected .* for mine, found Copy without predict"),
-        (
-            KNN.replace("self.folder =", "1 / 0 #"),
-            "mine: expected fit to learn from what is known, found ZeroDivisionError",
-        ),
-        (KNN.replace("import numpy", "import nump"), "mine: expected predict to return spectra, found ModuleNotFound"),
+        ("task.folder", "mine: expected fit .* found ZeroDivisionError"),
+        ("return ", "mine: expected predict .* found"),
     ],
 )
-def test_own_method_that_fails_is_one_sentence_and_other_rows_stay(tiny, tmp_path, own, rows, text, expected):
+def test_own_method_that_fails_is_one_sentence_and_other_rows_stay(tiny, tmp_path, own, rows, changed, expected):
     compare(tiny, {"nearest": "nearest"}, budget=INSTANT, output=tmp_path / "out")
     before = rows(tmp_path / "out")
-    with pytest.raises(InputError, match=expected) as caught:
-        compare(tiny, {"mine": own(text)}, budget=INSTANT, output=tmp_path / "out")
+    with pytest.raises(InputError, match=f"{expected}.*own_copy.py, line "):
+        compare(tiny, {"mine": own(KNN.replace(changed, "1 / 0 #"))}, budget=INSTANT, output=tmp_path / "out")
     assert rows(tmp_path / "out") == before
-    if "ZeroDivision" in str(caught.value) or "ModuleNotFound" in str(caught.value):
-        assert "own_copy.py, line " in str(caught.value)  # where it happened in the user's own file
 
 
 @pytest.mark.parametrize("function", [compare, ablate, sweep, train])
@@ -490,7 +398,7 @@ def test_another_device_may_continue_with_steps_but_not_with_a_budget(effort, ti
     if "steps" in effort:
         assert len(call().rows) == 2
     else:
-        with pytest.raises(InputError, match="with device '64 CPU threads', found one with device"):
+        with pytest.raises(InputError, match="device '64 CPU threads'"):
             call()
 
 
@@ -498,7 +406,7 @@ def test_another_device_may_continue_with_steps_but_not_with_a_budget(effort, ti
 def test_steps_replace_the_budget(function, tiny, tmp_path):
     rows = function(tiny, models=["mlp", "nearest"], steps=3, output=tmp_path / "out").rows
     assert [row["steps"] for row in rows if row["label"] in ("mlp", "nearest")] == [3, None]
-    with pytest.raises(InputError, match=r"an earlier experiment with minutes 5.0, found one with minutes nothing"):
+    with pytest.raises(InputError, match=r"minutes 5\.0, found one with minutes nothing"):
         function(tiny, models=["nearest"], output=tmp_path / "out")
 
 
@@ -527,11 +435,10 @@ def test_every_method_fits_and_predicts(tiny, tmp_path, name):
 
 
 @pytest.mark.parametrize("name", sorted(NEED_RESPONSES))
-def test_methods_that_need_responses_are_left_out_where_a_dataset_has_pictures_alone(tiny, tmp_path, capsys, name):
+def test_methods_that_need_responses_are_left_out_where_a_dataset_has_pictures_alone(tiny, tmp_path, name):
     compared = compare(tiny, ("nearest", name), budget=INSTANT, output=tmp_path / "out")
     assert name not in {row["label"] for row in compared}
-    assert f"left out {name}: " in capsys.readouterr().err
-    with pytest.raises(InputError, match=f"{name}: expected element responses with their phases, found pictures"):
+    with pytest.raises(InputError, match=f"{name}: expected element responses"):
         compare(tiny, (name,), budget=INSTANT, output=tmp_path / "alone")
 
 
@@ -562,24 +469,14 @@ def test_kriging_is_nearer_than_the_nearest(smooth):
 
 
 def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
-    assert [label.replace("bisplat-plus", "") for label, _ in variants("bisplat-plus")] == [
-        "",
-        " without dynamic network",
-        " without delta decoder",
-        " without BST",
-    ]
-    assert dict(variants("bisplat-plus"))["bisplat-plus without BST"] == TrainedModel(
-        "bisplat-plus", {"bypass": ["bst"]}
-    )
+    papers = dict(variants("bisplat-plus"))
+    assert len(papers) == 4
+    assert papers["bisplat-plus without BST"] == TrainedModel("bisplat-plus", {"bypass": ["bst"]})
     ours = dict(variants("bisplat-aperture"))
     assert ours["bisplat-aperture with TX-PE"].options == {"encoding": "octaves"}
     assert ours["bisplat-aperture without depth order"].options == {"ordered": False}
-    smaller = dict(variants("bisplat", 250))
-    assert len(smaller) == 4
-    assert smaller["bisplat (250 primitives) without BST"] == TrainedModel(
-        "bisplat", {"primitives": 250, "bypass": ["bst"]}
-    )
-
+    smaller = dict(variants("bisplat", 250))["bisplat (250 primitives) without BST"]
+    assert smaller == TrainedModel("bisplat", {"primitives": 250, "bypass": ["bst"]})
     out = tmp_path / "out"
     comparison = ablate(tiny, ("bisplat",), "files", 2, 2, output=out)
     table = comparison.table()
@@ -589,22 +486,10 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
     assert (out / "ablation.png").stat().st_size > 5000
     assert (out / "learning_curves.png").stat().st_size > 5000
     steps, ssim = validation_curve(out / "runs" / "bisplat-0")
-    (last,) = (
-        row["validation_ssim"] for row in [json.loads((out / "runs" / "bisplat-0" / "training.json").read_text())]
-    )
+    last = json.loads((out / "runs" / "bisplat-0" / "training.json").read_text())["validation_ssim"]
     assert steps == [2] and ssim == [pytest.approx(last)]
     configs = [json.loads(path.read_text()) for path in (out / "runs").glob("*/config.json")]
     assert len(configs) == 8 and {config["by_steps"]["steps"] for config in configs} == {2}
-    with pytest.raises(InputError, match="with steps 3, found one with steps 2"):
-        ablate(tiny, ("bisplat",), "files", 3, 2, output=out)
-
-
-def test_model_without_parts_to_switch_off_is_refused_before_anything_is_trained(tiny, tmp_path):
-    with pytest.raises(
-        ParameterError, match="models: expected models whose parts can be switched off, found helmholtz"
-    ):
-        ablate(tiny, ("bisplat", "helmholtz"), steps=2, output=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
 
 
 def test_averages_are_the_mean_and_the_standard_deviation_over_seeds():
@@ -625,23 +510,6 @@ def test_sweep_grows_the_training_part_and_keeps_the_test_part(tiny, tmp_path, r
     assert (out / "sweep.png").stat().st_size > 5000
 
 
-def test_a_run_of_another_folder_of_the_same_name_is_another_row(finished_run, tiny, tmp_path, rows, capsys):
-    other = shutil.copytree(finished_run, tmp_path / "other" / finished_run.name)
-    call = partial(sweep, tiny, (10,), ("nearest",), steps=2, output=tmp_path / "out")
-    call(init=finished_run)
-    first = rows(tmp_path / "out")
-    call(init=other)
-    assert rows(tmp_path / "out") == first  # the same weights
-    weights = load_file(other / "weights.safetensors")
-    changed = {name: value * 1.1 if name.endswith("weight") else value for name, value in weights.items()}
-    save_file(changed, other / "weights.safetensors")
-    capsys.readouterr()
-    call(init=other)
-    assert "its settings have changed, so it is measured again" in capsys.readouterr().err
-    assert [row["label"] for row in rows(tmp_path / "out")] == [row["label"] for row in first]
-    assert rows(tmp_path / "out")[1]["ssim_median"] != first[1]["ssim_median"]
-
-
 def test_a_sweep_goes_on_from_a_run_with_its_options(tiny, tmp_path, rows):
     train(tiny, tmp_path / "small", model="mlp", steps=1, options={"encoding": "octaves"})
     sweep(tiny, (10,), ("nearest",), steps=1, init=tmp_path / "small", output=tmp_path / "out")
@@ -649,18 +517,24 @@ def test_a_sweep_goes_on_from_a_run_with_its_options(tiny, tmp_path, rows):
     assert config.options == {"encoding": "octaves"}
 
 
-def test_a_run_that_has_learned_test_spectra_is_refused_before_anything_is_measured(tiny, tmp_path, rows):
-    train(tiny, tmp_path / "before", model="mlp", split="random", seed=1, steps=1, find_phases=False)
-    with pytest.raises(InputError, match="before: expected a run that has not learned the test spectra"):
-        sweep(tiny, (10,), ("nearest",), steps=1, init=tmp_path / "before", output=tmp_path / "out")
+@pytest.mark.parametrize(
+    ("sizes", "trained", "expected"),
+    [
+        ((10,), {"model": "mlp", "split": "random", "seed": 1, "steps": 1, "find_phases": False}, "the test spectra"),
+        ((10,), {"model": "helmholtz"}, "init: expected a run of a model that is trained by steps"),
+        ((5, 100), None, "expected 100 spectra to train on, found 17"),
+    ],
+)
+def test_what_a_sweep_cannot_do_is_refused_before_anything_is_measured(tiny, tmp_path, sizes, trained, expected):
+    init = train(tiny, tmp_path / "before", **trained).folder if trained else None
+    with pytest.raises(InputError, match=expected):
+        sweep(tiny, sizes, ("nearest",), init=init, output=tmp_path / "out")
     assert not (tmp_path / "out" / "results.jsonl").exists()
 
 
-def test_a_run_that_was_not_trained_by_steps_cannot_be_gone_on_from(tiny, tmp_path):
-    train(tiny, tmp_path / "closed", model="helmholtz")
-    with pytest.raises(ParameterError, match="init: expected a run of a model that is trained by steps, found"):
-        sweep(tiny, (10,), ("nearest",), init=tmp_path / "closed", output=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
+def test_a_model_without_parts_to_switch_off_is_refused(tiny, tmp_path):
+    with pytest.raises(ParameterError, match=r"models: expected .* found helmholtz"):
+        ablate(tiny, ("bisplat", "helmholtz"), steps=2, output=tmp_path / "out")
 
 
 def test_another_method_with_the_same_label_is_measured_again(tiny, tmp_path, rows, capsys):
@@ -670,39 +544,10 @@ def test_another_method_with_the_same_label_is_measured_again(tiny, tmp_path, ro
     call({"ours": "nearest"})
     assert rows(tmp_path / "out") == first
     call({"ours": "inverse-distance"})
-    assert "ours-0: it or its settings have changed, so it is measured again" in capsys.readouterr().err
+    assert "ours-0: it or its settings have changed" in capsys.readouterr().err
     assert rows(tmp_path / "out")[0]["ssim_median"] != first[0]["ssim_median"]
-    call({"kriging": "nearest"})
-    call(["kriging"])
-    assert "kriging-0: it or its settings have changed, so it is measured again" in capsys.readouterr().err
-    assert "source" not in rows(tmp_path / "out")[1]
 
 
 def test_a_reduced_model_says_so_whatever_its_label(tiny, tmp_path):
     reduced = ["nerf2 (reduced)", "ours (reduced)"]
     assert list(spectrum_factories({"nerf2": "nerf2", "ours": "swiftwrf", "far": "nearest"})) == [*reduced, "far"]
-
-
-def test_a_size_that_is_too_large_is_refused_before_anything_is_measured(tiny, tmp_path):
-    with pytest.raises(InputError, match="expected 100 spectra to train on, found 17"):
-        sweep(tiny, (5, 100), ("nearest",), output=tmp_path / "out")
-    assert not (tmp_path / "out" / "results.jsonl").exists()
-
-
-@pytest.mark.parametrize("effort", [["--steps", "2"], ["--budget", "0.000001"]])
-def test_the_page_of_a_comparison_says_how_long_models_were_trained(effort, tiny, tmp_path, monkeypatch):
-    out = tmp_path / "out"
-    given = ["bisplat", "compare", str(tiny), "-o", str(out), "--models", "mlp", "nearest", *effort]
-    monkeypatch.setattr(sys, "argv", given)
-    main()
-    text = " ".join((out / "table.html").read_text().split())
-    assert ("had 2 steps on" if "--steps" in effort else "had 1e-06 minutes on") in text
-
-
-def test_the_page_tells_rows_of_a_sweep_from_those_of_a_comparison(tiny, tmp_path):
-    out = tmp_path / "out"
-    sweep(tiny, (5,), ("nearest",), budget=INSTANT, output=out)
-    comparison = compare(tiny, ("nearest",), budget=INSTANT, output=out)
-    write_comparison(comparison, out)
-    page = (out / "table.html").read_text()
-    assert page.count("nearest, 5") and page.count("nearest") > page.count("nearest, 5")

@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+import torch
 
 import bisplat
 from learn.comparison.method_factories import chosen_methods
 from learn.comparison.scored_methods import Parts
-from learn.reports.score_report import write_score_sweep
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def test_seeds_fit_each_method_anew_on_the_same_split(kind, monkeypatch):
     assert mine[kind.score] == pytest.approx(np.mean(both))
     assert mine[kind.score.replace("median", "spread")] == pytest.approx(np.std(both, ddof=1))
     assert "± seeds" in str(comparison).splitlines()[0] and len(comparison.facts()["fits"]) == 4
-    assert "only a few training steps fit into 0.5 minutes: mine (3)" in comparison.remark()
+    assert "mine (3)" in comparison.remark()
 
 
 def test_own_methods_are_classes_functions_objects_or_names(kind, tmp_path, monkeypatch):
@@ -109,43 +109,26 @@ def test_own_methods_are_classes_functions_objects_or_names(kind, tmp_path, monk
 
 
 @pytest.mark.parametrize(
-    ("wrong", "expected"),
+    ("wrong", "found"),
     [
-        (lambda given: given[:1, :1], "mine: expected predict to return .* found an array"),
-        (lambda given: np.array(["x"]), "mine: expected predict to return .* found an array"),
-        (lambda given: 1 / 0, r"mine: expected predict .* found ZeroDivisionError: .*test_fits.py, line"),
+        (lambda given: given[:1, :1], "an array"),
+        (lambda given: 1 / 0, "ZeroDivisionError: .*test_fits.py, line"),
+        (lambda given: given * np.nan if np.iscomplexobj(given) else np.full((len(given), 2), np.nan), "not finite"),
     ],
 )
-def test_errors_of_own_methods_name_them(kind, wrong, expected, monkeypatch):
+def test_errors_of_own_methods_name_them(kind, wrong, found, monkeypatch):
     monkeypatch.setattr(Own, "wrong", staticmethod(wrong))
-    with pytest.raises(bisplat.InputError, match=expected) as raised:
+    with pytest.raises(bisplat.InputError, match=f"mine: .*{found}") as raised:
         kind.compare(kind.dataset, {"mine": Own})
     assert "\n" not in str(raised.value)
 
 
-def test_predictions_that_are_not_finite_are_refused(kind, monkeypatch):
-    def nothing(given):
-        shape = given.shape if np.iscomplexobj(given) else (len(given), 2)
-        return np.full(shape, np.nan, given.dtype)
-
-    monkeypatch.setattr(Own, "wrong", staticmethod(nothing))
-    with pytest.raises(bisplat.InputError, match=r"mine: .* values that are not finite"):
-        kind.compare(kind.dataset, {"mine": Own})
-
-
 @pytest.mark.parametrize(
-    ("methods", "expected"),
-    [
-        (["bisplat"], "methods: expected .* or module:Class, found 'bisplat'"),
-        (["nowhere:Class"], "methods: expected a class at nowhere:Class, found no module nowhere"),
-        ({"mine": 3}, "methods: expected a method with fit and predict for mine, found 3"),
-        ({"mine": int}, "methods: expected a method with fit and predict for mine, found int without fit and predict"),
-        ([], "methods: expected at least one method, found none"),
-        ("mean", "methods: expected a list of names, or methods by label, found 'mean'"),
-    ],
+    ("methods", "found"),
+    [(["bisplat"], "bisplat"), (["nowhere:Class"], "nowhere"), ({"mine": int}, "int"), ([], "none"), ("mean", "mean")],
 )
-def test_wrong_methods_are_refused(kind, methods, expected):
-    with pytest.raises(bisplat.InputError, match=expected):
+def test_wrong_methods_are_refused(kind, methods, found):
+    with pytest.raises(bisplat.InputError, match=f"methods: expected .* found .*{found}"):
         kind.compare(kind.dataset, methods)
 
 
@@ -179,28 +162,8 @@ def test_sweep_writes_a_figure_and_all_rows(kind, bisplat_command, tmp_path):
     call = ("sweep", kind.dataset.folder, "-o", "sizes", "--sizes", 30, 10, "--methods", kind.worse, kind.better)
     status, out, err = bisplat_command(*call)
     assert status == 0 and re.search(rf"{kind.better}, 10.*\n.* {kind.worse}, 10 .*\n.* {kind.better}, 30", out), err
-    kept = {"protocol.json", "results.jsonl", "per_sample"}
-    assert set(listing(tmp_path / "sizes")) == kept | {
-        "results.json",
-        "table.tex",
-        "table.csv",
-        "sweep.png",
-        "sweep.pdf",
-    }
+    assert {"results.json", "table.tex", "table.csv", "sweep.png", "sweep.pdf"} < set(listing(tmp_path / "sizes"))
     assert len(json.loads((tmp_path / "sizes" / "results.json").read_text())["methods"]) == 4
-
-
-@pytest.mark.parametrize("command", ["compare", "sweep"])
-def test_a_folder_of_a_sweep_and_of_a_comparison_may_be_one(kind, bisplat_command, tmp_path, command):
-    of_sizes = ("--sizes", 10, 30)
-    calls = {"compare": (), "sweep": of_sizes}
-    first = next(name for name in calls if name != command)
-    for name in (first, command):
-        status, _, err = bisplat_command(name, kind.dataset.folder, "-o", "both", "--models", kind.worse, *calls[name])
-        assert status == 0, err
-    facts = json.loads((tmp_path / "both" / "results.json").read_text())
-    assert set(facts["methods"]) == {kind.worse, f"{kind.worse}, 10", f"{kind.worse}, 30"}
-    assert facts["known"] == 48  # of the whole training part, whichever command is the last
 
 
 class Stops(Own):
@@ -242,15 +205,12 @@ def test_other_methods_and_sizes_join_a_comparison(kind, tmp_path):
     joined = compare([kind.worse], train_size=10)
     assert [(row["label"], row["train_size"]) for row in joined] == [(kind.better, 30), (kind.worse, 10)]
     assert joined.known == 33 and set(joined.of_each()) == {f"{kind.better}, 30", f"{kind.worse}, 10"}
-    with pytest.raises(bisplat.InputError, match="train_size: expected a whole number"):
-        compare([kind.worse], train_size="x")
 
 
 def test_another_method_with_the_same_label_is_fitted_again(kind, tmp_path, capsys):
     compare = partial(kind.compare, kind.dataset, split="random", output=tmp_path / "kept")
     first = compare({kind.better: kind.worse}).rows
     assert compare({kind.better: kind.worse}).rows == first
-    assert "have changed, so it is measured again" not in capsys.readouterr().err
     again = compare([kind.better]).rows
     assert "have changed, so it is measured again" in capsys.readouterr().err
     assert len(again) == 1 and again[0][kind.score] != first[0][kind.score]
@@ -260,33 +220,15 @@ def test_a_folder_of_other_settings_or_data_is_refused_and_kept(kind, tmp_path):
     compare = partial(kind.compare, methods=[kind.worse], output=tmp_path / "kept")
     compare(kind.dataset, split="random")
     before = {path: path.read_bytes() for path in (tmp_path / "kept").rglob("*") if path.is_file()}
-    with pytest.raises(bisplat.InputError, match=r"earlier comparison of .* with split 'files', found .* 'random'"):
+    with pytest.raises(bisplat.InputError, match=r"split 'files', found .* 'random'"):
         compare(kind.dataset)
     other = replace(kind.dataset, train=kind.dataset.train[:-1])
-    with pytest.raises(bisplat.InputError, match=r"expected a comparison of .* as it is now, found one of other data"):
+    with pytest.raises(bisplat.InputError, match="found one of other data"):
         compare(other, split="random")
     assert all(path.read_bytes() == content for path, content in before.items())
     (tmp_path / "kept" / "per_sample" / f"{kind.worse}-0.npz").unlink()
-    with pytest.raises(bisplat.InputError, match=r"-0\.npz: expected arrays of a comparison"):
+    with pytest.raises(bisplat.InputError, match=r"-0\.npz: expected"):
         compare(kind.dataset, split="random")
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "results.json").write_text("{}")
-    with pytest.raises(bisplat.InputError, match=r"or an earlier comparison of .*, found other files"):
-        compare(kind.dataset, output=tmp_path / "other")
-
-
-def test_a_figure_of_a_sweep_has_a_line_for_each_method(kind, tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr("learn.reports.sweep_figure.save", lambda figure, *others: drawn.append(figure))
-    comparison = kind.compare(kind.dataset, [kind.worse, kind.better], split="random", train_size=[10, 30])
-    write_score_sweep(comparison, tmp_path)
-    (axis,) = drawn[0].axes
-    lines = [each.lines[0] for each in axis.containers]
-    assert [line.get_xdata().tolist() for line in lines] == [[10, 30]] * 2
-    first = [row[kind.score] for row in comparison if row["label"] == kind.worse]
-    assert lines[0].get_ydata().tolist() == pytest.approx(first)
-    assert axis.get_xlabel() == f"training {kind.things}"
-    assert [each.get_text() for each in axis.get_xticklabels()] == ["10", "30"]
 
 
 def test_the_report_of_one_method_beside_the_baselines(kind, bisplat_command, tmp_path):
@@ -297,17 +239,16 @@ def test_the_report_of_one_method_beside_the_baselines(kind, bisplat_command, tm
     page = (folder / "report.html").read_text()
     assert f"<h1>{kind.better} on 12 held-out {kind.things}</h1>" in page and "data:image/png;base64" in page
     assert {"results.json", "table.tex", "table.csv", "per_sample.csv", f"{kind.figure}.pdf"} <= set(listing(folder))
-    lines = (folder / "per_sample.csv").read_text().splitlines()
-    assert len(lines) == 1 + (24 if kind.things == "positions" else 12)
     assert json.loads(call("-o", "other", "--json")[1])["test"] == 12
     assert call()[0] == 1 and call("-o", "report")[0] == 1
 
 
 def test_the_report_of_a_model_that_is_reduced_without_a_gpu(kind, bisplat_command, tmp_path):
+    label = "nerf2" if torch.cuda.is_available() else "nerf2 (reduced)"
     options = ("--split", "random", "--model", "nerf2", "--budget", "0.0001", "-o", "report")
     status, out, err = bisplat_command("evaluate", kind.dataset.folder, *options)
-    assert status == 0 and "nerf2" in out, err
-    assert "nerf2" in (tmp_path / "report" / "report.html").read_text()
+    assert status == 0 and label in out, err
+    assert label in (tmp_path / "report" / "report.html").read_text()
 
 
 def listing(folder: Path) -> list[str]:

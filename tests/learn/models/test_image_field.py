@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from learn.comparison.compare import compare
 from learn.models.images.image_field import ImageField, frame_of_walls, in_frame
 from learn.models.images.image_search import most_likely
-from learn.models.images.mirror_images import gateway_and_first_images, image_waves, second_images
 from learn.models.kriging.kriged_field import KrigedField
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.train import train
@@ -85,30 +84,6 @@ def test_walls_that_are_turned_are_found(room, fitted):
     loaded = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     loaded.load_state_dict(model.state_dict())
     assert error(loaded, turned) == pytest.approx(error(model, turned), rel=1e-3)
-
-
-def test_waves_come_from_the_mirrored_elements():
-    places, (_, middle, signs) = np.random.default_rng(1).uniform(0, 1, (3, 3)), WALLS[3]
-    tensors = (torch.from_numpy(np.array(each, float)) for each in (places, [middle], [signs], OFFSETS))
-    found = torch.complex(*image_waves(*tensors, torch.tensor(WAVELENGTH).double()))
-    assert np.allclose(found.numpy()[..., 0], waves(places, middle, signs))
-
-
-def test_images_in_one_plane_and_in_two_lie_beyond_the_room():
-    region = np.array([[0.0, 0, 0], [1, 1, 1]])
-    first = gateway_and_first_images(GATEWAY, region, WAVELENGTH)
-    planes = (first.middles[1:] + GATEWAY)[first.signs[1:] < 0] / 2
-    ends = np.stack([region.min(0), np.maximum(region.max(0), GATEWAY)]).T
-    low, high = ends[np.nonzero(first.signs[1:] < 0)[1]].T
-    assert ((planes <= low + 1e-9) | (planes >= high - 1e-9)).all()
-    assert planes.min() < -5 and planes.max() > 8
-    strengths = np.zeros(len(first))
-    strengths[[1, 2, 80, 150]] = 1, 0.9, 0.5, 0.4  # the first two are less than a wavelength apart, so one is left
-    perpendicular, parallel = second_images(first, strengths, region, WAVELENGTH)
-    axes = {tuple(np.flatnonzero(first.signs[index] < 0)) for index in (1, 80, 150)}
-    assert len(perpendicular) == len(axes) * (len(axes) - 1) / 2
-    assert ((perpendicular.signs < 0).sum(axis=1) == 2).all() and (parallel.signs == 1).all()
-    assert np.abs(parallel.middles - GATEWAY).max(axis=1).min() >= 2 * 1.0
 
 
 def test_strengths_are_those_of_the_highest_likelihood():

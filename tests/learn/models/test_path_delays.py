@@ -91,14 +91,6 @@ def test_the_loss_is_that_of_all_subcarriers_and_moves_the_delays(name, turned):
     assert any(model.band.delays is each for each in model.groups(1.0)[1]["params"])
 
 
-@NAMES
-def test_weights_of_a_band_are_loaded_into_a_new_model(name):
-    model, again, place = network(name, True), network(name, band=False), torch.rand(2, 3)
-    again.load_state_dict(model.state_dict())
-    with torch.no_grad():
-        torch.testing.assert_close(again.band_responses(place), model.band_responses(place))
-
-
 def test_training_begins_with_the_delays_that_hold_the_power():
     spread = first_delays(responses(subcarriers=40), 8)
     assert len(spread) == 8 and spread[0] < 0.1 < spread[-1] and np.ptp(spread) < 0.2

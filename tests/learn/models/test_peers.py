@@ -8,16 +8,10 @@ import pytest
 import torch
 
 from learn.models.encoding import positional_encoding
-from learn.models.model_settings import Steps
-from learn.models.networks.mlp import ResponseMLP, SpectrumMLP
-from learn.models.peers.gsrf import GSRF
 from learn.models.peers.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.peers.swiftwrf import SwiftWRF
-from learn.models.peers.wrf_gs_plus import WRFGSPlus
-from learn.models.quadrature import picture_pixels, quadrature
-from learn.training.gradient_steps import Training
+from learn.models.quadrature import picture_pixels
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 
@@ -29,43 +23,6 @@ def make(region):
         return model(region, Beamformer(), 0.33, **settings)
 
     return build
-
-
-def loss_of(model, truth):
-    """The loss of a training step that looks at whole spectra."""
-    pictures, unknown = (255 * truth).round().byte(), torch.zeros(len(truth), 0, 2)
-    return Training(model, Steps(), quadrature(Beamformer())).loss(POSITIONS, pictures, unknown, coarse=False)
-
-
-SMALL = ((SpectrumMLP, {}), (ResponseMLP, {}), (SwiftWRF, {"primitives": 20}), (NeRF2, {"samples": 3, "width": 8}))
-SMALL += ((WRFGSPlus, {"primitives": 40, "width": 16}), (GSRF, {"primitives": 40}))
-
-
-@pytest.mark.parametrize(("model", "settings"), SMALL)
-def test_pictures_are_finite_and_differ_by_position_and_the_loss_falls(make, model, settings):
-    model = make(model, **settings)
-    truth = (0.5 + 0.4 * torch.cos(torch.deg2rad(torch.arange(360.0)))).expand(2, 90, 360)
-    optimiser = torch.optim.Adam(model.parameters(), lr=1e-2)
-    losses = []
-    for _ in range(20):
-        value = loss_of(model, truth)
-        optimiser.zero_grad()
-        value.backward()
-        optimiser.step()
-        losses.append(value.item())
-    assert min(losses[-3:]) < losses[0]
-    with torch.no_grad():
-        pictures = model(POSITIONS)
-    assert pictures.shape == (2, 90, 360) and pictures.isfinite().all()
-    assert (pictures[0] - pictures[1]).abs().max() > 1e-6
-
-
-def test_response_mlp_shows_what_the_array_makes_of_its_responses(make):
-    model = make(ResponseMLP)
-    with torch.no_grad():
-        responses = torch.view_as_complex(model.responses(POSITIONS).contiguous()).numpy()
-        pictures = model(POSITIONS).numpy()
-    np.testing.assert_allclose(pictures, normalise(Beamformer().spectrum(responses)), atol=1e-5)
 
 
 def test_swiftwrf_is_the_magnitude_of_the_sum_of_its_deformed_gaussians(make):

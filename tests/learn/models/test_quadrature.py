@@ -5,21 +5,11 @@ import pytest
 import torch
 
 from learn.data.metrics import ssim
-from learn.models.capabilities import HasOwnLoss, PredictsResponses
 from learn.models.quadrature import coarse_loss, composite_loss, interpolation, picture_pixels, quadrature
-from learn.training.registry import MODELS, model_class
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-
-REGION = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
-SMALL = {
-    "bisplat": {"primitives": 12, "clusters": 4, "ffn_width": 8, "transformer_layers": 1, "transformer_ffn_width": 8},
-    "bisplat-aperture": {"primitives": 12, "width": 8},
-    "swiftwrf": {"primitives": 12},
-    "wrf-gs-plus": {"primitives": 12, "width": 8},
-    "gsrf": {"primitives": 12},
-}
+from simulate.spectra.element_array import ElementArray
 
 
 @pytest.mark.parametrize(
@@ -29,6 +19,8 @@ SMALL = {
         Beamformer(PlanarArray(4, 4, 0.491), AngularGrid(1.0)),
         Beamformer(PlanarArray(1, 3)),
         Beamformer(PlanarArray(8, 8)),
+        Beamformer(ElementArray(np.random.default_rng(3).uniform(-0.06, 0.06, (12, 3)), 2.4e9)),
+        Beamformer(ElementArray.circle(8, 0.06).at(2.4e9)),
     ],
 )
 def test_mean_of_squared_differences_of_powers_is_exact(beamformer):
@@ -46,20 +38,6 @@ def test_more_elements_need_more_pixels_and_one_needs_a_single_one():
     assert sizes == sorted(sizes) and sizes[0] == 1 and sizes[2] == 18 * 45
 
 
-@pytest.mark.parametrize("name", [name for name in MODELS if MODELS[name].by_steps and name != "bisplat-plus"])
-def test_models_predict_the_same_at_a_few_pixels_as_at_all(name):
-    torch.manual_seed(0)
-    model, few = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {})), quadrature(Beamformer())
-    positions = torch.rand(3, 3)
-    with torch.no_grad():
-        all_pixels, found = model(positions), model.coarse(positions, few)
-    expected = all_pixels[:, few.rows][:, :, few.columns]
-    if isinstance(model, PredictsResponses):  # its spectra are normalised over the pixels that are looked at
-        low, high = expected.amin((1, 2), keepdim=True), expected.amax((1, 2), keepdim=True)
-        expected = (expected - low) / (high - low)
-    torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-5)
-
-
 def test_loss_at_a_few_pixels_is_near_that_at_all():
     """Of two spectra of an array; the SSIM of the coarser picture is another, so the loss is only about the same."""
     generator, few = np.random.default_rng(1), quadrature(Beamformer())
@@ -70,13 +48,6 @@ def test_loss_at_a_few_pixels_is_near_that_at_all():
     assert coarse_loss(coarse[0], coarse[0], few) == pytest.approx(0, abs=1e-6)
     ratio = coarse_loss(coarse[0], coarse[1], few) / composite_loss(spectra[0], spectra[1])
     assert 0.8 < ratio < 1.25
-
-
-def test_models_with_a_loss_of_their_own_look_at_all_pixels():
-    for name, entry in MODELS.items():
-        if entry.by_steps and name != "bisplat-plus":
-            model = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {}))
-            assert isinstance(model, HasOwnLoss) == (name in ("nerf2", "wrf-gs-plus", "gsrf"))
 
 
 def test_columns_that_are_no_full_turn_are_all_looked_at():

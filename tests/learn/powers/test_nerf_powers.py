@@ -1,13 +1,9 @@
 """NeRF² for received powers: what it learns, from what, and what depends on the seed alone."""
 
 import numpy as np
-import pytest
 import torch
 
-import bisplat
-from learn.comparison.method_factories import chosen_methods
 from learn.models.peers.nerf2 import RaySize
-from learn.powers.fit_powers import POWER_METHODS
 from learn.powers.known_powers import KnownPowers
 from learn.powers.nerf_powers import NerfPowers
 
@@ -50,14 +46,3 @@ def test_its_training_ends_in_time():
     made = NerfPowers(size=SMALL)
     made.fit(KnownPowers(PLACES, -50 - PLACES[:, :2], GATEWAYS, -100.0, 0.125, minutes=0.005))
     assert 1 <= made.steps < 3000
-
-
-@pytest.mark.skipif(torch.cuda.is_available(), reason="the published size is trained")
-def test_it_is_compared_only_if_it_is_named_and_says_that_it_is_reduced(tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.powers.nerf_powers.MOST_STEPS", 1)
-    powers = -50 - PLACES[:, :2]
-    hall = bisplat.write_rssi(tmp_path / "hall", PLACES, powers, {"a": GATEWAYS[0], "b": GATEWAYS[1]}, "2.4 GHz")
-    assert "nerf2" not in chosen_methods(None, POWER_METHODS)
-    comparison = bisplat.compare_powers(hall, ["nerf2", "nearest"], split="random")
-    assert [row["label"] for row in comparison] == ["nerf2 (reduced)", "nearest"]
-    assert set(comparison.errors) == {"nerf2 (reduced)", "nearest"}

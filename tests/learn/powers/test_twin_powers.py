@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.powers.helmholtz_powers import LEAST_ERRORS, HelmholtzPowers
+from learn.powers.helmholtz_powers import HelmholtzPowers
 from learn.powers.known_powers import KnownPowers
 from learn.powers.power_comparison import score_powers
 from learn.powers.twin_powers import TwinPowers
 from scenes.files import optional_packages as extras
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import sheet
 from scenes.scene.tolerances import Tolerances
@@ -45,22 +45,13 @@ def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(hear
     kriging = HelmholtzPowers()
     kriging.fit(KnownPowers.of(heard, np.arange(60)))
     test = slice(60, None)
-    scores = {
-        method: score_powers(method.predict(heard.positions[test]), heard.rssi_dbm[test], heard.floor_dbm)
+    kriged, traced = (
+        score_powers(method.predict(heard.positions[test]), heard.rssi_dbm[test], heard.floor_dbm)
         for method in (kriging, fitted)
-    }
-    assert scores[fitted]["error_median_db"] < 0.75 * scores[kriging]["error_median_db"]
-    assert 0.8 <= scores[fitted]["coverage_90"] <= 0.95
-    assert scores[fitted]["interval_median_db"] < 0.75 * scores[kriging]["interval_median_db"]
-
-
-def test_intervals_are_wider_since_the_corrections_are_made_by_the_same_powers(heard):
-    """Also if the errors are too few for quantiles, so that those of the normal distribution are taken."""
-    twin = TwinPowers(PLACE, heard, PLACES, DIRECT)
-    twin._wider = 1.5
-    np.testing.assert_allclose(twin._spread(np.zeros(LEAST_ERRORS - 1)), [-1.5 * 1.645, 0, 1.5 * 1.645], atol=1e-3)
-    many = np.random.default_rng(0).normal(size=100_000)
-    np.testing.assert_allclose(twin._spread(many), [-1.5 * 1.645, 0, 1.5 * 1.645], atol=0.05)
+    )
+    assert traced["error_median_db"] < 0.75 * kriged["error_median_db"]
+    assert 0.8 <= traced["coverage_90"] <= 0.95
+    assert traced["interval_median_db"] < 0.75 * kriged["interval_median_db"]
 
 
 def test_a_description_of_another_place_does_no_harm(heard):
@@ -74,11 +65,6 @@ def test_a_description_of_another_place_does_no_harm(heard):
         found = method.predict(heard.positions[60:])
         errors.append(score_powers(found, heard.rssi_dbm[60:], heard.floor_dbm)["error_median_db"])
     assert errors[1] < 1.15 * errors[0]
-
-
-def test_powers_at_other_positions_are_not_kept(heard):
-    twin = TwinPowers(PLACE, heard, PLACES, DIRECT)
-    assert twin._dataset.rssi_dbm.size == 0 and len(heard) == 240
 
 
 def test_where_no_path_leads_the_trend_stays_in_its_range(heard, fitted):
@@ -100,19 +86,16 @@ def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("methods", "scene", "error", "expected"),
+    ("methods", "scene", "expected"),
     [
-        (["twin"], None, ParameterError, "scene: expected the scene that the method twin traces, found none"),
-        ({"rays": "twin"}, None, ParameterError, "scene: expected the scene that the method twin traces, found none"),
-        (["mean"], "closet", ParameterError, "scene: expected the method twin with it, .* found mean"),
-        ("twin", "closet", ParameterError, "methods: expected a list of names"),
-        (None, "nowhere", InputError, "nowhere"),
-        (["twin"], replace(PLACE, frequency=2.4e9), InputError, "^small: expected a scene of the dataset's wavelength"),
-        (None, 3, ParameterError, "scene: expected"),
+        ({"rays": "twin"}, None, "scene: expected .*, found none"),
+        (["mean"], "closet", "scene: expected the method twin .* found mean"),
+        (None, "nowhere", "nowhere"),
+        (["twin"], replace(PLACE, frequency=2.4e9), "small: expected a scene of the dataset's wavelength"),
     ],
 )
-def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, error, expected):
-    with pytest.raises(error, match=expected):
+def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, expected):
+    with pytest.raises(InputError, match=expected):
         bisplat.compare_powers(heard, methods, split="random", scene=scene)
 
 
@@ -125,5 +108,5 @@ def test_a_gateway_inside_an_object_is_refused(heard):
 def test_without_the_ray_tracer_all_else_works(heard, monkeypatch):
     monkeypatch.setattr(extras, "find_spec", lambda module: None)
     assert len(bisplat.compare_powers(heard, ["mean"], split="random")) == 1
-    with pytest.raises(InputError, match=r"the method twin needs Sionna RT, .* pip install 'bisplat-wrf\[rays\]'"):
+    with pytest.raises(InputError, match=r"bisplat-wrf\[rays\]"):
         bisplat.compare_powers(heard, ["twin"], split="random", scene=PLACE)

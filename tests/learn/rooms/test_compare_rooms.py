@@ -3,22 +3,19 @@
 import itertools
 import json
 import shutil
-import sys
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 import torch
-from matplotlib.axes import Axes
 from scipy.spatial.transform import Rotation
 
 import bisplat
 import learn.rooms.compare_rooms as compare_module
-from bisplat.__main__ import main
-from learn.reports.score_report import write_room_comparison
-from learn.rooms.neighbour_attention import NeighbourAttention, RoomTensors, local_places, to_all_pixels
+from learn.rooms.neighbour_attention import RoomTensors, local_places, to_all_pixels
 from learn.rooms.room_methods import AttentionOverNeighbours, KnownInRoom, TwinInRoom
 from learn.twin.twin_model import Twin
 from scenes.storage.scene_yaml import load_scene
@@ -78,9 +75,7 @@ def test_methods_by_name_and_the_usual_numbers(rooms):
     comparison = bisplat.compare_rooms(rooms, ["mean", "nearest", "inverse-distance", "attention"], budget=0.001)
     assert sorted({row["train_size"] for row in comparison}) == [5, 10]
     assert all(0 < row["ssim_median"] <= 1 for row in comparison)
-    assert "only a few training steps fit into 0.001 minutes: attention" in comparison.remark()
-    assert str(comparison).splitlines()[0].split() == ["mean", "SSIM", "median", "SSIM", "steps", "seconds"]
-    assert "<table>" in comparison._repr_html_()
+    assert "attention" in comparison.remark() and "<table>" in comparison._repr_html_()
 
 
 def test_models_of_one_room(rooms):
@@ -102,51 +97,35 @@ def test_the_description_of_the_twin_is_wrong(rooms, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"given": [13]}, "room-003: expected 13 known spectra beside the test spectra, found 15, of which 12"),
-        ({"given": [3, 3]}, "given: expected different numbers"),
-        ({"test_rooms": 4, "methods": ["attention"]}, "methods: expected a training room for attention, found 4"),
-        ({"methods": ["krig"]}, "methods: expected mean, nearest, inverse-distance, helmholtz"),
+        ({"given": [13]}, "room-003: expected 13 known spectra"),
+        ({"given": [3, 3]}, "given: expected"),
+        ({"test_rooms": 4, "methods": ["attention"]}, "methods: expected a training room"),
+        ({"methods": ["krig"]}, "methods: expected"),
     ],
 )
 def test_refusals(rooms, options, sentence):
-    with pytest.raises(bisplat.InputError) as refused:
+    with pytest.raises(bisplat.InputError, match=sentence):
         bisplat.compare_rooms(rooms, **{"methods": ["mean"], **options})
-    assert sentence in str(refused.value)
 
 
-def test_rooms_of_another_array_or_frequency_are_refused(rooms, tmp_path):
-    for number, changed in enumerate(({"rows": 2, "columns": 8}, 868e6)):
-        folder = tmp_path / str(number)
-        shutil.copytree(rooms.folder, folder)
-        path = folder / "room-002" / "scene" / "scene.yaml"
-        scene = load_scene(path)
-        if number:
-            scene = replace(scene, frequency=changed)
-        else:
-            scene = replace(scene, gateway=replace(scene.gateway, **changed))
-        shutil.rmtree(folder / "room-002")
-        bisplat.simulate(scene, folder / "room-002", 15, propagation=SIGHT)
-        sentence = ("expected the array of room-000, 4 × 4", "expected the frequency of room-000, 915 MHz, found 868")
-        with pytest.raises(bisplat.InputError, match=sentence[number]):
-            bisplat.compare_rooms(folder, ["mean"], given=[3])
+@pytest.mark.parametrize(
+    ("changed", "gateway", "expected"),
+    [({}, {"rows": 2, "columns": 8}, "array of room-000"), ({"frequency": 868e6}, {}, "frequency of room-000")],
+)
+def test_rooms_of_another_array_or_frequency_are_refused(rooms, tmp_path, changed, gateway, expected):
+    folder = shutil.copytree(rooms.folder, tmp_path / "rooms")
+    scene = load_scene(folder / "room-002" / "scene" / "scene.yaml")
+    shutil.rmtree(folder / "room-002")
+    scene = replace(scene, gateway=replace(scene.gateway, **gateway), **changed)
+    bisplat.simulate(scene, folder / "room-002", 15, propagation=SIGHT)
+    with pytest.raises(bisplat.InputError, match=expected):
+        bisplat.compare_rooms(folder, ["mean"], given=[3])
 
 
-def test_without_training_rooms_the_others_are_compared(rooms, monkeypatch, capsys):
+def test_without_training_rooms_the_others_are_compared(rooms, monkeypatch):
     monkeypatch.setattr(compare_module, "USUAL", ("mean", "attention"))
     comparison = bisplat.compare_rooms(rooms.folder, test_rooms=4, given=[2], test_spectra=1)
-    assert "attention" not in {row["label"] for row in comparison}
-    assert "without attention: there is no training room to learn in" in capsys.readouterr().err
-
-
-def test_untrained_attention_weighs_by_inverse_distance():
-    torch.manual_seed(0)
-    target, places, pictures = torch.zeros(1, 3), torch.randn(1, 4, 3), torch.rand(1, 4, 15, 60)
-    target[0, 0] = 0.1
-    shares, correction = NeighbourAttention()(target, places, pictures, torch.eye(3).expand(15, 60, 3, 3))
-    expected = 1 / (places - target[:, None]).norm(dim=-1)
-    expected /= expected.sum()
-    torch.testing.assert_close(shares, expected[..., None, None].expand(shares.shape))
-    assert not correction.any()
+    assert {row["label"] for row in comparison} == {"mean"}
 
 
 def test_coarse_pixels_are_interpolated_where_they_look():
@@ -201,19 +180,14 @@ def test_attention_learns(rooms, monkeypatch):
     assert method.steps in (11, 12) and loss() < before
 
 
-def test_the_command_writes_its_files(rooms, capsys, tmp_path, monkeypatch):
-    words = ["compare", str(rooms.folder), "-o", str(tmp_path / "out"), "--models", "mean", "nearest"]
-    monkeypatch.setattr(sys, "argv", ["bisplat", *words, "--given", "3", "5", "--json"])
-    main()
-    facts = json.loads(capsys.readouterr().out)
+def test_the_command_writes_its_files(rooms, bisplat_command, tmp_path):
+    call = partial(bisplat_command, "compare", rooms.folder, "-o", "out", "--json", "--models")
+    facts = json.loads(call("mean", "nearest", "--given", 3, 5)[1])
     assert facts["setting"] == "layout" and set(facts["methods"]) == {"mean, 3", "mean, 5", "nearest, 3", "nearest, 5"}
     assert json.loads((tmp_path / "out" / "results.json").read_text())["methods"] == facts["methods"]
     names = {path.name for path in (tmp_path / "out").iterdir()}
     # Another method is added with the same training time, although it has none.
-    words = ["compare", str(rooms.folder), "-o", str(tmp_path / "out"), "--models", "inverse-distance", "--given", "3"]
-    monkeypatch.setattr(sys, "argv", ["bisplat", *words, "--budget", "5", "--json"])
-    main()
-    assert len(json.loads(capsys.readouterr().out)["methods"]) == 5
+    assert len(json.loads(call("inverse-distance", "--given", 3, "--budget", 5)[1])["methods"]) == 5
     kept = {"protocol.json", "results.jsonl"}
     assert {"results.json", "rooms.pdf", "rooms.png", "table.csv", "table.tex"} | kept == names
 
@@ -231,11 +205,8 @@ def test_an_interrupted_comparison_goes_on_with_the_missing_rows(rooms, tmp_path
     output = tmp_path / "kept"
     with pytest.raises(bisplat.InputError, match="found RuntimeError: stopped"):
         bisplat.compare_rooms(rooms, {"a": Truth, "b": StopsAtFive}, given=[3, 5], output=output)
-    assert [json.loads(line)["label"] for line in (output / "results.jsonl").read_text().splitlines()] == [
-        "a",
-        "a",
-        "b",
-    ]
+    kept = (output / "results.jsonl").read_text().splitlines()
+    assert [json.loads(line)["label"] for line in kept] == ["a", "a", "b"]
     Truth.learned, Truth.seen = [], []
     rows = bisplat.compare_rooms(rooms, {"a": Truth, "nearest": "nearest"}, given=[3, 5], seeds=2, output=output).rows
     assert [(row["label"], row["seed"], row["train_size"]) for row in rows] == [
@@ -251,23 +222,15 @@ def test_a_comparison_of_other_settings_or_rooms_is_not_continued(rooms, tmp_pat
     folder = shutil.copytree(rooms.folder, tmp_path / "rooms")
     output = tmp_path / "kept"
     bisplat.compare_rooms(folder, ["mean"], given=[3], output=output)
-    with pytest.raises(bisplat.InputError, match="an earlier comparison in rooms with test_rooms 2, found one with"):
+    with pytest.raises(bisplat.InputError, match="test_rooms 2, found one with"):
         bisplat.compare_rooms(folder, ["mean"], given=[3], test_rooms=2, output=output)
     other = sorted((folder / "room-000" / "spectrum").iterdir())
     shutil.copyfile(other[0], other[1])
-    with pytest.raises(bisplat.InputError, match=r"expected a comparison in rooms of .* found one of other data"):
+    with pytest.raises(bisplat.InputError, match="found one of other data"):
         bisplat.compare_rooms(folder, ["mean"], given=[3], output=output)
 
 
-def test_seeds_have_a_spread_and_a_single_one_has_no_bars(rooms, tmp_path, monkeypatch):
-    drawn, draw = [], Axes.errorbar
-    monkeypatch.setattr(
-        Axes, "errorbar", lambda *args, yerr, **kept: drawn.append(yerr) or draw(*args, yerr=yerr, **kept)
-    )
+def test_seeds_have_a_spread_and_a_single_one_has_none(rooms):
     for seeds in (1, 2):
         comparison = bisplat.compare_rooms(rooms, ["nearest"], given=[3, 5], seeds=seeds, test_spectra=3)
-        write_room_comparison(comparison, tmp_path)
-    scores = [row["ssim_mean"] for row in comparison if row["train_size"] == 3]
-    assert drawn[0] is None
-    np.testing.assert_allclose(drawn[1][0], np.std(scores, ddof=1), atol=1e-9)
-    assert "± seeds" in comparison.cells()[0]
+        assert ("± seeds" in comparison.cells()[0]) == (seeds == 2)

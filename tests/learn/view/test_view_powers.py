@@ -8,8 +8,7 @@ import pytest
 from matplotlib import colormaps
 
 import bisplat
-from learn.view.channel_tab import ChannelTab, require_places_and_band
-from learn.view.delay_chart import delay_profile, draw_delays
+from learn.view.channel_tab import ChannelTab, delay_profile, draw_delays, require_places_and_band
 from learn.view.power_subject import CELLS, PowerSubject
 from learn.view.power_tab import POWER, SILENT, STRONGEST, WIDTH, PowerTab, drawn
 from scenes.browser.served_page import serving

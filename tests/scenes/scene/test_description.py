@@ -11,10 +11,9 @@ from scenes.drawing.scene_drawing import describe_scene, draw_scene
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene import description
 from scenes.scene.antennas import Gateway, read_array
-from scenes.scene.description import SceneObject
+from scenes.scene.description import SceneObject, shifted
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import box, closed_parts
-from scenes.scene.shifted import shifted
 
 
 def test_wavelength_and_bounds(scene):

@@ -5,11 +5,10 @@ import pytest
 
 from scenes.importing.thick_walls import walls_as_sheets
 from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.description import Scene, SceneObject
+from scenes.scene.description import Scene, SceneObject, shifted
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, rotate, sheet
-from scenes.scene.shifted import shifted
 from simulate.fullwave.cells import AIR, CONDUCTOR, edge_materials
 from simulate.fullwave.run_plan import plan
 from simulate.fullwave.yee_grid import YeeGrid, numerical_permittivity

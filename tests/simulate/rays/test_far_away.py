@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scenes.scene.description import shifted
 from scenes.scene.materials import p2040_materials
-from scenes.scene.shifted import shifted
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from tests.small_scene import CABINET, small_scene
