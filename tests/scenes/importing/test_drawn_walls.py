@@ -36,11 +36,8 @@ def test_walls_as_drawn_are_kept_and_warned_of():
     (sentence,) = found.warnings
     assert "wall, curved" in sentence and "--walls as-sheets" in sentence
     assert drawn_walls(small_scene(), "as-drawn").warnings == ()
-
-
-def test_walls_that_cannot_be_sheets_are_told():
-    (sentence,) = drawn_walls(small_scene(WALL, CURVED), "as-sheets").warnings
-    assert "curved" in sentence
+    (sentence,) = drawn_walls(scene, "as-sheets").warnings
+    assert "curved" in sentence  # it cannot be a sheet
 
 
 def test_rooms_houses_and_metal_do_not_count_twice():

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.importing.file_materials import known_material
 from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.material_rules import choose_materials, require_materials, rule_warnings, stated_materials
 from scenes.scene.materials import RadioMaterial
@@ -62,20 +61,6 @@ FIRST = [
 @pytest.mark.parametrize(("rules", "expected"), FIRST)
 def test_the_first_rule_counts_and_a_node_stands_for_its_parts(rules, expected):
     assert chosen(*rules.split()) == expected.split()
-
-
-IN_FILES = {
-    "Concrete": "concrete",
-    "ITU-Glass": "glass",
-    "mat-itu_medium dry ground.002": "medium_dry_ground",
-    "Concrete_rough": None,
-    "": None,
-}
-
-
-@pytest.mark.parametrize("name", IN_FILES)
-def test_names_of_radio_materials_in_a_file(name):
-    assert known_material(name, {}) == IN_FILES[name]
 
 
 def test_a_material_that_the_file_names_comes_after_rules_and_before_the_default():

@@ -11,6 +11,7 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import fit_grids
 from simulate.spectra.lags import EXAMINED, fit_lags, lag_functions, lag_vectors
+from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import evenly, normalise, picture, spectrum_of
 from tests.simulate.spectra.random_spectra import random_responses
 
@@ -77,3 +78,4 @@ def test_measured_pictures_begin_at_the_horizon_and_their_array_is_16_cm_at_920_
     residual = fit_lags(spectra, found).median_residual
     assert residual < 0.35
     assert fit_lags(spectra, Beamformer(PlanarArray(spacing=0.5), AngularGrid(1.0))).median_residual > 5 * residual
+    assert (retrieve_responses(spectra[::8], found).residual < GOOD).all()
