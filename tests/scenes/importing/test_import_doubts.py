@@ -54,10 +54,12 @@ def test_built_in_places_are_not_doubted(name):
     assert antenna_warnings(place) == []
 
 
-def test_street_of_a_kilometre_is_not_doubted():
+@pytest.mark.filterwarnings("error")
+def test_street_of_a_kilometre_and_antennas_out_of_reach_are_not_doubted():
     street = np.array([[-427.0, -338.0, 0.0], [427.0, 338.0, 50.0]])  # Sionna RT's etoile
     assert unit_doubt(street, np.array([[0, -150, 30], [-50, -50, 1], [-20, -20, 2]]), "m", 0.086) is None
     assert unit_doubt(street, np.array([[0, 0, 10], [-15, -15, 1], [15, 15, 2]]), "m", 0.086) is None
+    assert unit_doubt(ROOM, ANTENNAS * 1e300, "m", 0.33) is None  # left to other checks
 
 
 def test_import_refuses_the_unit_before_it_looks_at_the_gateway(tmp_path):
@@ -66,11 +68,6 @@ def test_import_refuses_the_unit_before_it_looks_at_the_gateway(tmp_path):
         import_scene(tmp_path / "room.stl", [("*", "brick")], gateway=GATEWAY, transmitter=REGION)
     _, report = import_scene(tmp_path / "room.stl", [("*", "brick")], unit="mm", gateway=GATEWAY, transmitter=REGION)
     assert report.warnings == ()
-
-
-@pytest.mark.filterwarnings("error")
-def test_antennas_out_of_reach_are_left_to_other_checks():
-    assert unit_doubt(ROOM, ANTENNAS * 1e300, "m", 0.33) is None
 
 
 WEST, EAST = facing((-1, 0, 0)), facing((1, 0, 0))

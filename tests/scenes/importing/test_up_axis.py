@@ -38,14 +38,10 @@ def doubt(parts, up=None, header="", suffix=".obj", antennas=ANTENNAS):
     return up_doubt(ImportedFile(Path(f"room{suffix}"), parts, "z", header=header), up, antennas, 1.0)
 
 
-def test_floors_that_stand_upright_are_decisive():
-    found = doubt(room(NAMED, y_up=True))
+def test_floors_that_stand_upright_are_decisive_unless_the_user_states_the_axis():
+    found, stated = (doubt(room(NAMED, y_up=True), up=up) for up in (None, "z"))
     assert found.decisive and "Floor, Ceiling.001" in found.sentence and "--up y" in found.sentence
-
-
-def test_what_the_user_states_is_only_doubted():
-    found = doubt(room(NAMED, y_up=True), up="z")
-    assert not found.decisive and "--up y" in found.sentence
+    assert not stated.decisive and "--up y" in stated.sentence
     assert doubt(room(NAMED, y_up=True), up="y") is None
     assert not doubt(room(NAMED), up="y").decisive
 
