@@ -166,11 +166,6 @@ def score_curve(shape: Shape) -> ScoreCurve:
     return ScoreCurve.over(scores_in(FILE, shape))
 
 
-def expected_score(density: float, flat: bool) -> Expected:
-    """The median SSIM that ``helmholtz`` reaches between known positions of a density."""
-    return score_curve("plane" if flat else "volume").at(density)
-
-
 def is_as_measured(rows: int, columns: int, spacing: float) -> bool:
     """Whether the curves were measured with uniform planar arrays like this one."""
     return (rows, columns) == ELEMENTS and SPACINGS[0] <= spacing <= SPACINGS[1]

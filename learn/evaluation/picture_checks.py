@@ -9,6 +9,7 @@ import numpy as np
 
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset import Dataset
+from simulate.exchange.foreign_pictures import DARK
 from simulate.spectra.array import too_few_elements
 from simulate.spectra.element_array import uniform
 from simulate.spectra.explanation import Explanation, explain
@@ -16,8 +17,6 @@ from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, l
 from simulate.spectra.lags import EXAMINED
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import evenly, spectrum_of
-
-DARK = 128  # If no picture of a folder reaches this level, the pictures use less than half of their 255 levels
 
 RETRIEVED = 4  # Number of pictures whose responses are found, to compare their magnitudes
 

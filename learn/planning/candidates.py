@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from scipy.spatial import Delaunay
 
 from scenes.files.errors import InputError
@@ -43,7 +43,7 @@ def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str)
     hull = Delaunay(along) if len(axes) > 1 else None  # the hull of positions on a line is the box
     for _ in range(TRIES):
         drawn = low + (high - low) * generator.random((CANDIDATES, len(axes)))
-        places = np.concatenate([places, drawn[_inside(hull, drawn)]])[:CANDIDATES]
+        places = np.concatenate([places, drawn if hull is None else drawn[hull.find_simplex(drawn) >= 0]])[:CANDIDATES]
         if len(places) == CANDIDATES:
             break
     return centre + places @ axes
@@ -54,7 +54,3 @@ def extended_axes(positions: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray
     centre = positions.mean(axis=0)
     _, extents, axes = np.linalg.svd(positions - centre, full_matrices=False)
     return centre, axes[extents > FLAT * max(extents[0], FLAT)]
-
-
-def _inside(hull: Delaunay | None, places: Float[np.ndarray, "n d"]) -> Bool[np.ndarray, " n"]:
-    return np.ones(len(places), bool) if hull is None else hull.find_simplex(places) >= 0

@@ -130,7 +130,7 @@ class Layers:
         chosen = predicted if self._on_sphere.value == "predicted" else true
         spectrum = chosen if chosen is not None else true if true is not None else predicted
         if spectrum is not None:
-            self._sphere.colors = colours_of_dots(spectrum, self._pixel)
+            self._sphere.colors = colour_of(spectrum[self._pixel], LINEAR)  # RGB of each dot
 
     def _ray(self, spectrum: SpectrumArray | None) -> Float[np.ndarray, "1 2 3"]:
         """A line from the hemisphere towards a spectrum's maximum; a line of length 0 if there is no spectrum."""
@@ -235,17 +235,11 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
     )
 
 
-def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:
+def disc() -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:
     """Vertices and triangles of a disc of radius 1 in the x–y plane."""
+    corners = 24
     angle = 2 * np.pi * np.arange(corners) / corners
     rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(corners)], axis=-1)
     index = np.arange(corners)
     faces = np.stack([np.full(corners, corners), index, (index + 1) % corners], axis=-1)
     return np.concatenate([rim, np.zeros((1, 3))]).astype(np.float32), faces.astype(np.uint32)
-
-
-def colours_of_dots(
-    spectrum: Float[np.ndarray, "90 360"], pixel: tuple[np.ndarray, np.ndarray]
-) -> UInt8[np.ndarray, "dots 3"]:
-    """RGB of each dot."""
-    return colour_of(spectrum[pixel], LINEAR)

@@ -206,12 +206,12 @@ class _PlainBuilder(TreeBuilder):
         return super().end(tag)
 
 
-def read_xml(path: Path, expected: str) -> Element:
+def read_xml(path: Path) -> Element:
     """Read the root element of an XML file."""
-    data = read_bytes(path, f"{expected} as XML", LARGEST_XML)
+    data = read_bytes(path, "a Mitsuba scene as XML", LARGEST_XML)
     parser = XMLParser(target=_PlainBuilder())
     try:
         parser.feed(data)
         return parser.close()
     except (ParseError, InputError, LookupError, ValueError) as error:  # LookupError: an unknown encoding
-        raise InputError(f"{path}: expected {expected} as XML, found {printable(str(error))}") from None
+        raise InputError(f"{path}: expected a Mitsuba scene as XML, found {printable(str(error))}") from None

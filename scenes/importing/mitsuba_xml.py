@@ -112,7 +112,7 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
 
     ``to_world`` is applied, and ``$name`` is replaced by its <default>. Sensors, emitters and integrators are ignored.
     """
-    root = read_xml(path, "a Mitsuba scene")
+    root = read_xml(path)
     if root.tag != "scene":
         raise InputError(f"{path}: expected a Mitsuba <scene>, found {_shown(root)}")
     _replace_names(root, path)

@@ -20,6 +20,9 @@ from simulate.exchange.reading_options import Conversion
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import LARGEST_GREY
 
+DARK = 128
+"""Pictures of 8 bits whose largest level is below this use less than half of the levels, and are scaled."""
+
 FULL_TURN = 360 - 1e-6
 """Degrees, less a rounding error."""
 
@@ -30,8 +33,8 @@ class Survey:
 
     shapes: tuple[tuple[int, int], ...]  # height and width of the pictures, each once
     modes: tuple[str, ...]  # Pillow's names for their modes, each once
-    # the level that becomes the largest grey level: 255 for pictures of 8 bits, otherwise the folder's largest level,
-    # since programs often write 8, 10 or 12 bits into files of 16
+    # the level that becomes the largest grey level: 255 for pictures of 8 bits that use them, otherwise the folder's
+    # largest level, since programs often write 8, 10 or 12 bits into files of 16
     white: int
 
 
@@ -49,7 +52,8 @@ def survey(files: Sequence[Path]) -> Survey:
         raise InputError(
             f"{modes[deep[0]]}: expected pictures of one depth, found 16 bits here and 8 bits in {modes[other].name}"
         )
-    return Survey(tuple(shapes), tuple(modes), largest if deep and largest else LARGEST_GREY)
+    full = not deep and largest >= DARK
+    return Survey(tuple(shapes), tuple(modes), LARGEST_GREY if full or not largest else largest)
 
 
 def grid_of(survey: Survey, conversion: Conversion) -> AngularGrid | None:

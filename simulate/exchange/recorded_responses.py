@@ -159,8 +159,8 @@ def told_by_sight(
     positions: Float[np.ndarray, "K 3"],
     gateway: Gateway,
     array: Array,
-    columns_first: bool | None = None,
-    conjugated: bool | None = None,
+    columns_first: bool | None,
+    conjugated: bool | None,
 ) -> Told:
     """The order in which the strongest directions are nearest the transmitters."""
     chosen = evenly(np.arange(len(positions)), EXAMINED)

@@ -1,11 +1,4 @@
-"""Short dipoles, which are the antennas of the full-wave engine, and their response in free space.
-
-
-
-A dipole that oscillates at one frequency, on the edges of the cells, and the phasor of its field.
-
-Weights that spread a source over the lattice points around it.
-"""
+"""Short dipoles, which are the antennas of the full-wave engine: their field, and their currents on the lattice."""
 
 from __future__ import annotations
 

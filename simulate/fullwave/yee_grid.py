@@ -81,8 +81,9 @@ def frequencies_on_grid(wave_vectors: Float[np.ndarray, "n 3"], cell: float) -> 
     return np.arcsin(COURANT * sines) / (np.pi * COURANT * cell / SPEED_OF_LIGHT)
 
 
-def _directions(count: int = 500) -> Float[np.ndarray, "n 3"]:
+def _directions() -> Float[np.ndarray, "n 3"]:
     """Unit vectors, evenly spread over the sphere."""
+    count = 500
     index = np.arange(count) + 0.5
     height, angle = 1 - 2 * index / count, np.pi * (1 + 5**0.5) * index
     radius = np.sqrt(1 - height**2)

@@ -107,7 +107,9 @@ def make_rssi(
     for name, gateway in heard.items():
         validate(_alone(scene, gateway), f"{source}: {named(name)}")
     points, how = chosen_positions(scene, content)
-    settings = [Setting(_alone(scene, gateway), _region(scene, points), content.seed) for gateway in heard.values()]
+    around = bounding_box(np.vstack([scene.transmitter.region, points]))
+    stated = "position", "orientation", "pattern", "polarization"
+    settings = [Setting(_alone(scene, gateway), around, content.seed) for gateway in heard.values()]
     engine.require(settings[0], folder, Machines())
     _say_assumptions(scene, heard, receiver)
     _warn_of_far_places(scene, {name: gateway.position for name, gateway in heard.items()}, source, points, content)
@@ -118,7 +120,7 @@ def make_rssi(
         "scene_file": "scene/scene.yaml",
         "scene_sha256": scene_digest(scene),
         "frequency_hz": scene.frequency,
-        "gateways": {name: _stated(gateway) for name, gateway in heard.items()},
+        "gateways": {name: {key: getattr(gateway, key) for key in stated} for name, gateway in heard.items()},
         "transmitter": {key: getattr(scene.transmitter, key) for key in ("pattern", "polarization", "orientation")},
         "receiver": asdict(receiver) | {"seed": content.seed},
         "positions": len(points),
@@ -184,15 +186,6 @@ def _kept(path: Path, count: int) -> Float[np.ndarray, " count"] | None:
 def _alone(scene: Scene, gateway: Gateway) -> Scene:
     """The scene with this gateway only."""
     return replace(scene, gateway=gateway, further_gateways={})
-
-
-def _region(scene: Scene, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "2 3"]:
-    """A box around the scene's region and all positions, as for spectra."""
-    return bounding_box(np.vstack([scene.transmitter.region, positions]))
-
-
-def _stated(gateway: Gateway) -> dict[str, Any]:
-    return {key: getattr(gateway, key) for key in ("position", "orientation", "pattern", "polarization")}
 
 
 def _warn_of_far_places(

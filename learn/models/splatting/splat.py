@@ -119,7 +119,8 @@ def splat_reference(
 ) -> Float[Tensor, "B H W 2"]:
     """The field of primitives that are already in depth order. Every primitive is evaluated at every pixel."""
     alpha = opacity[..., None] * gaussian(azimuth, elevation, conic, pixel_grid(azimuths, elevations))
-    return blend(alpha, coefficient).unflatten(1, (len(elevations), len(azimuths)))
+    field = blending_weights(alpha).mT @ coefficient  # F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p))
+    return field.unflatten(1, (len(elevations), len(azimuths)))
 
 
 def gaussian(
@@ -133,11 +134,6 @@ def gaussian(
     d_elevation = pixels[:, 1] - elevation[..., None]
     a, b, c = (entry[..., None] for entry in conic)
     return torch.exp(-0.5 * (a * d_azimuth**2 + 2 * b * d_azimuth * d_elevation + c * d_elevation**2))
-
-
-def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Float[Tensor, "B N_p 2"]) -> Float[Tensor, "B P 2"]:
-    """F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back."""
-    return blending_weights(alpha).mT @ coefficient
 
 
 def blending_weights(alpha: Float[Tensor, "*B N_p P"]) -> Float[Tensor, "*B N_p P"]:
