@@ -33,23 +33,26 @@ def test_the_tutorial_and_the_readme_import_bisplat_alone():
         assert not OUR_PACKAGES.search((ROOT / page).read_text()), page
 
 
-def test_the_import_is_light():
-    code = "import sys, bisplat; print('\\n'.join(sys.modules))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
-    roots = {line.split(".")[0] for line in loaded.splitlines()}
-    assert "bisplat" in roots
-    assert not roots & {"torch", "drjit", "mitsuba", "sionna", "numpy", "scenes", "simulate", "learn", "tyro"}
+HEAVY = {"torch", "drjit", "mitsuba", "sionna", "scipy", "trimesh", "matplotlib", "lightning"}
+
+HELP = "from bisplat.__main__ import main; sys.argv = ['bisplat', 'train', '--help']; main()"
+
+CLOSED_FORM = "import learn.comparison.compare, learn.evaluation.evaluate, learn.training.train"
 
 
-def test_help_needs_neither_torch_nor_the_ray_tracer_nor_scipy():
-    code = (
-        "import sys\nfrom bisplat.__main__ import main\nsys.argv = ['bisplat', 'train', '--help']\n"
-        "try:\n    main()\nfinally:\n    print('\\n'.join(sys.modules), file=sys.stderr)"
-    )
+@pytest.mark.parametrize(
+    ("program", "absent"),
+    [
+        ("import bisplat", HEAVY | {"numpy", "scenes", "simulate", "learn", "tyro"}),
+        (HELP, HEAVY),
+        (CLOSED_FORM, {"lightning"}),
+    ],
+)
+def test_imports_are_light(program, absent):
+    code = f"import sys\ntry:\n    {program}\nfinally:\n    print(*sys.modules, sep='\\n', file=sys.stderr)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == 0 and "helmholtz" in done.stdout
-    roots = {line.split(".")[0] for line in done.stderr.splitlines()}
-    assert not roots & {"torch", "drjit", "mitsuba", "sionna", "scipy", "trimesh", "matplotlib", "lightning"}
+    assert done.returncode == 0 and (program != HELP or "helmholtz" in done.stdout), done.stderr
+    assert not {line.split(".")[0] for line in done.stderr.splitlines()} & absent
 
 
 def test_names_are_those_of_the_stub_and_of_nothing_else():
@@ -59,13 +62,3 @@ def test_names_are_those_of_the_stub_and_of_nothing_else():
     assert bisplat.Gateway is Gateway and bisplat.shapes is shapes  # a class, and a module
     with pytest.raises(AttributeError, match="nothing"):
         _ = bisplat.nothing
-
-
-def test_training_in_closed_form_needs_no_lightning():
-    """It takes seconds to import, and only training by steps uses it."""
-    code = (
-        "import sys\nimport learn.comparison.compare\nimport learn.evaluation.evaluate\nimport learn.training.train\n"
-        "print('lightning' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
-    assert (done.returncode, done.stdout) == (0, "False\n")

@@ -7,7 +7,6 @@ import signal
 import sys
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 
@@ -21,27 +20,6 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 
 pytestmark = pytest.mark.usefixtures("small_models")
-
-SUMMARY = {"ssim_median", "ssim_mean", "psnr_mean", "mae_mean", "aoa_error_median_deg"}
-
-
-@pytest.fixture
-def command(monkeypatch, capsys):
-    """Function: runs ``bisplat`` with these arguments -> exit status, stdout, stderr."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
-        capsys.readouterr()
-        status = 0
-        try:
-            main()
-        except SystemExit as leaving:
-            status = leaving.code
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return status, out, err
-
-    return run
 
 
 def assert_one_sentence(err, *parts):
@@ -57,14 +35,8 @@ def test_check_of_a_good_folder(command, tiny):
     status, out, err = command("check", tiny, "--json")
     assert status == 0 and err == ""
     found = json.loads(out)
-    assert found.keys() == {
-        "valid", "spectra", "fingerprint", "problems", "warnings", "split", "frequency", "array", "grid",
-        "fit_residual_grey_levels",
-    }  # fmt: skip
     assert found["array"] == {"rows": 4, "columns": 4, "spacing": 0.5, "source": "fitted"}
-    grid = {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0, "source": "fitted"}
-    assert found["grid"] == grid and found["frequency"] == {"hertz": 915e6, "source": "metadata"}
-    assert found["fit_residual_grey_levels"] < 0.5
+    assert found["frequency"] == {"hertz": 915e6, "source": "metadata"} and found["fit_residual_grey_levels"] < 0.5
     assert found["valid"] is True and found["spectra"] == 24 and found["problems"] == []
 
     status, out, _ = command("check", tiny)
@@ -79,27 +51,11 @@ def test_check_of_a_bad_folder_names_every_problem_and_exits_1(command, write_fo
     found = json.loads(out)
     assert status == 1 and found["valid"] is False and found["spectra"] == 0
     assert len(found["problems"]) == 2
-    for name in ("00003.png", "tx_pos.csv"):
-        assert any(name in problem for problem in found["problems"])
-
     status, out, _ = command("check", folder)
-    assert status == 1 and out.count("problem: ") == 2
+    assert status == 1 and out.count("problem: ") == 2 and "00003.png" in out and "tx_pos.csv" in out
 
     status, out, _ = command("check", tmp_path / "nowhere", "--json")
     assert status == 1 and "nowhere" in json.loads(out)["problems"][0]
-
-
-def test_check_warns_of_a_split_that_leaks_and_only_of_that(command, write_folder, tmp_path):
-    folder = write_folder(tmp_path / "path", count=60)
-    status, out, _ = command("check", folder, "--json")
-    assert status == 0
-    (warning,) = json.loads(out)["warnings"]
-    assert "use the split blocked" in warning
-
-    index = [f"{number:05d}\n" for number in range(1, 61)]
-    (folder / "train_index.txt").write_text("".join(index[:40]))
-    (folder / "test_index.txt").write_text("".join(index[40:]))
-    assert json.loads(command("check", folder, "--json")[1])["warnings"] == []
 
 
 # train, evaluate, predict
@@ -119,11 +75,7 @@ def test_train_evaluate_predict(command, tiny, tmp_path):
     status, out, _ = command("evaluate", run, "--json")
     found = json.loads(out)
     assert status == 0 and found == json.loads((run / "evaluation" / "metrics.json").read_text())
-    assert SUMMARY | {"test_spectra", "baselines"} <= found.keys()
-    assert found["test_spectra"] == 5
-    assert found["baselines"].keys() >= {"mean_picture", "nearest"}
-    for baseline in found["baselines"].values():
-        assert baseline.keys() >= SUMMARY
+    assert found["test_spectra"] == 5 and found["baselines"].keys() >= {"mean_picture", "nearest"}
 
     points = read_dataset(tiny).positions[:3] + 0.01
     write_positions(tmp_path / "points.csv", points)
@@ -188,7 +140,6 @@ def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
     [
         ("out.npz", ("predict", "RUN", "--positions", "nowhere.csv", "-o", "FILE")),
         ("out.onnx", ("export", "RUN", "-o", "FILE")),
-        ("out.pt2", ("export", "RUN", "-o", "FILE")),
         ("out.h5", ("export", "RUN", "--hdf5", "FILE")),
         ("lab.png", ("scene", "lab")),
         ("drawing.png", ("scene", "lab", "-o", "FILE")),
@@ -211,7 +162,6 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
     [
         ("predict", "RUN", "--positions", "nowhere.csv", "-o", "file/out.npz"),
         ("export", "nowhere", "-o", "file/out.onnx"),
-        ("export", "nowhere", "-o", "file/out.pt2"),
         ("export", "nowhere", "--hdf5", "file/out.h5"),
         ("export", "nowhere", "--deepmimo", "file/out"),
         ("scene", "lab", "-o", "file/out.png"),
@@ -255,38 +205,11 @@ def test_a_device_or_a_pipe_is_not_replaced(command, tmp_path, monkeypatch, name
     assert_one_sentence(err, f"{name}: expected the name of a file to write, found a ")
 
 
-@pytest.mark.parametrize(
-    ("outputs", "found"),
-    [
-        ((), "none"),
-        (("-o", "x.onnx", "--hdf5", "x.h5"), "--output and --hdf5"),
-        (("--deepmimo", "x", "--hdf5", "x"), "and"),
-    ],
-)
-def test_export_writes_one_kind_of_file(command, finished_run, tmp_path, monkeypatch, outputs, found):
-    monkeypatch.chdir(tmp_path)
-    status, out, err = command("export", finished_run, *outputs)
-    assert status == 1 and out == "" and not list(tmp_path.iterdir())
-    assert_one_sentence(err, "expected one of --output, --hdf5, --deepmimo, --csi, found", found)
-
-
-def test_export_of_a_dataset(command, tiny, tmp_path):
-    """As HDF5; a measured one has no scene to trace the paths of."""
-    status, out, _ = command("export", tiny, "--hdf5", tmp_path / "out.h5")
-    assert status == 0 and out == f"dataset: {tmp_path / 'out.h5'}\n"
-    with h5py.File(tmp_path / "out.h5") as file:
-        assert file["spectra"].shape == (24, 90, 360) and file.attrs["array_source"] == "fitted"
-    status, out, err = command("export", tiny, "--deepmimo", tmp_path / "paths")
-    assert status == 1 and out == ""
-    assert_one_sentence(err, tiny, "expected a simulated dataset", "a measured dataset has none")
-    assert [path.name for path in tmp_path.iterdir()] == ["out.h5"]
-
-
 def test_demo_takes_no_folder_of_other_files_and_no_other_demo(command, tmp_path):
     (tmp_path / "report.html").write_text("precious")
-    status, out, err = command("demo", "-o", tmp_path)
-    assert status == 1 and out == ""
-    assert_one_sentence(err, tmp_path, "expected a new folder or an earlier demo, found other files")
+    status, _, err = command("demo", "-o", tmp_path)
+    assert status == 1
+    assert_one_sentence(err, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     (tmp_path / "demo.json").write_text('{"spectra": 11, "steps": null}')
     status, _, err = command("demo", "-o", tmp_path, "-n", 12)
@@ -307,40 +230,17 @@ def test_force_replaces_a_file_but_no_folder(command, finished_run, tiny, tmp_pa
 
 def test_predict_counts_the_positions_far_outside_the_training_box(command, finished_run, tiny, tmp_path):
     low, high = load_run(finished_run).model.region.cpu().numpy()
-    near, far = 0.09 * np.linalg.norm(high - low), 0.11 * np.linalg.norm(high - low)
-    points = np.array([low, high, high, low])
-    points += [[0, 0, 0], [0, near, 0], [0, far, 0], [0, 0, -50]]
-    write_positions(tmp_path / "points.csv", points)
-    status, out, err = command(
-        "predict", finished_run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "o.npz"
-    )
-    assert status == 0 and "4 spectra" in out
-    assert_one_sentence(
-        err, tmp_path / "points.csv: 2 of 4 positions are far outside", "the farthest, number 4, by 50 m"
-    )
+    far = np.linalg.norm(high - low) * np.array([0, 0.09, 0.11, 1])
+    points = tmp_path / "points.csv"
+    write_positions(points, [high + np.array([0, each, 0]) for each in far])
+    status, _, err = command("predict", finished_run, "--positions", points, "-o", tmp_path / "o.npz")
+    assert status == 0
+    assert_one_sentence(err, f"{points}: 2 of 4 positions are far outside", "the farthest, number 4")
     status, _, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "p.npz")
     assert status == 0 and err == ""
 
 
 # Errors
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("fly",),
-        ("train",),
-        ("train", "data"),
-        ("train", "data", "-o", "run", "--steps", "many"),
-        ("evaluate", "run", "--fast"),
-        ("check",),
-        ("predict", "run"),
-    ],
-    ids=" ".join,
-)
-def test_wrong_usage_exits_2(command, arguments):
-    status, out, err = command(*arguments)
-    assert status == 2 and out == "" and err
 
 
 def test_the_traceback_behind_a_sentence_is_shown_when_asked_for(monkeypatch, capsys, tmp_path):
@@ -378,42 +278,7 @@ def test_a_command_says_a_warning_once(command, tmp_path):
 
 def test_a_baseline_is_added_to_an_experiment_with_its_training_time(command, tiny, tmp_path):
     words = ["compare", tiny, "-o", tmp_path / "out", "--budget", "0.001", "--models"]
-    status, _, err = command(*words, "nearest")
-    assert status == 1 and "--budget: expected none, since it does nothing for untrained methods (nearest)" in err
     assert command(*words, "mlp")[0] == 0
     assert command(*words, "nearest")[0] == 0
     lines = (tmp_path / "out" / "results.jsonl").read_text().splitlines()
     assert {json.loads(line)["label"] for line in lines} == {"mlp", "nearest", "array's ceiling"}
-
-
-@pytest.mark.parametrize(
-    ("words", "found"),
-    [
-        ("train nowhere -o run", "nowhere: expected a dataset folder"),
-        ("train few -o run --split blocked", "found 9"),
-        ("train few -o run --steps 100", "--steps: expected a model trained by steps, found helmholtz"),
-        ("evaluate few", "few: expected a run folder"),
-        ("predict few --positions p.csv -o out.npz", "few: expected a run folder"),
-        ("predict few --positions p.csv -o out.npy", "out.npy: expected a name that ends in .npz"),
-    ],
-)
-def test_a_mistake_is_one_sentence(command, write_folder, tmp_path, monkeypatch, words, found):
-    monkeypatch.chdir(tmp_path)
-    write_folder(tmp_path / "few", count=9)
-    status, out, err = command(*words.split())
-    assert status == 1 and out == "" and [path.name for path in tmp_path.iterdir()] == ["few"]
-    assert_one_sentence(err, found)
-
-
-@pytest.mark.parametrize(
-    ("text", "found"),
-    [("a,b,c\n1,2,3\n", "line 1"), ("x,y,z\n1,2,3\n1,2\n", "position 2"), ("x,y,z\n1,2,nan\n", "position 1")],
-    ids=["header", "columns", "nan"],
-)
-def test_bad_positions_are_one_sentence_that_names_the_row(command, finished_run, tmp_path, text, found):
-    (tmp_path / "points.csv").write_text(text)
-    status, _, err = command(
-        "predict", finished_run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "out.npz"
-    )
-    assert status == 1 and not (tmp_path / "out.npz").exists()
-    assert_one_sentence(err, tmp_path / "points.csv", found)

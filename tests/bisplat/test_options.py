@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 import warnings
 
 import pytest
 import tyro
 
-from bisplat.__main__ import main
 from bisplat.commands.command_groups import COMMANDS
 from bisplat.commands.common_options import REGISTRY
 
@@ -97,10 +95,11 @@ def _named(action: argparse.Action) -> str:
 
 
 @pytest.fixture
-def refused(tmp_path, monkeypatch, capsys):
+def refused(command, tmp_path, monkeypatch):
     """Function: words, exit status -> stderr. Nothing was written, and there is no traceback."""
     monkeypatch.chdir(tmp_path)
-    for marker in ("heard/gateway_rssi.csv", "links/csidata.npy", "places/rooms.json", "data/spectrum/x", "wall.obj"):
+    markers = ("heard/gateway_rssi.csv", "links/csidata.npy", "places/rooms.json", "data/spectrum/x", "room/scene.yaml")
+    for marker in (*markers, "wall.obj"):
         (tmp_path / marker).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / marker).write_text("")
     (tmp_path / "mlp").mkdir()
@@ -108,12 +107,8 @@ def refused(tmp_path, monkeypatch, capsys):
     before = set(tmp_path.rglob("*"))
 
     def run(words: list[str], status: int = 1) -> str:
-        monkeypatch.setattr(sys, "argv", ["bisplat", *words])
-        with pytest.raises(SystemExit) as end:
-            main()
-        out, err = capsys.readouterr()
-        assert end.value.code == status and out == "" and set(tmp_path.rglob("*")) == before, err
-        assert "Traceback" not in err
+        ended, out, err = command(*words)
+        assert ended == status and out == "" and set(tmp_path.rglob("*")) == before, err
         if status == 1:
             assert err.startswith("bisplat: ") and err.count("\n") == 1 and err.strip().isprintable() and len(err) < 600
         return err
@@ -121,22 +116,22 @@ def refused(tmp_path, monkeypatch, capsys):
     return run
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_option_is_described(command):
-    for action in _parser(command)._actions:
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_is_described(name):
+    for action in _parser(name)._actions:
         text = re.sub(r"\((default|required|optional).*?\)", "", str(action.help or "")).strip()
         assert len(text) > 3, _named(action)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_numbers_are_written_with_the_digits_0_to_9(command, refused):
+@pytest.mark.parametrize("name", COMMANDS)
+def test_numbers_are_written_with_the_digits_0_to_9(name, refused):
     """Python's int and float also read 1_0 and digits of other scripts."""
-    actions = _parser(command)._actions
+    actions = _parser(name)._actions
     needed = [words for action in actions if action.required for words in _words(action, "nowhere")]
     for action in actions:
         kinds = str(action.metavar)
         if action.option_strings and not action.required and re.search("INT|FLOAT", kinds) and "STR" not in kinds:
-            said = " ".join(refused([command, *needed, *_words(action, "1_0")], status=2).split())
+            said = " ".join(refused([name, *needed, *_words(action, "1_0")], status=2).split())
             assert "1_0" in said and action.option_strings[0] in said
 
 
@@ -146,6 +141,13 @@ def _words(action: argparse.Action, text: str) -> list[str]:
     count = action.nargs if isinstance(action.nargs, int) else 1
     values = ["1" if text == "nowhere" and re.search("INT|FLOAT", each) else text for each in metavars][:count]
     return [*action.option_strings[:1], *(values or [text])]
+
+
+@pytest.mark.parametrize(
+    "call", ["fly", "train", "train data", "train data -o run --steps many", "evaluate run --fast", "predict run"]
+)
+def test_wrong_usage_exits_2(call, refused):
+    assert refused(call.split(), status=2)
 
 
 @pytest.mark.parametrize("call", ABSURD)
@@ -174,6 +176,14 @@ def test_option_that_does_nothing_is_refused(call, refused):
         ("train data -o out --model nerf", "found 'nerf'; did you mean \"nerf2\"?"),
         ("train data -o out --model no_module:Model", "--model: expected a class at no_module:Model"),
         ("compare data --models nearest", "-o: expected a folder for the results"),
+        ("export mlp", "expected one of --output, --hdf5"),
+        ("export mlp -o x.onnx --hdf5 x.h5", "found --output and --hdf5"),
+        ("simulate room -o out", "found the folder of a scene; give room/scene.yaml"),
+        ("simulate closet -o out --snr nan", "--snr-db: expected"),
+        ("train nowhere -o run", "nowhere: expected a dataset folder"),
+        ("evaluate data", "data: expected a run folder"),
+        ("predict data --positions places.csv -o out.npz", "data: expected a run folder"),
+        ("predict data --positions places.csv -o out.npy", "out.npy: expected a name that ends in .npz"),
         ("evaluate heard", "expected -o FOLDER for the report"),
         (f"compare data -o out --models {'x' * 10_000}", "--models: "),
         ("evaluate no\nwhere\x1b[2J", r"no\nwhere\x1b[2J"),

@@ -30,30 +30,17 @@ def write(path: Path, text: str) -> None:
 
 @pytest.fixture
 def occupied(tmp_path) -> Path:
-    """A folder with all three names."""
     for name in ("simulate.py", "learn.py", "scenes/__init__.py"):
         write(tmp_path / name, "mine = 1")
     return tmp_path
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_script_beside_such_a_file(tmp_path, name):
+@pytest.mark.parametrize("script", ["script.py", "simulate.py"])
+def test_a_script_beside_such_a_file(tmp_path, name, script):
     write(tmp_path / name, "mine = 1")
-    write(tmp_path / "script.py", "import bisplat\nprint(bisplat.load_scene('closet').name, bisplat.check)")
-    assert "closet <function" in run(tmp_path, "script.py")
-
-
-@pytest.mark.slow
-def test_a_script_of_such_a_name_that_simulates(tmp_path):
-    write(
-        tmp_path / "simulate.py",
-        """
-        import bisplat
-        coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=1000)
-        print(len(bisplat.simulate("closet", "out", n=4, propagation=coarse).names))
-        """,
-    )
-    assert run(tmp_path, "simulate.py") == "4\n"
+    write(tmp_path / script, "import bisplat\nprint(bisplat.load_scene('closet').name, bisplat.check)")
+    assert "closet <function" in run(tmp_path, script)
 
 
 def test_the_command_line(occupied):
@@ -73,30 +60,6 @@ def test_processes_of_multiprocessing(occupied, method):
         """,
     )
     assert run(occupied, "script.py") == "['closet', 'lab']\n"
-
-
-@pytest.mark.slow
-def test_workers_of_a_data_loader(occupied):
-    write(
-        occupied / "script.py",
-        """
-        import bisplat
-        from torch.utils.data import DataLoader
-
-        class Scenes:
-            def __init__(self):
-                self.scenes = [bisplat.load_scene("closet")]
-            def __len__(self):
-                return 1
-            def __getitem__(self, number):
-                return self.scenes[number].wavelength
-
-        if __name__ == "__main__":
-            loader = DataLoader(Scenes(), num_workers=1, multiprocessing_context="spawn")
-            print(len(list(loader)))
-        """,
-    )
-    assert run(occupied, "script.py") == "1\n"
 
 
 def test_pytest(occupied):

@@ -3,11 +3,10 @@
 import errno
 import json
 import re
-import sys
+from functools import partial
 
 import pytest
 
-from bisplat.__main__ import main
 from scenes.drawing import scene_drawing
 from scenes.scene.shapes import box
 from scenes.storage.scene_yaml import load_scene
@@ -23,7 +22,7 @@ XML = """\
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch, capsys):
+def run(command, tmp_path, monkeypatch):
     """Function: words after ``bisplat scene`` -> exit status, stdout, stderr, in a folder with room.xml."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(scene_drawing, "draw_scene", lambda scene, path: path.write_bytes(b"a drawing"))
@@ -31,16 +30,7 @@ def run(tmp_path, monkeypatch, capsys):
     box((1, 1, 0.2), (2.4, 1.6, 0.6)).export("desk [3].ply")
     (tmp_path / "room.xml").write_text(XML)
 
-    def command(*words):
-        monkeypatch.setattr(sys, "argv", ["bisplat", "scene", *words])
-        try:
-            main()
-            status = 0
-        except SystemExit as leaving:
-            status = leaving.code
-        return status, *capsys.readouterr()
-
-    return command
+    return partial(command, "scene")
 
 
 def test_list_needs_no_antennas_and_writes_nothing(run, tmp_path):
@@ -48,10 +38,7 @@ def test_list_needs_no_antennas_and_writes_nothing(run, tmp_path):
     status, out, err = run("room.xml", "--list", "--material", "desk [3]=wood", "--unit", "cm", "--json")
     listing = json.loads(out)
     shell, desk = listing["parts"]
-    assert (shell["name"], shell["material in the file"], shell["mesh file"]) == (
-        *("elm__1", "mat-itu_concrete.002", "shell"),
-    )
-    assert (shell["material"], shell["by"]) == ("concrete", 'the file\'s "mat-itu_concrete.002"')
+    assert (shell["name"], shell["mesh file"], shell["material"]) == ("elm__1", "shell", "concrete")
     assert (desk["material"], desk["by"]) == ("wood", 'the rule "desk [3]=wood"')
     assert shell["size"] == [0.05, 0.04, 0.03] and shell["triangles"] == 12
     assert shell["area"] == pytest.approx(94e-4) and listing["bounds"]["mm"]["size"] == [0.005, 0.004, 0.003]
@@ -60,9 +47,8 @@ def test_list_needs_no_antennas_and_writes_nothing(run, tmp_path):
 
 def test_list_names_what_has_no_material_and_rules_that_never_count(run):
     status, out, err = run("room.xml", "--list", "--material", "*shell*=brick", "shell=wood", "door=wood")
-    assert status == 0 and "nothing: add --material NAME=MATERIAL" in out and 'the rule "*shell*=brick"' in out
-    assert 'the material rule "shell=wood" never counts, since its objects go to "*shell*=brick"' in err
-    assert 'the material rule "door=wood" matches no object' in err
+    assert status == 0 and "nothing: add --material" in out and '"*shell*=brick"' in out
+    assert '"shell=wood" never counts' in err and '"door=wood" matches no object' in err
 
 
 def test_own_material_and_what_was_assumed(run, tmp_path):
@@ -73,9 +59,7 @@ def test_own_material_and_what_was_assumed(run, tmp_path):
     absorber = place.materials["absorber"]
     assert (absorber.relative_permittivity, absorber.conductivity, absorber.thickness) == (1.2, 0.3, 0.1)
     read, taken, thickness = err.splitlines()
-    assert read == "bisplat: room.xml: read with up axis z (as usual for XML) and unit m"
-    assert taken == "bisplat: room.xml: took materials that the file names: concrete (elm__1)"
-    assert thickness == "bisplat: room.xml: assumed a thickness of 0.1 m, as Sionna RT does, for concrete"
+    assert "up axis z" in read and "concrete (elm__1)" in taken and "thickness of 0.1 m" in thickness
     assert status == 0 and (tmp_path / "room/scene.png").read_bytes() == b"a drawing"
 
 
@@ -86,8 +70,7 @@ def test_the_shift_is_written_down(run, tmp_path):
         **{"file": "room.xml", "up": "z", "unit": "m", "frequency": 915e6, "shift": [10, -20, 0.5]},
         "walls": "as-sheets",
     }
-    place = load_scene("room/scene.yaml")
-    assert place.gateway.position == (14.7, -18, 2.3) and place.bounds.tolist() == [[10, -20, 0.5], [15, -16, 3.5]]
+    assert load_scene("room/scene.yaml").gateway.position == (14.7, -18, 2.3)
 
 
 DISK = OSError(errno.ENOSPC, "No space left on device")
@@ -112,21 +95,11 @@ def test_a_drawing_that_fails_is_one_sentence_and_the_scene_is_kept(run, monkeyp
 
 
 WRONG = {
-    "megahertz": (
-        ["--frequency", "915"],
-        "--frequency: expected hertz, from 1e6 to 1e12, .* found '915'; 915 MHz are 915e6",
-    ),
-    "gigahertz": (["--frequency", "2.4"], "found '2.4'; 2.4 GHz are 2.4e9"),
-    "two values": (
-        ["--own-material", "wet=5,0.1"],
-        "--own-material: expected NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS",
-    ),
+    "megahertz": (["--frequency", "915"], "--frequency: expected hertz, .* 915 MHz are 915e6"),
+    "two values": (["--own-material", "wet=5,0.1"], "--own-material: expected NAME="),
     "no number": (["--own-material", "wet=5,0.1,1_0"], "--own-material: expected NAME="),
     "no name": (["--own-material", "5,0.1,0.1"], "--own-material: expected NAME="),
-    "out of range": (
-        ["--own-material", "wet=0.5,0.1,0.1"],
-        '--own-material: material "wet": relative_permittivity: exp',
-    ),
+    "out of range": (["--own-material", "wet=0.5,0.1,0.1"], '--own-material: material "wet": relative_permittivity: '),
     "no material": (["--material", "shell"], "--material: expected NAME=MATERIAL, found 'shell'"),
     "a shift of NaN": (["--shift", "nan", "0", "0"], "--shift: expected .*finite"),
 }
@@ -138,8 +111,3 @@ def test_wrong_values(run, case, tmp_path):
     status, out, err = run("room.xml", "--default-material", "wood", "-o", "room", *PLACE, *words)
     assert status == 1 and out == "" and err.count("\n") == 1 and not (tmp_path / "room").exists()
     assert re.search(sentence, err), err
-
-
-def test_a_mesh_without_antennas_is_told_of_the_list(run):
-    status, _, err = run("room.xml")
-    assert status == 1 and "needs --output, --gateway, --boresight, --region-min, --region-max; --list alone" in err

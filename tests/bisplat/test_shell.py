@@ -21,7 +21,6 @@ def shell(command: str, folder: Path, **variables: str) -> subprocess.CompletedP
 
 
 def test_no_file_gets_the_number_of_a_closed_stream(tmp_path):
-    """Libraries would print in it."""
     code = "from bisplat.shell import prepare_streams as p; p(); f = open('x', 'w'); assert f.fileno() > 2"
     assert shell(f'{sys.executable} -c "{code}" >&- 2>&- <&-', tmp_path).returncode == 0
 

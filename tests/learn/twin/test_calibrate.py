@@ -1,18 +1,25 @@
-"""What corrects a scene is refused where it was not measured there, and what was corrected is written down."""
+"""Spectra, or received powers alone, correct a scene; they are refused where they were not measured there."""
 
 import json
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import bisplat
-from bisplat.__main__ import main
 from learn.data.splits import split
 from learn.twin import calibrate as calibrate_module
 from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
+from learn.twin.calibrate_powers import (
+    PowerCalibration,
+    calibrate_powers_by,
+    of_gateways,
+    traced_powers,
+    write_power_calibration,
+)
+from learn.twin.described_gateways import described_gateways
 from learn.twin.gauss_newton import Calibration
+from learn.twin.power_likelihood import PowerFit
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
@@ -22,32 +29,25 @@ from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.rays.core.propagation import Propagation
+from simulate.rssi.rssi_dataset import read_rssi
+from simulate.rssi.rssi_files import read_gateways
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.band import Band
 from tests.small_scene import CABINET, small_scene
 
 OF_POSITION = [Unknown("position", "", axis, 0.02) for axis in range(3)]
+COARSE = Propagation(max_depth=1, rays=20_000, diffraction=False)
+FLAGS = ("--max-depth", "1", "--no-diffraction", "--rays", "20000")  # the same for a command
 EXACT = Tolerances(position=0, rotation=0, objects=0, materials=0)
 
 
 @pytest.mark.parametrize(
     ("of_scene", "array", "tolerances", "expected"),
     [
-        (
-            {"frequency": 2.4e9},
-            PlanarArray(),
-            Tolerances(),
-            "scene of the dataset's wavelength of 0.3276 m, found 0.1249",
-        ),
-        ({}, PlanarArray(spacing=0.4), Tolerances(), "4 × 4 elements 0.5 λ apart, found those of 4 × 4 elements 0.4"),
-        ({}, PlanarArray(2, 4), Tolerances(), "the scene's array, 4 × 4 elements 0.5 λ apart, found those of 2 × 4"),
-        (
-            {},
-            PlanarArray(),
-            Tolerances(),
-            r"gateway_info\.yml: expected the gateway of small, at .*, found one 0\.5 m away",
-        ),
-        ({}, PlanarArray(), EXACT, "expected a tolerance above 0, found nothing that may be wrong"),
+        ({"frequency": 2.4e9}, PlanarArray(), Tolerances(), "wavelength of 0.3276 m, found 0.1249"),
+        ({}, PlanarArray(2, 4), Tolerances(), "the scene's array, 4 × 4 elements .*, found those of 2 × 4"),
+        ({}, PlanarArray(), Tolerances(), r"gateway_info\.yml: .* found one 0\.5 m away"),
+        ({}, PlanarArray(), EXACT, "expected a tolerance above 0"),
     ],
 )
 def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerances, expected):
@@ -56,6 +56,8 @@ def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerance
     data = replace(data, identification=identification)
     with pytest.raises(InputError, match=expected):
         calibrate_by(replace(small_scene(CABINET), **of_scene), data, np.arange(3), tolerances)
+    with pytest.raises(ParameterError, match="diffuse: expected no diffuse reflection"):
+        calibrate_by(small_scene(CABINET), data, np.arange(3), propagation=Propagation(diffuse=True))
 
 
 def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeypatch):
@@ -74,40 +76,26 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
         calibrate(small_scene(CABINET), tiny, 0)
 
 
-def of_small_scene(folder):
-    """A dataset as of the small scene's gateway."""
+@pytest.mark.parametrize("recorded", [True, False])
+def test_a_band_is_used_at_four_subcarriers_unless_each_position_has_a_phase_of_its_own(tiny, monkeypatch, recorded):
     gateway = small_scene().gateway
     at, orientation = np.array(gateway.position), np.array(gateway.orientation)
-    return replace(read_dataset(folder), gateway_position=at, gateway_orientation=orientation)
-
-
-def test_a_band_is_used_at_four_subcarriers(tiny, monkeypatch):
-    data, used = of_small_scene(tiny), {}
-    band = Band(20e6, 16)
+    data, band = replace(read_dataset(tiny), gateway_position=at, gateway_orientation=orientation), Band(20e6, 16)
     carrier = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
     responses = carrier[..., None] * np.exp(1j * np.arange(16))
-    data = replace(data, responses=carrier, band=band, band_responses=responses)
-
-    def most_likely(scene, which, propagation, positions, measured, phases_known, report, ratios):
-        used.update(measured=measured, ratios=ratios, phases_known=phases_known)
-
-    monkeypatch.setattr(calibrate_module, "most_likely", most_likely)
-    calibrate_by(small_scene(CABINET), data, np.arange(3))
-    chosen = [0, 5, 10, 15]
-    np.testing.assert_allclose(used["ratios"], band.frequencies(915e6)[chosen] / 915e6)
-    np.testing.assert_allclose(used["measured"].reshape(3, 4, -1)[:, 2], responses[:3, :, chosen[2]])
-    assert used["phases_known"]
-
-
-def test_of_a_band_with_a_phase_for_each_position_the_carrier_is_used(tiny, monkeypatch):
-    data, used = of_small_scene(tiny), []
-    recorded = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
-    data = replace(
-        data, band=Band(20e6, 16), band_responses=recorded[..., None].repeat(16, 2), retrieved=recorded, responses=None
-    )
+    of_carrier = {"responses": carrier} if recorded else {"responses": None, "retrieved": carrier}
+    data = replace(data, band=band, band_responses=responses, **of_carrier)
+    used = []
     monkeypatch.setattr(calibrate_module, "most_likely", lambda *arguments: used.extend(arguments))
     calibrate_by(small_scene(CABINET), data, np.arange(3))
-    assert used[4].shape == recorded[:3].shape and used[5] is False
+    measured, phases_known = used[4:6]
+    assert phases_known == recorded
+    if not recorded:
+        assert measured.shape == carrier[:3].shape
+        return
+    chosen = [0, 5, 10, 15]
+    np.testing.assert_allclose(used[7], band.frequencies(915e6)[chosen] / 915e6)
+    np.testing.assert_allclose(measured.reshape(3, 4, -1)[:, 2], responses[:3, :, chosen[2]])
 
 
 def test_spectra_of_another_place_are_warned_of(tiny, monkeypatch, capsys):
@@ -117,13 +105,8 @@ def test_spectra_of_another_place_are_warned_of(tiny, monkeypatch, capsys):
     monkeypatch.setattr(calibrate_module, "calibrate_by", lambda *arguments: found)
     assert calibrate(outdoors, tiny) is found
     said = " ".join(capsys.readouterr().err.split())
-    assert "positions are far outside the box around the scene" in said and "measured there, in its frame?" in said
-    assert "warning: 93% of the measured power is unexplained by the corrected scene (99% before)" in said
-
-
-def test_random_phases_are_refused(tiny):
-    with pytest.raises(ParameterError, match="diffuse: expected no diffuse reflection"):
-        calibrate_by(small_scene(CABINET), read_dataset(tiny), np.arange(3), propagation=Propagation(diffuse=True))
+    assert "positions are far outside the box around the scene" in said
+    assert "93% of the measured power is unexplained by the corrected scene (99% before)" in said
 
 
 def test_changes_are_written_down(tmp_path):
@@ -143,21 +126,118 @@ def test_changes_are_written_down(tmp_path):
 
 
 @pytest.mark.slow
-def test_command_writes_the_corrected_scene(tmp_path, monkeypatch, capsys):
+def test_command_writes_the_corrected_scene(tmp_path, bisplat_command):
     """Its gateway is where the spectra were received, and not where it is described."""
-    coarse = ("--max-depth", "1", "--no-diffraction", "--rays", "20000")
-    followed = Propagation(max_depth=1, rays=20_000, diffraction=False)
-    data = bisplat.simulate(small_scene(CABINET), tmp_path / "data", n=12, propagation=followed)
+    data = bisplat.simulate(small_scene(CABINET), tmp_path / "data", n=12, propagation=COARSE)
     wrong = vary(small_scene(CABINET), OF_POSITION, np.array([0.03, -0.02, 0.02]))
     described = write_scene(wrong, tmp_path / "described")
     only_pose = ("--objects", "0", "--materials", "0", "--rotation", "1")
-    arguments = ["calibrate", described, data.folder, "-o", tmp_path / "corrected", "-n", "9", *only_pose, *coarse]
-    monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
-    main()
+    arguments = ["calibrate", described, data.folder, "-o", tmp_path / "corrected", "-n", "9", *only_pose, *FLAGS]
+    status, out, _ = bisplat_command(*arguments)
+    assert status == 0 and "gateway x" in out and "unexplained share of the measured power: " in out
     found = load_scene(tmp_path / "corrected" / "scene.yaml")
     np.testing.assert_allclose(found.gateway.position, small_scene().gateway.position, atol=0.002)
-    out = capsys.readouterr().out
-    assert "gateway x" in out and "unexplained share of the measured power: " in out
-    with pytest.raises(SystemExit):
-        main()
-    assert "expected a new folder, found other files; --force" in capsys.readouterr().err
+    status, _, err = bisplat_command(*arguments)
+    assert status == 1 and "--force" in err
+
+
+TRUE = {"door": (0.0, 0.0, 1.5), "desk": (0.5, -1.2, 1.2), "wall": (2.5, -2.0, 1.4)}
+ONLY_PLACES = Tolerances(objects=0, materials=0)
+
+
+@pytest.fixture(scope="module")
+def heard(tmp_path_factory):
+    """Powers in steps of 1 dB at 80 positions, and where the gateways truly are."""
+    folder = tmp_path_factory.mktemp("powers") / "true"
+    return bisplat.simulate_rssi(small_scene(CABINET), folder, TRUE, n=80, propagation=COARSE)
+
+
+def described(heard, folder, off):
+    """The same powers, of gateways that are described to be elsewhere."""
+    places = dict(zip(TRUE, (heard.gateway_positions + off).tolist(), strict=True))
+    return bisplat.write_rssi(folder, heard.positions, heard.rssi_dbm, places, 915e6, floor_dbm=heard.floor_dbm)
+
+
+def error(scene, gateways, data):
+    """Median error of traced powers at the positions that were not used, dB."""
+    off = data.rssi_dbm - 10 * np.log10(traced_powers(scene, gateways, data.positions, COARSE)[0])
+    return np.median(np.abs(off - np.median(off[:50], axis=0))[50:])
+
+
+@pytest.mark.slow
+def test_gateways_and_materials_are_found(heard, tmp_path):
+    allowed = Tolerances(position=0.06, objects=0, materials=0.2)
+    place, rng = small_scene(CABINET), np.random.default_rng(3)
+    off = rng.normal(size=(3, 3)) * 0.06
+    data = described(heard, tmp_path / "wrong", off)
+    materials = of_gateways(place, [], allowed)
+    wrong = vary(place, materials, np.array([0.25, -0.2, 0.0][: len(materials)]))
+    found = calibrate_powers_by(wrong, data, np.arange(50), allowed, COARSE)
+    left = np.array([found.gateways[name].position for name in TRUE]) - list(TRUE.values())
+    before, after = (np.linalg.norm(each, axis=1) for each in (off, left))
+    assert after.mean() < 0.4 * before.mean()
+    assert found.error[0] < 0.7 * found.error[1]
+    assert error(found.scene, found.gateways, data) < 0.7 * error(wrong, described_gateways(data), data)
+    predicted = found.predict(data.positions[50:])
+    assert np.median(np.abs(predicted - data.rssi_dbm[50:])) < 1
+    assert (found.deviations <= [1.001 * each.tolerance for each in found.which]).all()
+    assert found.which[3].label == "gateway desk x"
+
+
+@pytest.mark.slow
+def test_a_tolerance_of_zero_keeps_the_places(heard):
+    found = calibrate_powers_by(small_scene(CABINET), heard, np.arange(20), Tolerances(position=0, objects=0), COARSE)
+    assert {each.kind for each in found.which} <= {"relative_permittivity", "conductivity", "thickness"}
+    assert {name: each.position for name, each in found.gateways.items()} == TRUE
+
+
+def test_powers_that_do_not_fit_are_refused(heard):
+    place, known = small_scene(CABINET), np.arange(5)
+    silent = replace(heard, rssi_dbm=np.full_like(heard.rssi_dbm, np.nan))
+    with pytest.raises(InputError, match="small: expected a scene of the dataset's wavelength"):
+        calibrate_powers_by(replace(place, frequency=2.4e9), heard, known, ONLY_PLACES, COARSE)
+    with pytest.raises(InputError, match="small: expected a tolerance above 0"):
+        calibrate_powers_by(place, heard, known, Tolerances(position=0, objects=0, materials=0), COARSE)
+    with pytest.raises(InputError, match="expected received powers at the known positions"):
+        calibrate_powers_by(place, silent, known, ONLY_PLACES, COARSE)
+    with pytest.raises(ParameterError, match="diffuse: "):
+        calibrate_powers_by(place, heard, known, propagation=Propagation(diffuse=True))
+    with pytest.raises(ParameterError, match="carrier: "):
+        calibrate_powers_by(place, heard, known, Tolerances(carrier=0.1))
+
+
+def test_the_simulated_antennas_are_those_of_the_gateways(tmp_path):
+    gateways = {"desk": bisplat.Gateway((0.5, -1.2, 1.2), bisplat.facing((0, 1, 0)), pattern="dipole")}
+    data = bisplat.simulate_rssi(small_scene(CABINET), tmp_path / "data", gateways, n=3, propagation=COARSE)
+    found = described_gateways(data)["desk"]
+    assert found.pattern == "dipole" and found.count == 1
+    np.testing.assert_allclose(found.boresight, [0, 1, 0], atol=1e-9)
+
+
+def test_changes_by_powers_and_gateways_are_written_down(heard, tmp_path):
+    which = of_gateways(small_scene(CABINET), list(TRUE), ONLY_PLACES)
+    gateways = described_gateways(heard)
+    nothing = np.zeros((1, 3))
+    fit = PowerFit(nothing[0], nothing, nothing, nothing, nothing, np.array([1.0, 2, 3]), 0.1)
+    found = PowerCalibration(
+        small_scene(CABINET), gateways, which, np.full(9, 0.01), np.full(9, 0.002), (1.5, 4.0), fit
+    )
+    write_power_calibration(found, tmp_path)
+    assert read_gateways(tmp_path / "gateways.yml") == gateways
+    assert load_scene(tmp_path / "scene.yaml").gateway == small_scene().gateway
+    record = json.loads((tmp_path / "calibration.json").read_text())
+    assert record["median_error_db"] == {"described": 4.0, "corrected": 1.5}
+    assert record["levels_dbm"] == {"door": 1.0, "desk": 2.0, "wall": 3.0}
+    assert record["changes"][3]["what"] == "gateway desk x"
+
+
+@pytest.mark.slow
+def test_command_writes_gateways_for_the_next_simulation(heard, tmp_path, bisplat_command):
+    data = described(heard, tmp_path / "wrong", np.array([0.04, -0.03, 0.02]))
+    place = bisplat.write_scene(small_scene(CABINET), tmp_path / "described")
+    only = ("--position", "0.03", "--objects", "0", "--materials", "0", "--split", "random")
+    arguments = ["calibrate", place, data.folder, "-o", tmp_path / "corrected", *only, *FLAGS]
+    status, out, _ = bisplat_command(*arguments)
+    assert status == 0 and "median error of the received powers: " in out
+    found = read_gateways(tmp_path / "corrected" / "gateways.yml")
+    assert list(found) == list(read_rssi(data.folder).gateway_names)

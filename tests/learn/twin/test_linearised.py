@@ -62,11 +62,8 @@ def test_slope_is_that_of_the_posterior():
     """By finite differences, where the responses are linear in unknowns of unequal priors, and phases are known."""
     generator = np.random.default_rng(6)
     jacobian, traced, noise = (generator.normal(size=(12, 4, n, 2)) @ [1, 1j] for n in (3, 1, 1))
-    measured, prior, values = (
-        traced[..., 0] + 0.1 * noise[..., 0],
-        np.array([0.2, 0.02, 1.0]),
-        np.array([0.1, 0.03, -0.5]),
-    )
+    prior, values = np.array([0.2, 0.02, 1.0]), np.array([0.1, 0.03, -0.5])
+    measured = traced[..., 0] + 0.1 * noise[..., 0]
     alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
 
     def left(step):

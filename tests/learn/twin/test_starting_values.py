@@ -81,13 +81,6 @@ def test_responses_far_away_are_those_of_paths_to_the_same_images():
     assert alike(found[0]) > 0.998 and alike(first_order[0]) < 0.97
 
 
-def test_elements_are_those_of_the_varied_scene():
-    scene, which = small_scene(), unknowns(small_scene(), Tolerances(objects=0.03))
-    values = np.concatenate([OFF, np.full(len(which) - 6, 0.1)])
-    expected = Tracer(vary(scene, which, values), PROPAGATION).elements.positions
-    np.testing.assert_allclose(elements_of(scene, which, values[None])[0], expected, atol=1e-6)
-
-
 @pytest.mark.slow
 def test_the_start_from_far_away_is_near_the_true_pose(far, monkeypatch):
     monkeypatch.setattr(starting_values, "KEPT", 3)

@@ -55,7 +55,6 @@ def test_lines_go_from_true_to_located_positions(run):
     ("changed", "message"),
     [
         (lambda text: text.replace("probability", "chance"), "line 1: expected the header"),
-        (lambda text: text.replace("1.0000,2.0000", "1.0000,nan"), "line 2: expected a position"),
         (lambda text: text.replace("1.0000,2.0000", "a,b"), "line 2: expected a position"),
     ],
 )

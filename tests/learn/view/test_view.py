@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.bisplat import BiSplatWRF
-from learn.view.chart import BACKGROUND, DECIBELS, INK, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
+from learn.view.chart import BACKGROUND, DECIBELS, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.compared_spectra import in_phase_with, numbers, panels
 from learn.view.layers import DOT_DEG, dots, ellipses
 from learn.view.session import Session, Tracing
@@ -69,19 +69,6 @@ def test_a_grid_of_half_a_turn_is_blank_in_the_other_half():
     assert not drawn[(rows > 2) | (radius > 70)].any()
 
 
-def test_labels_are_within_the_panel_on_any_grid():
-    for grid in (AngularGrid(45.0, 0.5, 0.5), AngularGrid(0.0, 1.0, -1.0), AngularGrid(0.0, 0.5, 1.0)):
-        image = draw([Panel("", np.zeros((90, 360)), LINEAR)], "rectangular", grid)
-        ticks = np.flatnonzero((image[TOP + 93] == INK).all(axis=-1))
-        expected = [
-            a for a in (0, 90, 180, 270) if (a / grid.azimuth_step_deg) % 720 < 360 or grid.azimuth_step_deg < 0
-        ]
-        assert len(ticks) == len(expected) and (ticks >= LEFT).all() and (ticks < LEFT + 361).all()
-        left = image[:, LEFT - 4]
-        lines = np.flatnonzero((left == INK).all(axis=-1))
-        assert (lines >= TOP).all() and (lines <= TOP + 90).all() and len(lines) >= 2
-
-
 def test_decibels_end_at_the_lowest():
     values = in_decibels(np.array([[1.0, 0.1, 0.0]]) * 0.5)
     np.testing.assert_allclose(values, [[0, -20, -30]])
@@ -93,9 +80,8 @@ def test_difference_is_between_what_is_shown_on_one_scale(wave):
     first, second, difference = panels("m", other, "recorded, spectrum 1", wave, GRID, in_phase=False, in_db=False)
     assert first.colours == second.colours
     np.testing.assert_allclose(difference.values, -0.5 * wave.values)
-    assert panels("m", other, "x", wave, GRID, False, in_db=True)[2].values == pytest.approx(
-        0
-    )  # both over their maximum
+    over_their_maxima = panels("m", other, "x", wave, GRID, False, in_db=True)[2]
+    assert over_their_maxima.values == pytest.approx(0)
 
 
 def test_common_phase_is_no_difference(wave):
@@ -199,13 +185,6 @@ def test_run_without_its_dataset_is_shown_with_a_note(finished_run, small_models
     assert list(found.predictors) == ["bisplat-aperture"] and len(found.tested) == 0 == len(found.scores)
 
 
-def test_dataset_whose_scene_is_gone_is_shown_with_a_note(tiny, tmp_path):
-    folder = shutil.copytree(tiny, tmp_path / "data")
-    (folder / "metadata.json").write_text(json.dumps({"scene_file": "scene/scene.yaml"}))
-    found = subject(str(folder))
-    assert found.scene is None and "scene of this dataset cannot be read" in found.missing[0]
-
-
 def test_scene_alone_has_a_region_and_nothing_to_predict():
     found = subject("office")
     assert found.predictors == {} and found.dataset is None and len(found.tested) == 0
@@ -255,59 +234,33 @@ def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch):
     assert set(SlowTracer.made.traced) <= {0.0, 3.0, 9.0} and done[-1].position[0] == 3.0
 
 
-@pytest.mark.parametrize("where", ["__init__", "responses"])
-def test_tracing_that_fails_says_so_and_logs_the_traceback(monkeypatch, where, caplog):
-    def refuse(*arguments):
-        raise InputError("libLLVM: expected version 16, found 14")
-
-    methods = {"__init__": lambda *arguments: None, where: refuse}
-    monkeypatch.setattr(tracer, "Tracer", type("Refusing", (), methods))
-    tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
-    tracing.request("tab", np.zeros(3), lambda traced: None)
-    for _ in range(200):
-        if tracing.state.startswith("no ray tracing"):
-            break
-        threading.Event().wait(0.05)
-    assert tracing.state == "no ray tracing: libLLVM: expected version 16, found 14"
-    assert "in refuse" in caplog.text and "InputError: libLLVM" in caplog.text
-
-
-def test_tracing_without_the_ray_tracer_says_how_to_install_it_and_logs_nothing(monkeypatch, caplog):
-    monkeypatch.setattr(tracer, "Tracer", MagicMock(side_effect=MissingExtraError("rays", "ray tracing")))
-    tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
-    for _ in range(200):
-        if tracing.state.startswith("no ray tracing"):
-            break
-        threading.Event().wait(0.05)
-    assert tracing.state.endswith("Sionna RT, which is not installed: pip install 'bisplat-wrf[rays]'")
-    assert not caplog.text
-
-
-def test_position_that_cannot_be_traced_does_not_end_the_tracing(monkeypatch):
-    def responses(self, positions):
+def test_position_that_cannot_be_traced_is_said_and_does_not_end_the_tracing(monkeypatch, caplog):
+    def responses(positions):
         if positions[0, 0] > 1:
             raise ValueError("too far away")
         return np.ones((1, 16), np.complex64)
 
-    methods = {"__init__": lambda *arguments: None, "responses": responses, "paths": lambda self, position: []}
-    monkeypatch.setattr(tracer, "Tracer", type("Local", (), methods))
+    made = SimpleNamespace(responses=responses, paths=lambda position: [])
+    monkeypatch.setattr(tracer, "Tracer", lambda *arguments: made)
     tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
     states, traced = [], threading.Event()
     tracing.request("one tab", np.full(3, 9.0), lambda traced: None)
     tracing.request("another", np.zeros(3), lambda _: (states.append(tracing.state), traced.set()))
     assert traced.wait(10) and states == ["no ray tracing: too far away"]
+    assert "ValueError: too far away" in caplog.text
 
 
-def test_names_in_a_panel_are_text():
-    said: list[str] = []
-    gui = MagicMock()
-    gui.add_markdown.side_effect = lambda content, **options: said.append(content)
-    nothing = SimpleNamespace(missing=["no [link](x) <img src=x>"], predictors={"m": None}, array_moves=False)
-    tab = Session.__new__(Session)
-    Tab.__init__(tab, SimpleNamespace(gui=gui), np.zeros((0, 3)), np.zeros(3))
-    tab._subject, tab._tracing = nothing, None
-    tab._build("recorded spectrum")
-    assert said[0] == r"**Note.** no \[link\]\(x\) \<img src\=x\>"
+@pytest.mark.parametrize(
+    ("error", "logged"), [(InputError("libLLVM: found 14"), True), (MissingExtraError("rays", "ray tracing"), False)]
+)
+def test_tracer_that_cannot_be_made_is_said_and_a_fault_is_logged(monkeypatch, error, logged, caplog):
+    monkeypatch.setattr(tracer, "Tracer", MagicMock(side_effect=error))
+    tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
+    for _ in range(200):
+        if tracing.state.startswith("no ray tracing"):
+            break
+        threading.Event().wait(0.05)
+    assert str(error) in tracing.state and ("Traceback" in caplog.text) == logged
 
 
 def test_of_several_recordings_at_one_position_the_chosen_one_is_shown():
@@ -323,10 +276,6 @@ def test_of_several_recordings_at_one_position_the_chosen_one_is_shown():
     assert tab._recorded_at(np.array([0.5, 0, 0])) is None
 
 
-def test_title_with_a_line_break_is_drawn():
-    assert draw([Panel("recorded, spectrum a\nb", None, LINEAR)], "polar", GRID).size
-
-
 def test_dataset_without_a_training_part_predicts_nothing(tiny, tmp_path):
     folder = shutil.copytree(tiny, tmp_path / "data")
     (folder / "train_index.txt").write_text("")
@@ -334,24 +283,20 @@ def test_dataset_without_a_training_part_predicts_nothing(tiny, tmp_path):
     assert found.predictors == {} and len(found.scores) == 0 and found.known_region is None
 
 
-def test_tab_that_cannot_show_a_position_says_so_and_logs_the_traceback(caplog):
-    def refuse(position):
-        tab._open = False
-        raise ValueError("no such position")
+def test_names_in_a_panel_are_text():
+    said: list[str] = []
+    gui = MagicMock()
+    gui.add_markdown.side_effect = lambda content, **options: said.append(content)
+    nothing = SimpleNamespace(missing=["no [link](x) <img src=x>"], predictors={"m": None}, array_moves=False)
+    tab = Session.__new__(Session)
+    Tab.__init__(tab, SimpleNamespace(gui=gui), np.zeros((0, 3)), np.zeros(3))
+    tab._subject, tab._tracing = nothing, None
+    tab._build("recorded spectrum")
+    assert said[0] == r"**Note.** no \[link\]\(x\) \<img src\=x\>"
 
-    changed = threading.Event()
-    changed.set()
-    tab = SimpleNamespace(
-        _play=SimpleNamespace(value=False),
-        _changed=changed,
-        _open=True,
-        _state=SimpleNamespace(),
-        _status=str,
-        _show=refuse,
-        _position=np.zeros(3),
-        _numbers=SimpleNamespace(),
-    )
-    threading.Timer(0.5, changed.set).start()  # closing a tab wakes its thread
-    Tab._keep_up_to_date(tab)
-    assert tab._numbers.content == "**Cannot be shown:** no such position"
-    assert "in refuse" in caplog.text and "ValueError: no such position" in caplog.text
+
+def test_dataset_whose_scene_is_gone_is_shown_with_a_note(tiny, tmp_path):
+    folder = shutil.copytree(tiny, tmp_path / "data")
+    (folder / "metadata.json").write_text(json.dumps({"scene_file": "scene/scene.yaml"}))
+    found = subject(str(folder))
+    assert found.scene is None and "scene of this dataset cannot be read" in found.missing[0]

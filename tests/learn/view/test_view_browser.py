@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import socket
 from collections.abc import Callable
 from io import BytesIO
@@ -194,19 +193,12 @@ def drag_a_corner(page: Page, room: Scene, on_screen: Callable[..., tuple[float,
     expect(lines).to_contain_text(f" {corner[1]} {corner[2]}")
 
 
-@pytest.mark.parametrize("what", ["scene", "dataset"])
-def test_scene_or_dataset_alone(what, room, tiny, tmp_path, serve, open_tab, on_screen, keep_screenshot):
-    if what == "scene":
-        served = serve("view", str(write_scene(room, tmp_path / "place")), "--port", free_port())
-        page = open_tab(served.url, "ray-traced: dominant direction")
-        expect(page.get_by_text("predicted:")).to_have_count(0)
-        drag_a_corner(page, room, on_screen)
-        keep_screenshot(page, "view_scene")
-    else:
-        served = serve("view", str(tiny), "--port", free_port())
-        page = open_tab(served.url, "recorded: dominant direction")
-        expect(page.get_by_text("names no scene")).to_be_visible()
-        expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse-distance")
+def test_scene_alone(room, tmp_path, serve, open_tab, on_screen, keep_screenshot):
+    served = serve("view", str(write_scene(room, tmp_path / "place")), "--port", free_port())
+    page = open_tab(served.url, "ray-traced: dominant direction")
+    expect(page.get_by_text("predicted:")).to_have_count(0)
+    drag_a_corner(page, room, on_screen)
+    keep_screenshot(page, "view_scene")
     page.context.close()
     assert served.end() == (0, "")
 
@@ -233,16 +225,3 @@ def test_map_of_received_powers_lies_in_the_world_and_changes_with_the_gateway(t
     page.get_by_role("option", name="high", exact=True).click()
     wait_for_colour(page, *far, strong)
     page.context.close()
-
-
-def test_run_without_its_scene_says_so_on_another_port_until_interrupted(run, viewer, tmp_path, serve, open_tab):
-    copy = shutil.copytree(run, tmp_path / "run")
-    config = json.loads((copy / "config.json").read_text())
-    data = shutil.copytree(config["dataset"], tmp_path / "data")
-    shutil.rmtree(data / "scene")
-    (copy / "config.json").write_text(json.dumps({**config, "dataset": str(data)}))
-    other = serve("view", str(copy), "--port", str(viewer.port))
-    assert other.port != viewer.port
-    open_tab(other.url, "The scene of this dataset cannot be read").context.close()
-    status, errors = other.end()
-    assert status == 0 and f"port {viewer.port} is taken" in errors and "Traceback" not in errors

@@ -1,18 +1,16 @@
 """What the viewer shows of received powers and of delays, without a browser."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from matplotlib import colormaps
 
 import bisplat
-from learn.view.channel_tab import ChannelTab, delay_profile, draw_delays, require_places_and_band
+from learn.view.channel_tab import ChannelTab, delay_profile, require_places_and_band
 from learn.view.power_subject import CELLS, PowerSubject
 from learn.view.power_tab import POWER, SILENT, STRONGEST, WIDTH, PowerTab, drawn
 from scenes.browser.served_page import serving
-from scenes.scene.description import SPEED_OF_LIGHT
 
 GATEWAYS = {"west": (0.0, 1.5, 2.0), "east": (6.0, 1.5, 2.0)}
 FLOOR = -54.0
@@ -81,16 +79,8 @@ def test_intervals_are_those_of_the_strongest_gateway_or_there_are_none(shown):
     cells = drawn(shown, silent, STRONGEST, WIDTH).image
     assert (cells[silent.strongest == -1, :3] == SILENT).all() and (cells[silent.strongest == 1, :3] != SILENT).any()
     plain = shown.coverage("mean", 1.2)
-    np.testing.assert_array_equal(
-        drawn(shown, plain, "west", WIDTH).image, drawn(shown, plain, "west", POWER).image
-    )  # mean states no interval
-
-
-def test_folder_whose_scene_is_gone_says_so(folder, monkeypatch):
-    monkeypatch.setattr(
-        "learn.view.power_subject.recorded_scene", lambda *_: (_ for _ in ()).throw(bisplat.InputError("gone"))
-    )
-    assert "scene of this folder cannot be read (gone)" in PowerSubject.of(folder).missing[0]
+    width, power = (drawn(shown, plain, "west", what).image for what in (WIDTH, POWER))
+    np.testing.assert_array_equal(width, power)  # mean states no interval
 
 
 def test_tab_has_a_table_of_the_powers_and_a_key(shown, join):
@@ -103,13 +93,11 @@ def test_tab_has_a_table_of_the_powers_and_a_key(shown, join):
 
     with serving("bisplat: yard", 8720, lambda client: Watched(client, shown).close) as address:
         tab = join(address)
-        assert tab.next("GuiImageMessage") and tab.next("ImageMessage")["props"]["render_width"] == pytest.approx(
-            np.ptp(shown.dataset.positions[shown.known, 0]), abs=0.2
-        )
+        width = tab.next("ImageMessage")["props"]["render_width"]
+        assert width == pytest.approx(np.ptp(shown.dataset.positions[shown.known, 0]), abs=0.2)
         tab.close()
-    assert "| gateway | predicted | 90 % interval | measured |" in tables[0]
-    learned = "learned from it" if 0 in shown.known else "did not learn from it"
-    assert f"Survey position 1 (number 0 in files); helmholtz {learned}" in tables[0]
+    assert "| gateway | predicted |" in tables[0] and "Survey position 1 (number 0 in files)" in tables[0]
+    assert ("did not learn from it" in tables[0]) == (0 not in shown.known)
 
 
 # Delays
@@ -131,16 +119,6 @@ def test_few_subcarriers_show_their_whole_period():
     profile = delay_profile(np.ones((1, 4)), band)
     assert np.ptp(profile.delays) == pytest.approx(profile.period)
     assert profile.delays[profile.decibels.argmax()] == pytest.approx(0, abs=1e-12)
-
-
-def test_panel_of_delays_has_stems_of_traced_paths_and_a_grey_one_if_nothing_is_recorded():
-    profile = delay_profile(np.ones((1, 32)), bisplat.Band(100e6, 32))
-    vertices = np.array([[0.0, 0, 0], [SPEED_OF_LIGHT * 20e-9, 0, 0]])
-    path = SimpleNamespace(vertices=vertices, response=1.0)
-    plain, marked = draw_delays("d", profile, 500), draw_delays("d", profile, 500, [path])
-    assert plain.shape == marked.shape and (plain != marked).any()
-    none = draw_delays("none", None, 500)
-    assert none.shape == plain.shape and (none == 225).all(axis=-1).mean() > 0.2
 
 
 def test_channels_have_a_profile_of_each_row(tmp_path, join):
@@ -167,7 +145,7 @@ def test_channels_have_a_profile_of_each_row(tmp_path, join):
         tab.close()
     found = float(said[0].removeprefix("strongest delay ").removesuffix(" ns"))
     assert found == pytest.approx(20, abs=1)
-    with pytest.raises(bisplat.InputError, match=r"tx_pos\.csv: expected the positions of the client, found no such"):
+    with pytest.raises(bisplat.InputError, match=r"tx_pos\.csv: "):
         require_places_and_band(dataclasses.replace(channels, positions=None))
-    with pytest.raises(bisplat.InputError, match=r"metadata\.json: expected the entry band, without which delays"):
+    with pytest.raises(bisplat.InputError, match=r"metadata\.json: .* band"):
         require_places_and_band(dataclasses.replace(channels, metadata={}))

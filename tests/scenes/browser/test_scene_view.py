@@ -3,13 +3,8 @@
 import numpy as np
 from viser import ViserServer
 
-import scenes.browser.scene_view
-from scenes.browser.scene_view import add_objects, add_region, wxyz, xyzw
+from scenes.browser.scene_view import WALL_OPACITY, add_objects, add_region
 from scenes.places.built_in import lab
-
-
-def test_quaternions_go_there_and_back():
-    assert xyzw(np.array(wxyz((0.1, 0.2, 0.3, 0.9)))) == (0.1, 0.2, 0.3, 0.9)
 
 
 def test_walls_are_glass_and_every_object_is_drawn():
@@ -23,5 +18,5 @@ def test_walls_are_glass_and_every_object_is_drawn():
     finally:
         server.stop()
     assert triangles == {item.name: len(item.mesh.faces) for item in scene.objects}
-    assert opacity["ceiling"] == opacity["floor"] == [scenes.browser.scene_view.WALL_OPACITY]
+    assert opacity["ceiling"] == opacity["floor"] == [WALL_OPACITY]
     assert [None] in opacity.values()

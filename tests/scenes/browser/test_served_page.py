@@ -64,11 +64,6 @@ def test_a_browser_on_this_machine_with_the_address_is_let_in(address, join, tab
         wait_until(lambda: tabs.opened)
 
 
-def test_a_program_with_the_token_is_let_in(address, join, tabs):
-    with join(address):
-        wait_until(lambda: tabs.opened)
-
-
 OTHERS = {
     "other site": {"origin": "http://elsewhere.org"},
     "opaque origin": {"origin": "null"},
@@ -181,28 +176,15 @@ def test_errors_of_callbacks_are_shown_and_the_tab_goes_on(error, kind, join):
         assert ("RuntimeError" in notification["body"]) == isinstance(error, RuntimeError)
 
 
-def test_error_of_building_a_tab_is_shown(join):
-    def fail(client):
-        raise InputError("nothing to show")
-
-    with serving("fails", PORT, fail) as address, join(address) as tab:
-        assert tab.next("NotificationShowMessage")["props"]["body"] == "nothing to show"
-
-
 def test_a_server_that_is_started_in_another_way_is_refused():
     with pytest.raises(InputError, match="cannot be protected"), guard("token"):
         pass
 
 
-@pytest.mark.parametrize("port", [0, -1, 65536])
+@pytest.mark.parametrize("port", [0, 65536, 65535], ids=["zero", "too high", "taken, and the last"])
 def test_ports_that_are_none(port):
-    with pytest.raises(ParameterError, match=f"from 1 to 65535 that this user may open, found {port}"):
-        serving("a page", port, lambda client: None).__enter__()
-
-
-def test_no_free_port_is_no_hang():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 65535))
         taken.listen()
-        with pytest.raises(ParameterError, match="found 65535"):
-            serving("a page", 65535, lambda client: None).__enter__()
+        with pytest.raises(ParameterError, match=f"found {port}"):
+            serving("a page", port, lambda client: None).__enter__()

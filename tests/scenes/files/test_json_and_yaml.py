@@ -33,14 +33,6 @@ def test_damaged_files(tmp_path, read, content):
     assert str(caught.value).isprintable() and len(str(caught.value)) < 600
 
 
-@pytest.mark.parametrize("read", [read_json, read_yaml])
-@pytest.mark.parametrize("kind", hostile.SPECIAL)
-def test_what_is_no_ordinary_file_is_not_opened(tmp_path, read, kind):
-    hostile.SPECIAL[kind](tmp_path / "given")
-    with pytest.raises(InputError, match="given: expected a thing"):
-        read(tmp_path / "given", "a thing")
-
-
 @pytest.mark.parametrize(
     ("content", "value"),
     [
@@ -67,10 +59,7 @@ def test_nan_is_read_where_a_model_may_have_diverged(tmp_path):
         ("a: 2024-13-45\n", {"a": "2024-13-45"}),
         ("a: {b: [1, 2.5, null, x]}\n", {"a": {"b": [1, 2.5, None, "x"]}}),
         ("a: [1e3, -.5, 5., -1.5e-3, 010, .inf]\n", {"a": [1000.0, -0.5, 5.0, -0.0015, 10, float("inf")]}),
-        (
-            "a: [1_0, 1:30, 1:30.5, 0x10, 0b1, １]\n",
-            {"a": ["1_0", "1:30", "1:30.5", "0x10", "0b1", "１"]},
-        ),
+        ("a: [1_0, 1:30, 1:30.5, 0x10, １]\n", {"a": ["1_0", "1:30", "1:30.5", "0x10", "１"]}),
         ("", None),
     ],
 )
@@ -100,26 +89,19 @@ class Inner(msgspec.Struct, forbid_unknown_fields=True):
 class Outer(msgspec.Struct):
     inner: Inner
     many: list[Inner] = []
-    maybe: int | None = None
-    names: dict[str, str] = {}
 
 
 @pytest.mark.parametrize(
     ("value", "sentence"),
     [
         (None, "expected a mapping, found nothing"),
-        ([], r"expected a mapping, found \[\]"),
         ({}, "expected the key inner, found none"),
-        ({"inner": 3}, "inner: expected a mapping, found 3"),
         ({"inner": {"rows": True}}, "inner.rows: expected a whole number, found True"),
-        ({"inner": {"rows": 4.5}}, "inner.rows: expected a whole number, found 4.5"),
         ({"inner": {"row": 4}}, r'inner: expected a known key, found \'row\'; did you mean "rows"\?'),
         ({"inner": {"rows": 4, "size": [1]}}, r"inner.size: expected a list of 2, found \[1\]"),
         ({"inner": {"rows": 4, "size": [1, "x"]}}, r"inner.size\[1\]: expected a number, found 'x'"),
         ({"inner": {"rows": 4, "size": [1, 10**400]}}, r"inner.size\[1\]: expected another value, found 1000.*range\)"),
         ({"inner": {"rows": 4}, "many": [{"rows": 1}, {}]}, r"many\[1\]: expected the key rows, found none"),
-        ({"inner": {"rows": 4}, "maybe": "x"}, "maybe: expected a whole number or nothing, found 'x'"),
-        ({"inner": {"rows": 4}, "names": {"a": 1}}, "names: expected a text, found {'a': 1}"),
         ({"inner": {"rows": "x\x1b[2J"}}, r"inner.rows: expected a whole number, found 'x\\x1b\[2J'"),
     ],
 )

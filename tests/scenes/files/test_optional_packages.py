@@ -1,9 +1,7 @@
 """What the code says of extras is what pyproject.toml and constraints.txt have."""
 
-import ast
 import pickle
 import re
-import sys
 import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -12,29 +10,19 @@ import pytest
 
 from scenes.files import optional_packages
 from scenes.files.errors import InputError
-from scenes.files.optional_packages import EXTRAS, MissingExtraError, require_extra
+from scenes.files.optional_packages import EXTRAS, require_extra
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 OPTIONAL = PROJECT["optional-dependencies"]
-SOURCES = [path for package in ("bisplat", "scenes", "simulate", "learn") for path in (ROOT / package).rglob("*.py")]
 
 NOT_IMPORTED = {"onnx": {"onnxruntime"}}
 """Distributions of an extra that no code of ours imports: this one runs what is exported."""
 
 
 def distribution(requirement: str) -> str:
-    """The name of what a line of pyproject.toml or constraints.txt asks for, as package indexes compare names.
-
-    >>> distribution("pytorch_msssim>=1.0")
-    'pytorch-msssim'
-    """
+    """The name of what a line of pyproject.toml or constraints.txt asks for, as package indexes compare names."""
     return re.sub(r"[-_.]+", "-", re.match(r"[\w.-]+", requirement)[0]).lower()
-
-
-def members(requirement: str) -> set[str]:
-    """The extras that a requirement such as "bisplat-wrf[rays,ray]" names."""
-    return set(re.search(r"\[([\w,]+)\]", requirement)[1].split(","))
 
 
 @pytest.mark.parametrize("name", EXTRAS)
@@ -47,21 +35,9 @@ def test_an_extra_has_the_distributions_of_the_modules_that_the_code_looks_for(n
 
 def test_all_has_every_extra_and_the_core_has_none():
     (everything,) = OPTIONAL["all"]
-    assert members(everything) == EXTRAS.keys()
+    assert set(re.findall(r"\w+", everything.partition("[")[2])) == EXTRAS.keys()
     core = {distribution(each) for each in PROJECT["dependencies"]}
     assert not core & {distribution(each) for name in EXTRAS for each in OPTIONAL[name]}
-
-
-def test_every_extra_that_the_code_names_is_in_pyproject():
-    named, required = set(), set()
-    for path in SOURCES:
-        text = path.read_text()
-        named |= {extra for found in re.findall(r"bisplat-wrf\[[a-z,]+\]", text) for extra in members(found)}
-        for node in ast.walk(ast.parse(text)):
-            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "require_extra":
-                required |= {node.args[0].value} if isinstance(node.args[0], ast.Constant) else set()
-    assert required == EXTRAS.keys()
-    assert named <= OPTIONAL.keys()
 
 
 def test_everything_that_pyproject_names_is_pinned():
@@ -75,12 +51,5 @@ def test_a_missing_extra_is_one_sentence(monkeypatch):
     require_extra("rays", "ray tracing")
     with pytest.raises(InputError) as caught:
         require_extra("viewer", "the viewer")
-    sentence = "the viewer needs viser, which is not installed: pip install 'bisplat-wrf[viewer]'"
-    assert str(caught.value) == sentence and isinstance(caught.value, ImportError)
-    assert str(pickle.loads(pickle.dumps(caught.value))) == sentence  # between processes
-
-
-def test_a_module_that_was_put_out_of_use_is_not_installed(monkeypatch):
-    monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(MissingExtraError):
-        require_extra("viewer", "the viewer")
+    assert "bisplat-wrf[viewer]" in str(caught.value) and isinstance(caught.value, ImportError)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)  # between processes

@@ -1,6 +1,8 @@
-"""Names from files are shown as they are: in tables, figures, Markdown, file names and on stderr."""
+"""Names from files are shown whole and as they are: in tables, figures, Markdown, file names and on stderr."""
 
 import io
+import re
+import sys
 import warnings
 from dataclasses import replace
 
@@ -17,6 +19,7 @@ from scenes.files.plain_text import in_figure, in_markdown, print_rows, print_ta
 
 ODD = ["$\\frac{$", "$a_b$", "a\\$b$", "[/x]", "[red]a[/red]", ":smile:", "<b>a</b>", "*a*", "![a](/etc/passwd)", "`a`"]
 COMMANDS = "\x1b[2J\x9b2J\x07\u202e\udcff\n"
+NAME = "bisplat-aperture-without-dynamic-network, 200"
 ESCAPED = r"\x1b[2J\x9b2J\x07\u202e\udcff\n"
 
 
@@ -84,3 +87,24 @@ def test_messages_are_bounded():
     assert named("a" * 10_000) == f'"{"a" * 77}…"' and named(COMMANDS) == f'"{ESCAPED}"'
     assert len(did_you_mean("x" * 10**7, ["a" * 10_000] * 10_000)) < 4000
     assert did_you_mean("concrte", ["concrete"]) == 'did you mean "concrete"?'
+
+
+def test_long_names_are_whole_where_there_is_no_terminal(capsys):
+    columns = {f"a long heading {k}": 0.123456 for k in range(20)}
+    print_rows("table", [{"": NAME} | columns])
+    print_table("table", {NAME: columns})
+    assert capsys.readouterr().out.count(NAME) == 2
+
+
+def test_sentences_are_folded_where_there_is_no_terminal(capsys):
+    print_table("table", {"": {"split": "half of the test positions have a training position nearby, " * 4}})
+    assert 80 < max(map(len, capsys.readouterr().out.splitlines())) < 100
+
+
+def test_long_names_are_folded_in_a_narrow_terminal(capsys, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "40")
+    print_rows("table", [{"": NAME.replace(" ", ""), "SSIM": 0.5, "AoA (°)": 12.5, "train (s)": 3.25}])
+    lines = re.sub(r"\x1b\[\d+m", "", capsys.readouterr().out).splitlines()
+    assert max(map(len, lines)) <= 40
+    assert "".join(line.split("│")[1].strip() for line in lines if line.startswith("│")) == NAME.replace(" ", "")

@@ -18,10 +18,3 @@ def test_a_line_for_each_tenth_and_none_is_cut(capsys):
     assert lines[0] == f"bisplat: {long}"
     assert lines[1:11] == [f"bisplat: spectra: {count} of 200" for count in range(20, 201, 20)]
     assert lines[-1] == "bisplat: pictures: 2 of 2"
-
-
-def test_figures_and_resumed_tasks(capsys):
-    with progress_bar() as progress:
-        bar = progress.add_task("training", total=30, completed=29, figures="")
-        progress.update(bar, completed=30, figures="loss 0.5")
-    assert capsys.readouterr().err == "bisplat: training: 30 of 30, loss 0.5\n"

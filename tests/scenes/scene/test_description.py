@@ -7,13 +7,11 @@ import pytest
 from trimesh import Trimesh
 
 from scenes.checks.validation import doubts, validate
-from scenes.drawing.scene_drawing import describe_scene, draw_scene
 from scenes.files.errors import InputError, ParameterError
-from scenes.scene import description
 from scenes.scene.antennas import Gateway, read_array
 from scenes.scene.description import SceneObject, shifted
 from scenes.scene.materials import RadioMaterial
-from scenes.scene.shapes import box, closed_parts
+from scenes.scene.shapes import box
 
 
 def test_wavelength_and_bounds(scene):
@@ -31,9 +29,8 @@ def test_materials_of_the_recommendation_follow_the_frequency_and_others_are_dou
     assert concrete.conductivity == pytest.approx(0.0462 * 2.4**0.7822)  # ITU-R P.2040-3, Table 3
     assert (concrete.thickness, concrete.color, concrete.scattering_coefficient) == (0.07, (0, 0, 1), 0.2)
     assert wifi.materials["foam"] == own and len(doubts(room)) == 0
-    assert doubts(wifi) == [
-        'material "foam": its values are for 915 MHz, and the scene is at 2400 MHz; give those at 2400 MHz'
-    ]
+    (doubt,) = doubts(wifi)
+    assert '"foam"' in doubt and "915 MHz" in doubt and "2400 MHz" in doubt
     back = wifi.at_frequency(915e6)
     assert back == room and doubts(back) == []
 
@@ -77,20 +74,11 @@ def test_objects_compare_by_value():
     assert crate() != crate(2.0)
 
 
-def test_what_takes_time_is_computed_once(scene, monkeypatch, tmp_path):
-    """A town has thousands of objects. Checks, descriptions and drawings ask for their closed parts again and again."""
-    computed = []
-    monkeypatch.setattr(description, "closed_parts", lambda mesh: computed.append(mesh) or closed_parts(mesh))
-    validate(scene, "outdoors")
-    validate(scene, "outdoors")
-    assert [item["closed"] for item in describe_scene(scene)["objects"]] == [False, True]
-    draw_scene(scene, tmp_path / "scene.png")
-    assert len(computed) == len(scene.objects)
-    assert scene.bounds is scene.bounds
+def test_what_is_computed_once_is_computed_anew_for_a_changed_scene(scene):
+    assert scene.bounds is scene.bounds and len(scene.objects[1].closed_parts) == 1
     with pytest.raises(ValueError, match="read-only"):
         scene.bounds[0] += 1
-    crate = scene.objects[1]
-    taller = replace(scene, objects=(replace(crate, mesh=box((0, 0, 0), (1, 1, 7))),))
+    taller = replace(scene, objects=(replace(scene.objects[1], mesh=box((0, 0, 0), (1, 1, 7))),))
     assert taller.bounds[1, 2] == 7 and taller.objects[0].closed_parts[0].bounds[1, 2] == 7
 
 
@@ -104,10 +92,6 @@ def test_a_shifted_scene_is_the_same_elsewhere(scene):
     np.testing.assert_allclose(shifted(there, -step).extent, both.extent)
     validate(there, "there")
     np.testing.assert_allclose(both.bounds, scene.bounds)  # not moved
-
-
-def test_a_good_scene_passes(scene):
-    validate(scene, "outdoors.yaml")
 
 
 def gateway(**changes):
@@ -147,20 +131,14 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
         (gateway(spacing=1e3), ("gateway.spacing", "1000.0")),
         (transmitter(orientation=(0.0, 0.0, 0.0, 2.0)), ("transmitter.orientation", "length 2")),
         (transmitter(region_max=(1.0, -1.5, 1.5)), ("transmitter.region", "y from -1 to -1.5")),
-        (transmitter(region_min=(9.0, -1.0, 0.5)), ("transmitter.region", "x from 9 to 1")),
         (transmitter(region_min=(1.0, -1.0, 1.5), region_max=(1.0, -1.0, 1.5)), ("transmitter.region", "one twice")),
         (transmitter(region_min=(np.nan, -1.0, 0.5)), ("transmitter.region.min", "nan")),
-        (transmitter(pattern="dipol"), ("transmitter.pattern", '"dipol"', '"dipole"')),
-        (
-            lambda s: replace(s, frequency=2.4e9),
-            ('material "concrete"', "2400 MHz", "concrete of ITU-R P.2040 at 915 MHz", "p2040_materials"),
-        ),
+        (lambda s: replace(s, frequency=2.4e9), ('material "concrete"', "2400 MHz", "at 915 MHz")),
         (lambda s: replace(s, objects=()), ("object",)),
         (lambda s: replace(s, objects=tuple(SceneObject(f"c{k}", MANY, "wood") for k in range(3))), ("3000000",)),
         (second_object(SceneObject("floor", BOX, "wood")), ('objects[1] ("floor")', "name")),
         (second_object(SceneObject("c", BOX, "wod")), ('objects[1] ("c")', '"wod"', '"wood"')),
         (second_object(SceneObject("", BOX, "wood")), ("objects[1].name", "''")),
-        (second_object(SceneObject("c" * 201, BOX, "wood")), ("objects[1].name", "'ccc")),
         (second_object(SceneObject("c", FAR, "wood")), ('objects[1] ("c")', "1000000.0")),
         (second_object(SceneObject("c", Trimesh(), "wood")), ('objects[1] ("c")', "triangles", "none")),
         (second_object(SceneObject("c", NAN, "wood")), ('objects[1] ("c")', "not finite")),
@@ -179,7 +157,7 @@ def test_a_gateway_shows_either_its_elements_or_its_rows_columns_and_spacing():
     assert repr(planar) == (
         "Gateway(position=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0), rows=2, columns=4, spacing=0.5, "
         "pattern='iso', polarization='V')"
-    )  # which the digests of scenes in older folders are made from
+    )  # which digests of scenes are made from
     given = Gateway((0, 0, 1), (0, 0, 0, 1), elements=[[0, 0, 0], [0.1, 0, 0]])
     assert repr(given) == (
         "Gateway(position=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0), pattern='iso', polarization='V', "

@@ -23,13 +23,7 @@ def test_units(given, hertz):
 
 
 MEANT = [
-    *(
-        (915, "915 MHz are 915e6"),
-        ("915", "915 MHz are 915e6"),
-        (2.4, "2.4 GHz are 2.4e9"),
-        ("5.8", "5.8 GHz are 5.8e9"),
-    ),
-    *((3500, "3500 MHz are 3500e6"), (868.1, "868.1 MHz are 868.1e6"), (915000, "915000 kHz are 915000e3")),
+    *(("915", "915 MHz are 915e6"), (2.4, "2.4 GHz are 2.4e9"), (915000, "915000 kHz are 915000e3")),
     (60, "60 MHz are 60e6, 60 GHz are 60e9"),  # both are bands in use
 ]
 
@@ -55,7 +49,5 @@ def test_what_is_no_frequency(given):
 def test_gigahertz_given_to_python_are_recognised():
     with pytest.raises(InputError, match=r"frequency: expected hertz, .* found 2.4; 2.4 GHz are 2.4e9"):
         p2040_materials(["concrete"], 2.4)
-    with pytest.raises(InputError, match=r"closet: frequency: expected hertz, .* found 915; 915 MHz are 915e6"):
-        validate(replace(closet(), frequency=915), "closet")
     with pytest.raises(InputError, match=r"closet: frequency: expected a number of hertz, found '915 MHz'"):
         validate(replace(closet(), frequency="915 MHz"), "closet")

@@ -44,11 +44,6 @@ def test_table_is_sionnas():
         assert table[name][row.range_ghz] == (row.a, row.b, row.c, row.d), name
 
 
-def test_options_override_the_defaults():
-    material = p2040_material("brick", 1e9, thickness=0.3, scattering_coefficient=0.2)
-    assert (material.thickness, material.scattering_coefficient) == (0.3, 0.2)
-
-
 def test_every_material_covers_915_mhz_but_floorboard():
     for name in set(P2040) - {"floorboard"}:
         p2040_material(name, 915e6)
@@ -56,15 +51,11 @@ def test_every_material_covers_915_mhz_but_floorboard():
         p2040_material("floorboard", 915e6)
 
 
-@pytest.mark.parametrize("frequency", [0.9e9, 110e9])
-def test_extrapolates_to_ten_percent(frequency):
-    p2040_material("concrete", frequency)
-
-
-@pytest.mark.parametrize("frequency", [0.89e9, 111e9])
-def test_refuses_further_out(frequency):
-    with pytest.raises(InputError, match=r"1 to 100 GHz, found .*give relative_permittivity and conductivity"):
-        p2040_material("concrete", frequency)
+@pytest.mark.parametrize(("inside", "outside"), [(0.9e9, 0.89e9), (110e9, 111e9)])
+def test_extrapolates_to_ten_percent(inside, outside):
+    p2040_material("concrete", inside)
+    with pytest.raises(InputError, match="1 to 100 GHz, found"):
+        p2040_material("concrete", outside)
 
 
 @pytest.mark.parametrize("frequency", [915e6, 2.4e9, 3.5e9, 5.8e9, 28e9])
@@ -83,21 +74,14 @@ def test_frequency_of_a_material_counts_neither_in_comparisons_nor_in_a_scenes_d
         replace(felt, frequency=-1)
 
 
-def test_unknown_name_suggests():
-    with pytest.raises(InputError, match=r'unknown material "wod"; did you mean "wood"'):
-        p2040_material("wod", 1e9)
-
-
 @pytest.mark.parametrize(
     ("key", "value"),
     [
         ("relative_permittivity", 0.5),
         ("relative_permittivity", 1e9),
         ("conductivity", -1.0),
-        ("thickness", 0.0),
         ("thickness", float("nan")),
         ("scattering_coefficient", 1.5),
-        ("xpd_coefficient", -0.1),
         ("color", (0.0, 0.0, 2.0)),
     ],
 )

@@ -72,18 +72,6 @@ def test_reads_antenna_options(folder):
     assert transmitter.orientation == pytest.approx((0, 0, 0.6, 0.8))
 
 
-@pytest.mark.parametrize(
-    "text", ["915 MHz", "915e6", "915000000", "0.915 GHz", "915.0e+6 Hz", '"915000 kHz"', "915mhz"]
-)
-def test_frequency_in_any_unit(folder, text):
-    assert read(folder, YARD.replace("915 MHz", text)).frequency == pytest.approx(915e6)
-
-
-@pytest.mark.parametrize("text", ["-.5", "-5e-1", "-0.5", "-.5e+0"])
-def test_numbers_that_are_texts_in_yaml(folder, text):
-    assert read(folder, YARD.replace("[4, 0, 1]", f"[4, {text}, 1]")).gateway.position[1] == -0.5
-
-
 def test_gltf_is_y_up(folder):
     box((0, 0, 0), (1, 2, 3)).export(folder / "crate.glb")
     scene = read(folder, YARD.replace("crate.obj", "crate.glb"))
@@ -118,16 +106,6 @@ def test_given_elements_are_read_and_written_and_stay_in_metres(scene, tmp_path)
     assert scene.with_array(2, 8).with_elements(places).gateway == replace(scene.gateway, elements=places)
 
 
-def test_materials_of_p2040_follow_the_frequency(scene, tmp_path):
-    path = write_scene(scene, tmp_path)
-    path.write_text(path.read_text().replace("frequency: 915000000.0", "frequency: 28 GHz"))
-    moved = read_scene(path)
-    assert moved.materials == {
-        name: replace(p2040_material(name, 28e9), color=each.color) for name, each in scene.materials.items()
-    }
-    assert moved.materials["concrete"].conductivity == pytest.approx(0.0462 * 28**0.7822)
-
-
 def test_what_was_given_by_hand_stays_when_the_frequency_changes(scene, tmp_path):
     wall = p2040_material("concrete", 915e6, thickness=0.4, scattering_coefficient=0.2)
     foam = RadioMaterial("wood", 1.05, 1e-4, 0.05)
@@ -141,48 +119,11 @@ def test_what_was_given_by_hand_stays_when_the_frequency_changes(scene, tmp_path
     assert moved["wood"] == foam and moved["wood"].frequency == 915e6
 
 
-@pytest.mark.parametrize(
-    ("felt", "words"),
-    [
-        ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01, frequency: 2.4 GHz}", "for 2400 MHz"),
-        ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01, frequency: 0.9 GHz}", None),
-        ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01}", None),
-        ("{relative_permittivity: 1.0, conductivity: 1e7, thickness: 0.002}", None),  # metal, at any frequency
-    ],
-)
-def test_values_for_another_frequency_are_said(folder, capsys, felt, words):
-    read(folder, YARD.replace("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01}", felt))
-    said = capsys.readouterr().err
-    if words is None:
-        assert not said
-    else:
-        assert f'outdoors.yaml: material "felt": its values are {words}, and the scene is at 915 MHz' in said
-
-
-def test_advice_for_a_material_out_of_range_can_be_followed(folder):
-    low = YARD.replace("915 MHz", "400 MHz").replace("material: wood", "material: brick")
-    for _ in range(2):
-        with pytest.raises(InputError, match="under materials, write its values at that frequency: ") as caught:
-            read(folder, low)
-        line = str(caught.value).partition("at that frequency: ")[2].partition(" has those at 1 GHz")[0]
-        kept = [each for each in low.splitlines() if not each.startswith("  block:") or line[:6] != "block:"]
-        low = "\n".join(kept).replace("\nmaterials:\n", f"\nmaterials:\n  {line}\n")
-    scene = read(folder, low)
-    assert (scene.materials["block"].relative_permittivity, scene.materials["block"].thickness) == (5.24, 0.3)
-    assert (scene.materials["brick"].relative_permittivity, scene.materials["brick"].thickness) == (3.91, 0.12)
-
-
-def test_same_scene_same_bytes(scene, tmp_path):
-    for name in ("a", "b"):
-        write_scene(scene, tmp_path / name)
-    files = sorted(p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*") if p.is_file())
-    assert [str(f) for f in files] == [
-        "meshes/crate.ply",
-        "meshes/floor.ply",
-        "scene.yaml",
-    ]  # nothing temporary
-    for file in files:
-        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+def test_values_for_another_frequency_are_said(folder, capsys):
+    read(folder, YARD)
+    assert not capsys.readouterr().err
+    read(folder, YARD.replace("conductivity: 1e-3", "conductivity: 1e-3, frequency: 2.4 GHz"))
+    assert "felt" in (said := capsys.readouterr().err) and "2400 MHz" in said
 
 
 def test_a_scene_that_is_read_and_written_again_has_the_same_bytes(folder, tmp_path):
@@ -190,7 +131,12 @@ def test_a_scene_that_is_read_and_written_again_has_the_same_bytes(folder, tmp_p
     last_first = YARD.replace("  felt:", "  mine: {p2040: brick}\n  felt:")  # which no object has
     for given in (read(folder, last_first), load_scene("closet"), load_scene("lab"), load_scene("bedroom")):
         first = write_scene(given, tmp_path / given.name)
-        assert write_scene(read_scene(first), tmp_path / f"{given.name} again").read_bytes() == first.read_bytes()
+        again = write_scene(read_scene(first), tmp_path / f"{given.name} again")
+        files, same = (
+            {str(p.relative_to(each.parent)): p.read_bytes() for p in each.parent.rglob("*.*")}
+            for each in (first, again)
+        )
+        assert files == same and len(files) == 1 + len(given.objects)  # and nothing temporary
     assert list(read(folder, last_first).materials) == ["felt", "block", "wood"]
     more = replace(given, materials=given.materials | {"unused": next(iter(given.materials.values()))})
     assert write_scene(more, tmp_path / "more").read_bytes() == first.read_bytes()
@@ -198,33 +144,13 @@ def test_a_scene_that_is_read_and_written_again_has_the_same_bytes(folder, tmp_p
 
 def test_names_that_are_no_file_names(scene, tmp_path):
     floor, crate = scene.objects
-    names = [
-        "a/b",
-        "A b",
-        "a_b",
-        "a_b_1",
-        "é",
-        "É",
-        "...",
-        "???",
-        "!!!",
-        "2024-01-01",
-        "-.5",
-        "yes",
-        "1e5",
-        "{a: b}",
-        "ü" * 200,
-    ]
+    names = ["a/b", "A b", "a_b", "a_b_1", "é", "É", "...", "!!!", "2024-01-01", "-.5", "yes", "{a: b}", "ü" * 200]
     crates = tuple(replace(crate, name=name) for name in names)
+    crates += tuple(replace(crate, name="!" * (number + 1)) for number in range(10, 160))
     awkward = replace(scene, name="- #1: 'x", objects=(floor, *crates))
-    assert read_scene(write_scene(awkward, tmp_path)) == awkward
-
-
-def test_many_names_of_no_letters_have_short_file_names(scene, tmp_path):
-    floor, crate = scene.objects
-    crates = tuple(replace(crate, name="!" * (number + 1)) for number in range(150))
-    folder = write_scene(replace(scene, objects=(floor, *crates)), tmp_path).parent
-    assert max(len(path.name) for path in (folder / "meshes").iterdir()) < 20
+    path = write_scene(awkward, tmp_path)
+    assert read_scene(path) == awkward
+    assert sum(len(each.name) > 20 for each in (path.parent / "meshes").iterdir()) == 1  # of the 200 letters
 
 
 def test_never_overwrites(scene, tmp_path):
@@ -259,11 +185,7 @@ def test_what_is_no_file_is_not_replaced(scene, tmp_path):
     (tmp_path / "b" / "meshes").mkdir(parents=True)
     os.mkfifo(tmp_path / "b" / "meshes" / "floor.ply")
     (tmp_path / "c").write_text("a file")
-    for name, sentence in (
-        ("a", "found a folder"),
-        ("b", "found a named pipe"),
-        ("c", "expected a folder"),
-    ):
+    for name, sentence in (("a", "found a folder"), ("b", "found a named pipe"), ("c", "expected a folder")):
         with pytest.raises(InputError, match=sentence):
             write_scene(scene, tmp_path / name)
 
@@ -272,53 +194,30 @@ BAD = [
     # what to replace, by what, and what the sentence has to have: the place, what was found, what was perhaps meant
     ("frequency: 915 MHz\n", "", "outdoors.yaml: ", "frequency"),
     ("915 MHz", "915 MHzz", "outdoors.yaml: frequency", "'915 MHzz'"),
-    ("915 MHz", "915", "outdoors.yaml: frequency", "found 915", "915 MHz are 915e6"),
-    ("915 MHz", "2.4", "outdoors.yaml: frequency", "found 2.4", "2.4 GHz are 2.4e9"),
-    ("915 MHz", "-915e6", "outdoors.yaml: frequency", "-915000000.0"),
-    ("915 MHz", "[915]", "outdoors.yaml: frequency", "[915]"),
-    ("915 MHz", "9" * 400, "outdoors.yaml: frequency", "99"),
     ("915 MHz", "400 MHz", "outdoors.yaml: materials.block", '"concrete"', "0.4 GHz"),
-    ("name: outdoors", "name: 3", "outdoors.yaml: name", "3"),
     ("gateway:", "gatway:", "outdoors.yaml: ", "'gatway'", '"gateway"'),
     ("  position: [4, 0, 1]\n", "", "outdoors.yaml: gateway", "position"),
     ("[4, 0, 1]", "[4, 0]", "outdoors.yaml: gateway.position", "3", "[4, 0]"),
-    ("[4, 0, 1]", "[4, 0, up]", "outdoors.yaml: gateway.position[2]", "'up'"),
-    ("[4, 0, 1]", "[4, 0, true]", "outdoors.yaml: gateway.position[2]", "True"),
-    ("[4, 0, 1]", "[4, 0, .nan]", "outdoors.yaml: gateway.position", "nan"),
     ("[4, 0, 1]", f"[4, 0, {'9' * 400}]", "outdoors.yaml: gateway.position[2]", "99"),
-    ("[4, 0, 1]", "[4, 0, 1e400]", "outdoors.yaml: gateway.position", "inf"),
-    ("[4, 0, 1]", "[0.5, 0.5, 0.2]", "outdoors.yaml: gateway.position", '"crate"'),
     ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "outdoors.yaml: gateway.rows", "4.5"),
     ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", "outdoors.yaml: gateway", "'row'", '"rows"'),
-    ("[4, 0, 1]", "[4, 0, 1]\n  3: 4", "outdoors.yaml: gateway", "3: 4"),
     ("[4, 0, 1]", "[4, 0, 1]\n  elements: []", "outdoors.yaml: gateway.elements", "found 0"),
     ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0]]", "outdoors.yaml: gateway.elements[0]", "[0, 0]"),
     ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, 0], [0, 0, 0]]", "outdoors.yaml: gateway.elements", "0 and 1"),
-    ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, .inf]]", "outdoors.yaml: gateway.elements", "inf"),
     ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, 160]]", "outdoors.yaml: gateway.elements", "160", "in metres"),
     ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, 0]]\n  rows: 4", "outdoors.yaml: gateway.elements", "and rows"),
     ("max: [1, 1, 1.5]", "size: [1, 1, 1]", "outdoors.yaml: transmitter.region", "'size'", "max"),
     ("  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n", "", "outdoors.yaml: transmitter", "nothing"),
     ("conductivity: 1e-3, ", "", "outdoors.yaml: materials.felt", "conductivity"),
-    ("permittivity: 1.3", "permittivity: 0.3", "outdoors.yaml: materials.felt", "relative_permittivity", "0.3"),
     ("p2040: concrete", "p2040: concret", "outdoors.yaml: materials.block", '"concret"', '"concrete"'),
-    ("1e-3, ", "1e-3, frequency: 1 Hzz, ", "outdoors.yaml: materials.felt: frequency", "'1 Hzz'"),
-    ("p2040: concrete", "p2040: concrete, sigma: 1", "outdoors.yaml: materials.block", "'sigma'"),
     ("material: wood", "material: wod", 'outdoors.yaml: objects[0] ("crate")', '"wod"', '"wood"'),
-    ("material: wood", "material: floorboard", 'outdoors.yaml: objects[0] ("crate")', '"floorboard"', "0.915 GHz"),
-    ("material: felt", "material: flet", 'outdoors.yaml: objects[2] ("mat")', '"flet"', '"felt"'),
-    ("crate.obj", "crat.obj", 'outdoors.yaml: objects[0] ("crate")', "crat.obj"),
     ("crate.obj", "../crate.obj", 'outdoors.yaml: objects[0] ("crate")', "'../crate.obj'"),
     ("crate.obj", "/etc/passwd.obj", 'outdoors.yaml: objects[0] ("crate")', "'/etc/passwd.obj'"),
     ("crate.obj", "pipe.obj", 'outdoors.yaml: objects[0] ("crate")', "pipe.obj", "named pipe"),
-    ("thickness: 0.02", "thickness: thin", 'outdoors.yaml: objects[2] ("mat")', "thickness", "'thin'"),
-    ("thickness: 0.02", "thickness: -1", 'outdoors.yaml: objects[2] ("mat")', "thickness", "-1"),
     ("  - {name: crate, mesh: crate.obj, material: wood}", "  - crate", "outdoors.yaml: objects[0]", "'crate'"),
     (YARD[YARD.index("objects:") :], "objects: {crate: 1}\n", "outdoors.yaml: objects", "{'crate': 1}"),
-    (YARD[YARD.index("objects:") :], "objects: []\n", "outdoors.yaml: ", "object"),
     (YARD, "", "outdoors.yaml: ", "nothing"),
     (YARD, "- a\n- b\n", "outdoors.yaml: ", "['a', 'b']"),
-    (YARD, "just words\n", "outdoors.yaml: ", "'just words'"),
     ("name: outdoors", "name: &a outdoors\nmaterials: *a", "outdoors.yaml, line 2: ", "*a"),
     ("felt:", "? [felt]\n  :", "outdoors.yaml, line 9: "),
     ("[4, 0, 1]", "[4, 0, 1", "outdoors.yaml, line 5: "),
@@ -350,12 +249,6 @@ def test_unknown_scenes(name, sentence):
         load_scene(name)
 
 
-def test_a_folder_is_no_scene(tmp_path):
-    (tmp_path / "dir.yaml").mkdir()
-    with pytest.raises(InputError, match=r"expected a scene, found a folder"):
-        read_scene(tmp_path / "dir.yaml")
-
-
 def test_several_gateways_are_read_written_and_each_has_a_place_of_its_own(scene, tmp_path):
     second = replace(scene.gateway, position=(2.0, 0.5, 2.0), rows=8)
     both = replace(scene, further_gateways={"by-the-door": second})
@@ -374,6 +267,5 @@ def test_gateway_needs_a_name_that_can_be_a_folder(name, scene):
 
 def test_further_gateway_inside_an_object_is_named(scene):
     with pytest.raises(InputError, match=r"further_gateways.second.position: .* found .* inside"):
-        validate(
-            replace(scene, further_gateways={"second": replace(scene.gateway, position=(0.5, 0.5, 0.2))}), "outdoors"
-        )
+        inside = replace(scene.gateway, position=(0.5, 0.5, 0.2))
+        validate(replace(scene, further_gateways={"second": inside}), "outdoors")

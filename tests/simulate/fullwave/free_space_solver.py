@@ -1,16 +1,18 @@
-"""In place of our solver, the field in free space, with a small scene for it."""
+"""In place of our solver, the field in free space; small scenes and domains for both."""
 
 import numpy as np
 
 from benchmarks.ledger.exact_fields import free_space_response
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
-from scenes.scene.materials import VACUUM_PERMEABILITY, p2040_materials
+from scenes.scene.materials import VACUUM_PERMEABILITY, RadioMaterial, p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.dipole import GAIN
+from simulate.fullwave.run_plan import BandPlan, Plan
 from simulate.fullwave.solver import BandField, SourceField
-from simulate.fullwave.yee_grid import numerical_frequency
+from simulate.fullwave.stored_field import MARGIN
+from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 
 FREQUENCIES = 905e6, 915e6, 925e6, 1.8e9
 
@@ -21,6 +23,21 @@ def floor_and_two_elements() -> Scene:
     gateway = Gateway((1.0, 0.5, 0.5), facing((-1, 0, 0)), rows=2, columns=1, pattern="dipole")
     region = Transmitter((0.35, 0.3, 0.3), (0.6, 0.7, 0.6), pattern="dipole")
     return Scene("small", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+
+
+def free_scene(rows: int, low: tuple, high: tuple) -> Scene:
+    """Dipoles in free space, the elements around the origin. A scene needs an object, which is far away."""
+    gateway = Gateway((0.0, 0.0, 0.0), facing((-1, 0, 0)), rows=rows, columns=1, pattern="dipole")
+    far = SceneObject("far", sheet((-50, 0, 0), (0, 1, 0), (0, 0, 1)), "metal")
+    metal = {"metal": RadioMaterial("metal", 1.0, 1e7, 0.002)}
+    return Scene("free", 915e6, gateway, Transmitter(low, high, pattern="dipole"), (far,), metal)
+
+
+def planned_run(scene: Scene, grid: YeeGrid, steps: int, earliest: int = 0, band: BandPlan | None = None) -> Plan:
+    """A run on given cells, which keeps the field around the scene's region."""
+    low, high = ((np.array(corner) - grid.origin) / grid.cell for corner in scene.transmitter.region)
+    box = np.stack([np.floor(low) - MARGIN, np.ceil(high) + MARGIN]).astype(int)
+    return Plan(grid, numerical_frequency(scene.wavelength, grid.cell), steps, box, earliest, band)
 
 
 class FreeSpaceSolver:

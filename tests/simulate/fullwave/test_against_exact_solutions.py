@@ -16,9 +16,8 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.dipole import element_direction, transmitter_direction
-from simulate.fullwave.run_plan import Plan
-from simulate.fullwave.stored_field import MARGIN
-from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
+from simulate.fullwave.yee_grid import YeeGrid
+from tests.simulate.fullwave.free_space_solver import planned_run
 
 FREQUENCY = 915e6
 CELL = 0.02
@@ -47,11 +46,8 @@ def place(gateway: Gateway, region: tuple, *objects: SceneObject, material: Radi
 
 def traced(scene: Scene, origin: tuple, shape: tuple, steps: int, folder) -> tuple:
     """The stored field, places of the region drawn at random, and the responses there."""
-    grid, region = YeeGrid(origin, CELL, shape), scene.transmitter.region
-    box = np.stack([np.floor((region[0] - origin) / CELL) - MARGIN, np.ceil((region[1] - origin) / CELL) + MARGIN])
-    planned = Plan(grid, numerical_frequency(scene.wavelength, CELL), steps, box.astype(int))
-    field = stored_field(scene, planned, folder)
-    positions = np.random.default_rng(0).uniform(*region, (100, 3))
+    field = stored_field(scene, planned_run(scene, YeeGrid(origin, CELL, shape), steps), folder)
+    positions = np.random.default_rng(0).uniform(*scene.transmitter.region, (100, 3))
     return field, positions, field.responses(positions)[:, 0]
 
 

@@ -12,7 +12,6 @@ from scenes.scene.shapes import box, rotate, sheet
 from simulate.fullwave.cells import AIR, CONDUCTOR, edge_materials
 from simulate.fullwave.run_plan import plan
 from simulate.fullwave.yee_grid import YeeGrid, numerical_permittivity
-from simulate.rays.core.slabs import dielectric_slabs
 
 STONE = RadioMaterial("stone", 5.0, 0.05, 0.1)
 METAL = RadioMaterial("metal", 1.0, 1e7, 0.002)
@@ -20,15 +19,8 @@ GRID = YeeGrid((0.0, 0.0, 0.0), 0.02, (50, 50, 50))
 
 
 def scene(*objects: SceneObject) -> Scene:
-    gateway = Gateway((0.8, 0.5, 0.5), facing((-1, 0, 0)))
-    return Scene(
-        "cells",
-        915e6,
-        gateway,
-        Transmitter((0.3, 0.3, 0.3), (0.5, 0.5, 0.5)),
-        objects,
-        {"stone": STONE, "metal": METAL},
-    )
+    gateway, region = Gateway((0.8, 0.5, 0.5), facing((-1, 0, 0))), Transmitter((0.3, 0.3, 0.3), (0.5, 0.5, 0.5))
+    return Scene("cells", 915e6, gateway, region, objects, {"stone": STONE, "metal": METAL})
 
 
 def permittivity_along(place: Scene, axis: int, line: tuple) -> np.ndarray:
@@ -37,35 +29,10 @@ def permittivity_along(place: Scene, axis: int, line: tuple) -> np.ndarray:
     return found.permittivity[found.index[axis][line]]
 
 
-def test_board_in_the_room_lies_on_both_sides_of_its_sheet():
-    board = SceneObject("board", sheet((0.5, 0.1, 0.1), (0, 0.8, 0), (0, 0, 0.8)), "stone")
-    (slabs,) = dielectric_slabs(scene(board, SceneObject("room", box((0, 0, 0), (1, 1, 1)), "metal")))
-    assert slabs.start.tolist() == [-0.05, -0.05] and slabs.stop.tolist() == [0.05, 0.05]
-    assert not slabs.outer.any()
-
-
-def test_outer_wall_lies_behind_its_sheet():
-    wall = SceneObject("wall", sheet((0.9, 0, 0), (0, 1, 0), (0, 0, 1)), "stone")
-    far = SceneObject("far", sheet((0, 0, 0), (0, 1, 0), (0, 0, 1)), "stone")
-    for slabs, outwards in zip(dielectric_slabs(scene(wall, far)), (1, -1), strict=True):
-        assert slabs.outer.all()
-        assert np.allclose(slabs.normals, [outwards, 0, 0])
-        assert slabs.start.tolist() == [0, 0] and np.allclose(slabs.stop, 0.1)
-
-
 def test_openings_of_walls_stay_open():
     wall = SceneObject("wall", sheet((0.9, 0, 0), (0, 1, 0), (0, 0, 1), openings=[(0.3, 0.7, 0.3, 0.7)]), "stone")
     in_the_opening, beside_it = (permittivity_along(scene(wall), 1, (slice(46, 50), level, 25)) for level in (25, 5))
     assert (in_the_opening == 1).all() and (beside_it > 4.8).all()
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "start"), [((0.1, 0.1, 0.1), (0.2, 0.2, 0.2), -0.1), ((0, 0, 0), (1, 1, 1), 0.0)]
-)
-def test_body_is_filled_under_its_surface_and_a_room_behind_it(low, high, start):
-    (slabs,) = dielectric_slabs(scene(SceneObject("box", box(low, high), "stone")))
-    assert np.allclose(slabs.start, start)
-    assert slabs.outer.all() == (start == 0)
 
 
 @pytest.mark.parametrize("low", [0.503, 0.9])  # between the antennas and an outer wall; and that

@@ -24,20 +24,20 @@ def conducting_box(low: tuple, high: tuple) -> np.ndarray:
     return conducting
 
 
-def test_edge_of_a_sheet_has_three_components_beside_it():
-    found = beside_edges(conducting_box((4, 0, 0), (4, 4, 8)))
-    expected = np.zeros((3, 9, 9, 9), int)
-    expected[0, 4, 4, :8] = expected[1, 4, 4, :8] = expected[1, 3, 4, :8] = 1
-    middle = slice(1, 7)
-    assert np.array_equal(found[:, 1:8, 1:8, middle], expected[:, 1:8, 1:8, middle])
-
-
-def test_edge_of_a_block_has_two_components_beside_it():
-    found = beside_edges(conducting_box((0, 0, 0), (4, 4, 8)))
-    expected = np.zeros((3, 9, 9, 9), int)
-    expected[0, 4, 4, :8] = expected[1, 4, 4, :8] = 2
-    middle = slice(1, 7)
-    assert np.array_equal(found[:, 1:8, 1:8, middle], expected[:, 1:8, 1:8, middle])
+@pytest.mark.parametrize(
+    ("low", "expected"),
+    [
+        ((4, 0, 0), {(0, 4, 4): 1, (1, 4, 4): 1, (1, 3, 4): 1}),
+        ((0, 0, 0), {(0, 4, 4): 2, (1, 4, 4): 2}),
+    ],
+    ids=["sheet", "block"],
+)
+def test_edge_of_a_sheet_has_three_components_beside_it_and_that_of_a_block_two(low, expected):
+    found = beside_edges(conducting_box(low, (4, 4, 8)))[:, 1:8, 1:8, 1:7]
+    marked = np.zeros((3, 9, 9, 9), int)
+    for component, kind in expected.items():
+        marked[component] = kind
+    assert np.array_equal(found, marked[:, 1:8, 1:8, 1:7])
 
 
 @pytest.mark.parametrize("wedge, permeability", [(2.0, SHEET), (1.5, BLOCK)], ids=["sheet", "block"])

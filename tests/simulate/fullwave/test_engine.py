@@ -4,7 +4,6 @@ import json
 import time
 from dataclasses import replace
 from itertools import count
-from pathlib import Path
 from threading import Event
 
 import numpy as np
@@ -12,13 +11,10 @@ import pytest
 
 from benchmarks.ledger.exact_fields import free_space_response
 from scenes.checks.occupancy import element_positions
-from scenes.files import optional_packages
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.field_folder import FIELD
-from simulate.fullwave import all_elements, element_fields
-from simulate.fullwave.stored_field import read_stored_field
+from simulate.fullwave import element_fields
 from simulate.generation.simulation import simulate
 from tests.simulate.fullwave.free_space_solver import FreeSpaceSolver, floor_and_two_elements, replace_solver
 
@@ -36,13 +32,9 @@ def solver(monkeypatch) -> FreeSpaceSolver:
 def test_dataset_has_the_responses_of_the_field(scene, solver, tmp_path):
     dataset = simulate(scene, tmp_path / "small", n=12, engine="fullwave", cell=0.03, workers=1)
     assert len(solver.sources) == 2
-    expected = np.stack(
-        [
-            free_space_response(element, np.array([0.0, 0, 1]), dataset.positions, np.array([0.0, 0, 1]), 915e6)
-            for element in solver.sources
-        ],
-        axis=1,
-    )
+    up = np.array([0.0, 0, 1])
+    each = [free_space_response(element, up, dataset.positions, up, 915e6) for element in solver.sources]
+    expected = np.stack(each, axis=1)
     # A field known at the middles of cells is taken for the mean of their edges, whose inverse raises it by about 2 %.
     assert np.abs(dataset.responses / expected - 1).max() < 0.08
     metadata = json.loads((tmp_path / "small" / "metadata.json").read_text())
@@ -59,21 +51,6 @@ def test_elements_at_given_places_are_run_at_these_places(scene, solver, tmp_pat
     assert made.responses.shape == (12, 3) and made.array.positions_m == places and made.array.frequency == 915e6
     again = simulate(given, tmp_path / "more", n=20, engine="fullwave", field=tmp_path / "small")
     assert len(solver.sources) == 3 and again.array == made.array
-    other = replace(given, gateway=replace(given.gateway, elements=places[:2]))
-    with pytest.raises(InputError, match=r"whose array is \{'positions_m'.* instead of"):
-        simulate(other, tmp_path / "other", n=20, engine="fullwave", field=tmp_path / "small")
-
-
-def test_interrupted_runs_are_continued(scene, solver, tmp_path):
-    solver.interrupted_at = 1
-    with pytest.raises(KeyboardInterrupt):
-        simulate(scene, tmp_path / "small", n=12, engine="fullwave", cell=0.03, workers=1)
-    assert len(solver.sources) == 1
-    solver.interrupted_at = None
-    simulate(scene, tmp_path / "small", n=12, engine="fullwave", cell=0.03, workers=1)
-    assert len(solver.sources) == 2
-    assert len(read_dataset(tmp_path / "small").names) == 12
-    assert not (tmp_path / "small" / "field").exists()
 
 
 def test_interrupt_ends_the_runs_beside(scene, solver, monkeypatch, tmp_path):
@@ -103,8 +80,6 @@ def test_settings_that_do_not_fit_are_refused_before_anything_is_written(scene, 
         simulate(scene, tmp_path / "a", n=4, cell=0.03)
     with pytest.raises(ParameterError, match=r"cell: expected at most 0\.0357 m"):
         simulate(scene, tmp_path / "a", n=4, engine="fullwave", cell=0.1)
-    with pytest.raises(ParameterError, match="cell: expected metres from 1e-05 to 10, found"):
-        simulate(scene, tmp_path / "a", n=4, engine="fullwave", cell=-0.1)
     with pytest.raises(InputError, match="expected the folder of a finished simulation with --engine fullwave"):
         simulate(scene, tmp_path / "a", n=4, engine="fullwave", field=tmp_path)
     assert not (tmp_path / "a").exists()
@@ -115,42 +90,30 @@ def test_what_differs_in_the_scene_of_a_field_is_named(scene, solver, tmp_path):
     turned = replace(scene, gateway=replace(scene.gateway, rows=1, columns=2))
     nearer = replace(scene, transmitter=replace(scene.transmitter, region_max=(0.6, 0.7, 0.55)))
     for other, words in (
-        (turned, "'small', whose array is .*'rows': 2, 'columns': 1.* instead of .*'rows': 1, 'columns': 2"),
-        (nearer, "'small', which differs in objects, materials, antennas or region"),
+        (turned, "'rows': 2, 'columns': 1.* instead of .*'rows': 1, 'columns': 2"),
+        (nearer, "differs in .* region"),
     ):
-        with pytest.raises(InputError, match=f"expected the field of the same scene, found that of {words}"):
+        with pytest.raises(InputError, match=f"'small', .*{words}"):
             simulate(other, tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "small")
-
-
-def change_field(folder: Path, **arrays: object) -> bytes:
-    """Change arrays of a stored field. Returns the file as it was."""
-    whole = (folder / FIELD).read_bytes()
-    with np.load(folder / FIELD) as field:
-        np.savez(folder / FIELD, **{**field, **arrays})
-    return whole
 
 
 def test_field_that_does_not_fit_is_refused_and_not_copied(scene, solver, tmp_path):
     """Each file is valid alone. The same command works once the field is mended."""
     folder = simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03).folder
-    field = read_stored_field(folder / FIELD)
-    again = {"n": 5, "engine": "fullwave", "field": folder}
-    wrong = [
-        ({"values": field.values[:1], "unsettled": field.unsettled[:1]}, "of 2 × 1 elements of small, found that of 1"),
-        ({"origin": field.origin + 0.3}, r"in the whole region of the transmitters, from \[0\.35, 0\.3, 0\.3\]"),
-    ]
-    for arrays, words in wrong:
-        whole = change_field(folder, **arrays)
-        with pytest.raises(InputError, match=rf"{folder / FIELD}: expected .*{words}"):
+    file, again = folder / FIELD, {"n": 5, "engine": "fullwave", "field": folder}
+    whole, field = file.read_bytes(), dict(np.load(file))
+    fewer = {"values": field["values"][:1], "unsettled": field["unsettled"][:1]}
+    for change, words in (
+        (fewer, "of 2 × 1 elements of small, found that of 1"),
+        ({"origin": field["origin"] + 0.3}, r"in the whole region of the transmitters, from \[0\.35, 0\.3, 0\.3\]"),
+    ):
+        np.savez(file, **{**field, **change})
+        with pytest.raises(InputError, match=rf"{file}: expected .*{words}"):
             simulate(scene, tmp_path / "more", **again)
         assert not (tmp_path / "more").exists()
-        (folder / FIELD).write_bytes(whole)
-    with pytest.raises(InputError, match=rf"{folder / FIELD}: expected .* known in the whole region"):
-        simulate(scene, tmp_path / "more", **{**again, "positions": [[0.5, 0.5, 0.5], [5, 0.5, 0.5]]})
-    (folder / FIELD).write_bytes(whole[:-100])
-    with pytest.raises(InputError, match=f"{folder / FIELD}: expected the stored field"):
-        simulate(scene, tmp_path / "more", **again)
-    (folder / FIELD).write_bytes(whole)
+    file.write_bytes(whole)
+    with pytest.raises(InputError, match=rf"{file}: expected .* known in the whole region"):
+        simulate(scene, tmp_path / "more", **again, positions=[[0.5, 0.5, 0.5], [5, 0.5, 0.5]])
     assert len(simulate(scene, tmp_path / "more", **again).names) == 5
 
 
@@ -166,27 +129,19 @@ def test_damaged_field_of_a_finished_dataset_is_solved_again(scene, solver, tmp_
     assert len(solver.sources) == 2 * runs
 
 
-def test_damaged_file_of_an_element_is_solved_again(scene, solver, tmp_path, monkeypatch, capsys):
-    settings = {"n": 4, "engine": "fullwave", "cell": 0.03}
-    whole = simulate(scene, tmp_path / "whole", **settings)
-    runs = len(solver.sources)
-    with monkeypatch.context() as patch:
-        patch.setattr(all_elements, "replace", lambda *_, **__: 1 / 0)  # after all elements
-        with pytest.raises(ZeroDivisionError):
-            simulate(scene, tmp_path / "small", **settings)
-    element = tmp_path / "small" / "field" / "element-001.npz"
-    element.write_bytes(b"")
-    assert (simulate(scene, tmp_path / "small", **settings).pictures == whole.pictures).all()
-    assert len(solver.sources) == 2 * runs + 1
-    assert f"bisplat: {element}: expected the stored field" in capsys.readouterr().err
-
-
-def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(scene, solver, monkeypatch, tmp_path):
-    monkeypatch.setattr(optional_packages, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match="full wave on a GPU needs gprMax, which is not installed"):
-        simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, gpu=True)
-    assert not (tmp_path / "small").exists()
-    simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
+@pytest.mark.parametrize("damaged", [False, True])
+def test_interrupted_runs_are_continued_and_damaged_ones_repeated(damaged, scene, solver, tmp_path, capsys):
+    settings = {"n": 12, "engine": "fullwave", "cell": 0.03, "workers": 1}
+    solver.interrupted_at = 1
+    with pytest.raises(KeyboardInterrupt):
+        simulate(scene, tmp_path / "small", **settings)
+    solver.interrupted_at, element = None, tmp_path / "small" / "field" / "element-000.npz"
+    if damaged:
+        element.write_bytes(b"")
+    assert len(simulate(scene, tmp_path / "small", **settings).names) == 12
+    assert len(solver.sources) == 2 + damaged
+    assert (f"bisplat: {element}: expected the stored field" in capsys.readouterr().err) == damaged
+    assert not (tmp_path / "small" / "field").exists()
 
 
 def test_dataset_by_gprmax_is_made_once_more_by_gprmax(scene, solver, monkeypatch, tmp_path):

@@ -41,16 +41,13 @@ def test_cells_that_do_not_fit_are_refused_with_some_that_do(machine):
 
 def test_runs_at_a_time_that_do_not_fit_are_refused_with_a_number_that_does(machine):
     machine(memory_of_runs(COARSE, ELEMENTS, 4) * 1.01)
-    with pytest.raises(ParameterError, match="workers: expected at most 4, since 8 runs take") as error:
+    with pytest.raises(ParameterError, match="workers: expected at most 4, since 8 runs take"):
         require_memory(CLOSET, REGION, COARSE, 8)
-    assert f"{memory_of_runs(COARSE, ELEMENTS, 8) / 1e9:.3g} GB of memory" in str(error.value)
     require_memory(CLOSET, REGION, COARSE, 4)
     assert 1 <= runs_at_once(COARSE, ELEMENTS) <= 4
 
 
 def test_scene_for_which_no_cells_fit(machine):
     machine(10**6)
-    with pytest.raises(
-        InputError, match=r"closet: expected a smaller scene, or a Ray cluster .*0\.001 GB, and the waves need"
-    ):
+    with pytest.raises(InputError, match="closet: expected a smaller scene"):
         require_memory(CLOSET, REGION, COARSE)

@@ -11,7 +11,6 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.element_fields import groups
 from simulate.fullwave.run_plan import Plan, plan
 
 
@@ -67,12 +66,3 @@ def test_settled_field_hardly_changes_any_more(corner, planned, tmp_path):
     longer = stored_field(corner, later, tmp_path / "longer")
     change = np.linalg.norm(longer.values - settled.values) / np.linalg.norm(longer.values)
     assert change < 2e-3
-
-
-@pytest.mark.parametrize(
-    ("elements", "at_once", "sizes"),
-    [(16, 2, [8, 8]), (16, 1, [8, 8]), (16, 4, [4] * 4), (1, 4, [1]), (36, 2, [6] * 6), (17, 2, [5, 4, 4, 4])],
-)
-def test_elements_are_divided_into_runs_of_like_sizes(elements, at_once, sizes):
-    assert [len(part) for part in groups(list(range(elements)), at_once)] == sizes
-    assert groups([3, 4], at_once, "gprMax 4.0.1") == [[3], [4]]

@@ -1,15 +1,19 @@
-"""Positions between the points of a stored field, and what is refused."""
+"""Stored fields: positions between their points, what is refused, and the closet's field, which is in tests/data."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
+from scenes.places.built_in import closet
 from simulate.fullwave.dipole import source_weights
 from simulate.fullwave.stored_field import MARGIN, StoredField, read_stored_field, undo_mean_of_edges
 
 K = 2 * np.pi / 0.3276
 WAVE = K * np.array([0.6, -0.64, 0.48])
 CELL = 0.02
+CLOSET = Path(__file__).parents[2] / "data" / "closet"
 
 
 def plane_wave(points: np.ndarray) -> np.ndarray:
@@ -74,3 +78,24 @@ def test_source_between_points_radiates_like_one_there():
     points, weights = source_weights(position)
     assert len(points) == 64 and weights.sum() == pytest.approx(1)
     assert (weights @ plane_wave(CELL * points)) == pytest.approx(plane_wave(CELL * position), abs=2e-3)
+
+
+def test_field_of_the_closet_is_small_and_settled_and_says_its_error():
+    assert sum(file.stat().st_size for file in CLOSET.iterdir()) < 1e6
+    field = read_stored_field(CLOSET / "field.npz")
+    assert field.values.shape[0] == 16 and (field.unsettled < 1e-3).all()
+    assert field.interpolation_error_db < -40
+
+
+def test_field_of_the_closet_solves_the_wave_equation():
+    """∇²E + k²E = 0 where there is air, with the Laplacian by differences of the interpolated field."""
+    scene, field = closet(), read_stored_field(CLOSET / "field.npz")
+    points = np.random.default_rng(0).uniform(*scene.transmitter.region, (200, 3))
+    step, k = 0.02, 2 * np.pi / scene.wavelength
+    here = field.responses(points).astype(complex)
+    laplacian = sum(
+        (field.responses(points + side) + field.responses(points - side) - 2 * here) / step**2
+        for side in step * np.eye(3)
+    )
+    assert np.linalg.norm(laplacian + k**2 * here) < 0.02 * np.linalg.norm(k**2 * here)
+    assert np.linalg.norm(laplacian + (1.1 * k) ** 2 * here) > 0.15 * np.linalg.norm(k**2 * here)

@@ -132,16 +132,15 @@ def test_dipoles_of_the_gateway_are_deaf_along_their_own_axis(rotation, make_sce
         far_sheet, gateway=Gateway((0, 0, 0), tuple(rotation.as_quat()), rows=1, columns=1, pattern="dipole")
     )
     axes = the_axes(rotation)
-    along_x, along_y, along_z = (
-        abs(
-            Tracer(replace(scene, transmitter=_polarised_along(axes[1], seen_from=axis)), LOS_ONLY)
-            .responses(3 * axis[None])[0, 0]
-        )
-        for axis in axes
-    )  # fmt: skip
+
+    def level(axis) -> float:
+        polarised = replace(scene, transmitter=_polarised_along(axes[1], seen_from=axis))
+        return abs(Tracer(polarised, LOS_ONLY).responses(3 * axis[None])[0, 0])
+
+    along_x, along_y, along_z = map(level, axes)
     assert along_y < 1e-3 * along_z
-    for level in (along_x, along_z):
-        assert (level / abs(free_space(3.0))) ** 2 == pytest.approx(1.5, rel=1e-3)
+    for loud in (along_x, along_z):
+        assert (loud / abs(free_space(3.0))) ** 2 == pytest.approx(1.5, rel=1e-3)
 
 
 def _polarised_along(axis, seen_from) -> Transmitter:

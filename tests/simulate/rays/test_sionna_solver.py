@@ -1,9 +1,6 @@
 """What ``sionna_paths`` and ``reflection_chains`` build on Sionna RT's internals, against its public solver."""
 
-import re
 from dataclasses import replace
-from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,16 +11,6 @@ from simulate.rays.core import reflection_chains
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 
-PYPROJECT = Path(__file__).parents[3] / "pyproject.toml"
-
-
-@pytest.mark.parametrize("package", ["sionna-rt", "mitsuba", "drjit"])
-def test_installed_ray_tracer_is_the_pinned_one(package):
-    """simulate/rays/sionna_solver.py calls internals of one version; another one must be looked at first."""
-    pinned = re.search(rf'"{package}==([\d.]+)"', PYPROJECT.read_text())
-    assert pinned
-    assert version(package) == pinned[1]
-
 
 @pytest.mark.parametrize("place", [1, 2, 4, 9])
 def test_response_of_every_element_is_that_of_the_public_path_solver(
@@ -33,27 +20,16 @@ def test_response_of_every_element_is_that_of_the_public_path_solver(
     assert np.abs(room_responses[place] - expected).max() < 1e-3 * np.abs(expected).max()
 
 
-def test_wall_of_many_triangles_reflects_once(room, room_positions, room_responses, two_bounces):
-    """Every triangle of every sheet cut into 64: the responses stay."""
-    fine = replace(room, objects=tuple(_subdivided(item, 3) for item in room.objects))
-    found = Tracer(fine, two_bounces).responses(room_positions)
-    assert np.abs(found - room_responses).max() < 1e-3 * np.abs(room_responses).max()
-
-
-def _subdivided(item, times):
-    mesh = item.mesh
-    for _ in range(times):
-        mesh = mesh.subdivide()
-    return replace(item, mesh=mesh)
-
-
-def test_wall_drawn_as_two_objects_side_by_side_reflects_once(room, room_positions, room_responses, two_bounces):
-    """The floor in two objects that share a plane: one chain, whichever half a path meets."""
-    halves = [
-        replace(room.objects[0], name=name, mesh=sheet((x, -20, 0), (width, 0, 0), (0, 40, 0)))
-        for name, x, width in (("left", -20, 18), ("right", -2, 22))
-    ]
-    found = Tracer(replace(room, objects=(*halves, *room.objects[1:])), two_bounces).responses(room_positions)
+@pytest.mark.parametrize("drawn", ["of many triangles", "as two objects side by side"])
+def test_wall_reflects_once(drawn, room, room_positions, room_responses, two_bounces):
+    """Every triangle of every sheet cut into 64, or the floor in two objects that share a plane: one chain."""
+    if drawn == "of many triangles":
+        objects = [replace(item, mesh=item.mesh.subdivide().subdivide().subdivide()) for item in room.objects]
+    else:
+        left, right = (sheet((x, -20, 0), (width, 0, 0), (0, 40, 0)) for x, width in ((-20, 18), (-2, 22)))
+        halves = replace(room.objects[0], mesh=left), replace(room.objects[0], name="right", mesh=right)
+        objects = [*halves, *room.objects[1:]]
+    found = Tracer(replace(room, objects=tuple(objects)), two_bounces).responses(room_positions)
     assert np.abs(found - room_responses).max() < 1e-3 * np.abs(room_responses).max()
 
 
@@ -70,7 +46,7 @@ def test_responses_do_not_depend_on_the_order_of_positions(room_tracer, room_pos
 
 
 def test_too_many_rays_to_shoot_are_refused_with_the_most_that_fit(room):
-    with pytest.raises(InputError, match=r"^rays: expected at most 100,000 rays at depth 5, .* found 1,000,000$"):
+    with pytest.raises(InputError, match=r"^rays: expected at most 100,000 .* found 1,000,000$"):
         Tracer(room, Propagation(max_depth=5, diffuse=True, sionna=True, rays=1_000_000))
 
 

@@ -7,10 +7,7 @@ import pytest
 
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box, sheet
-from simulate.rays.core.electric_field import pattern
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.ray_tracer import dr, mi
-from simulate.rays.core.sionna_scene import gateway_antennas
 from simulate.rays.tracer import Tracer
 from tests.small_scene import CABINET, small_scene
 
@@ -52,16 +49,3 @@ def test_responses_are_those_of_tracers_of_the_other_scenes(propagation):
         assert np.abs(expected - before).max() > 0.01 * np.abs(before).max()
         np.testing.assert_allclose(responses, expected, atol=1e-5 * np.abs(before).max())
     np.testing.assert_array_equal(tracer.responses(POSITIONS), before)
-
-
-def test_another_orientation_takes_no_other_kernel():
-    """Kernels take a second to compile, and each step of a calibration turns the gateway."""
-    towards = mi.Vector3f(*(dr.opaque(mi.Float, share) for share in (0.6, 0.0, 0.8)))
-    hashes = []
-    for orientation in ((0.5, 0.5, 0.5, 0.5), (0.1, 0.7, 0.5, 0.5)):
-        antennas = gateway_antennas(replace(PLACE, gateway=replace(PLACE.gateway, orientation=orientation)))
-        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
-            dr.kernel_history_clear()
-            dr.eval(pattern(antennas, towards))
-            hashes.append([each["hash"] for each in dr.kernel_history([dr.KernelType.JIT])])
-    assert hashes[0] and hashes[0][-1] == hashes[1][-1]

@@ -81,9 +81,13 @@ def test_boards_of_a_box_end_at_its_edges_one_by_one(edges_of):
     assert len(np.unique(np.column_stack([edges.starts, edges.directions, edges.tangents]).round(6), axis=0)) == 24
 
 
-def test_openings_of_outer_walls_diffract_and_their_corners_do_not(make_scene):
+def test_openings_of_outer_walls_diffract_and_their_corners_do_not():
     """A room with a door: three edges of the opening, as the door's own edges are in the wall's slab."""
-    edges = diffracting_edges(RayScene.of(room_with_a_door(), Propagation()))
+    sides = dict.fromkeys(("floor", "ceiling", "south", "north", "west", "east"), Finish("brick"))
+    walls = build_room((3.0, 2.5, 2.4), [Opening("door", "south", 1.0, 1.9, 0.0, 2.0, "wood")], **sides)
+    gateway = Gateway((0.6, 0.6, 1.2), facing((1.0, 1.0, 0.0)), pattern="dipole")
+    room = build_place("room", walls, gateway, Transmitter((1.5, 1.0, 0.8), (2.4, 2.0, 1.6), "dipole"))
+    edges = diffracting_edges(RayScene.of(room, Propagation()))
     assert sorted(edges.lengths.round(2)) == [0.9, 2.0, 2.0] and edges.sheets.all()
     assert np.allclose(edges.starts[:, 1], 0)
 
@@ -91,14 +95,6 @@ def test_openings_of_outer_walls_diffract_and_their_corners_do_not(make_scene):
 def test_boards_of_a_box_at_the_end_of_the_scene_have_their_edges(edges_of):
     """Its top and its far side are the outermost faces, but the slabs are inside the box and do not continue."""
     assert len(edges_of(FLOOR, ("crate", box((4, -0.5, 3), (5, 0.5, 4)), "brick"))) == 24
-
-
-def room_with_a_door():
-    finish = Finish("brick")
-    sides = {side: finish for side in ("floor", "ceiling", "south", "north", "west", "east")}
-    walls = build_room((3.0, 2.5, 2.4), [Opening("door", "south", 1.0, 1.9, 0.0, 2.0, "wood")], **sides)
-    gateway = Gateway((0.6, 0.6, 1.2), facing((1.0, 1.0, 0.0)), pattern="dipole")
-    return build_place("room", walls, gateway, Transmitter((1.5, 1.0, 0.8), (2.4, 2.0, 1.6), "dipole"))
 
 
 def test_of_too_many_edges_the_foremost_are_followed(make_scene, monkeypatch):
@@ -113,15 +109,3 @@ def test_of_too_many_edges_the_foremost_are_followed(make_scene, monkeypatch):
     middles = edges.points(np.array([0.5])).tolist()
     places = [middles.index(middle) for middle in kept.points(np.array([0.5])).tolist()]
     assert places == sorted(places)
-
-
-def test_objects_that_move_keep_the_numbers_of_their_edges(edges_of):
-    """Chains, which name edges by their numbers, then need not be found anew."""
-
-    def two_boxes(ahead):
-        other = box((3.0, 1.0 + ahead, 0.5), (4.0, 2.0 + ahead, 1.0))
-        return edges_of(("one", box((1.0, 1.0, 0.5), (2.0, 2.0, 1.0)), "metal"), ("other", other, "metal"))
-
-    before, after = two_boxes(0.1), two_boxes(-0.1)
-    np.testing.assert_array_equal(before.faces, after.faces)
-    np.testing.assert_allclose(before.directions, after.directions)
