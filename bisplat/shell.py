@@ -11,8 +11,7 @@ from typing import Any
 
 SENTENCE = "bisplat: interrupted; run the same command again to continue"
 
-STATUS = 130
-"""Exit status of an interrupted command, as of shells."""
+STATUS = 130  # Exit status of an interrupted command, as of shells
 
 
 def heed_interrupts() -> None:
@@ -62,8 +61,7 @@ def _is_importing(frame: FrameType | None) -> bool:
     return False
 
 
-STDOUT = "standard output"
-"""File name of errors of stdout, which have none otherwise."""
+STDOUT = "standard output"  # File name of errors of stdout, which have none otherwise
 
 
 def prepare_streams() -> None:

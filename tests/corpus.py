@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import os
-import socket
 import struct
 import zipfile
 import zlib
@@ -27,19 +26,10 @@ def content(data: bytes | str) -> Make:
     return lambda path: path.write_bytes(data if isinstance(data, bytes) else data.encode())
 
 
-def sparse(size: int) -> Make:
+def terabyte(path: Path) -> None:
     """A file of zeros that takes no room."""
-
-    def make(path: Path) -> None:
-        with path.open("wb") as file:
-            file.truncate(size)
-
-    return make
-
-
-def a_socket(path: Path) -> None:
-    with socket.socket(socket.AF_UNIX) as server:
-        server.bind(str(path))
+    path.touch()
+    os.truncate(path, 10**12)
 
 
 ANY_FILE: dict[str, Case] = {
@@ -47,7 +37,7 @@ ANY_FILE: dict[str, Case] = {
     "device": (lambda path: path.symlink_to("/dev/zero"), "a device"),
     "folder": (Path.mkdir, "a folder"),
     "link to itself": (lambda path: path.symlink_to(path.name), "cannot be read"),
-    "terabyte": (sparse(10**12), "1e+06 MB"),
+    "terabyte": (terabyte, "1e+06 MB"),
 }
 """What can stand in the place of any file."""
 
@@ -85,12 +75,10 @@ PICTURES: dict[str, Case] = {
     "nothing": (content(b""), "damaged"),
     "header of 100,000 × 100,000": (content(png(header=(100_000, 100_000, 8, 0, 0, 0, 0))), "more"),
     "header of 10,000 × 10,000": (content(png(header=(10_000, 10_000, 8, 0, 0, 0, 0))), "10000 × 10000"),
-    "header of no pixels": (content(png(header=(0, 0, 8, 0, 0, 0, 0))), "damaged"),
     "header of 99 bits": (content(png(header=(360, 90, 99, 7, 5, 5, 5))), "damaged"),
     "text of 100 MB": (content(png((b"zTXt", b"a\0\0" + zlib.compress(bytes(10**8), 9)))), "damaged"),
     "100 texts of 1 MB": (content(png(*[(b"zTXt", TEXT)] * 100)), "damaged"),
     "short pHYs": (content(png((b"pHYs", b"a"))), "damaged"),
-    "short gAMA": (content(png((b"gAMA", b""))), "damaged"),
     "short acTL": (content(png((b"acTL", b"a"))), "damaged"),
     "100,000 frames": (content(png((b"acTL", struct.pack(">II", 10**5, 0)))), "frame"),
     "animation": (content(animated()), "frame"),
@@ -104,13 +92,11 @@ POSITIONS: dict[str, Case] = {
     **ANY_FILE,
     "nothing": (content(""), "empty"),
     "null characters": (content("x,y,z\n1,2,\0\n"), r"\x00"),
-    "null characters only": (content(bytes(1000)), "line 1"),
     "one long line": (content("x,y,z\n" + "1," * 10**6), "2000000"),
     "long quoted field": (content('x,y,z\n"' + ("1" * 900 + "\n") * 200 + '"'), "field"),
     "control characters": (content("x,y,z\n\x1b[2J,1,1\n"), r"\x1b[2J"),
     "infinite": (content("x,y,z\n1,2,1e999\n"), "1e999"),
     "1e40 m": (content("x,y,z\n0,0,0\n1e40,0,0\n"), "position 2 (line 3)"),
-    "1e9 m": (content("x,y,z\n0,0,1e9\n"), "1e9"),
     "header in capitals": (content("X,Y,Z\n1,2,3\n"), "X,Y,Z"),
     "semicolons": (content("x;y;z\n1;2;3\n"), "x;y;z"),
     "UTF-16": (content("x,y,z\n1,2,3\n".encode("utf-16")), "UTF-8"),
@@ -147,14 +133,10 @@ def altered(data: bytes, signature: bytes, offset: int, value: int) -> bytes:
     return data[:at] + struct.pack("<H", value) + data[at + 2 :]
 
 
-def with_compression(method: int) -> bytes:
+def with_field(offset: int, value: int) -> bytes:
+    """An archive with other flags (offset 6) or another compression method (offset 8)."""
     data = archive(("channels.npy", npy((5, 16), data=bytes(640))))
-    return altered(altered(data, b"PK\x01\x02", 10, method), b"PK\x03\x04", 8, method)
-
-
-def encrypted() -> bytes:
-    data = archive(("channels.npy", npy((5, 16), data=bytes(640))))
-    return altered(altered(data, b"PK\x01\x02", 8, 1), b"PK\x03\x04", 6, 1)
+    return altered(altered(data, b"PK\x01\x02", offset + 2, value), b"PK\x03\x04", offset, value)
 
 
 def with_wrong_checksum() -> bytes:
@@ -172,14 +154,12 @@ ONES = np.ones((5, 16), np.complex64)
 RESPONSES: dict[str, Case] = {
     **ANY_FILE,
     "nothing": (content(b""), "damaged"),
-    "text": (content("no archive"), "damaged"),
     "no arrays": (content(archive()), "none"),
     "other arrays": (content(saved(spectra=ONES)), "none"),
     "1,000 arrays": (content(archive(*[(f"{number}.npy", b"") for number in range(1000)])), "1000"),
     "one name twice": (content(twice()), "twice"),
-    "encrypted": (content(encrypted()), "encrypted"),
-    "deflate64": (content(with_compression(9)), "compression method 9"),
-    "unknown compression": (content(with_compression(77)), "compression method 77"),
+    "encrypted": (content(with_field(6, 1)), "encrypted"),
+    "unknown compression": (content(with_field(8, 77)), "compression method 77"),
     "LZMA": (content(archive(("channels.npy", npy((5, 16))), compression=zipfile.ZIP_LZMA)), "compression method 14"),
     "deflated 100 MB": (content(archive(("channels.npy", bytes(10**8)), compression=8)), "100"),
     "wrong checksum": (content(with_wrong_checksum()), "damaged"),
@@ -193,7 +173,6 @@ RESPONSES: dict[str, Case] = {
     "letters": (content(saved(channels=np.full((5, 16), "a"))), "<U1"),
     "real numbers": (content(saved(channels=ONES.real)), "float32"),
     "records": (content(saved(channels=np.zeros((5, 16), [("a", "f4")]))), "[('a', '<f4')]"),
-    "one dimension": (content(saved(channels=ONES.ravel())), "(80,)"),
     "not finite": (content(saved(channels=ONES * np.nan)), "5 rows"),
     "all zero": (content(saved(channels=0 * ONES)), "found 0"),
     "1e300": (content(saved(channels=1e300 * ONES.astype(complex))), "1e+300"),

@@ -2,14 +2,13 @@
 
 import base64
 import json
-import os
 import struct
-from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from tests import corpus
 
 CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 """Of one triangle."""
@@ -20,11 +19,9 @@ JSON = {
     "NaN": '{"a": NaN}',
     "minus infinity": '{"a": -Infinity}',
     "a float that overflows": '{"a": 1e999}',
-    "an integer of 400 digits": '{"a": %s}' % ("9" * 400),
     "an integer of 5000 digits": '{"a": %s}' % ("9" * 5000),
     "a key twice": '{"a": 1, "a": 2}',
     "lists 100,000 deep": "[" * 100_000,
-    "mappings 100,000 deep": '{"a":' * 100_000,
     "lists 200 deep": "[" * 200 + "]" * 200,
     "UTF-16": "{}".encode("utf-16"),
     "Latin-1": '{"a": "Café"}'.encode("latin-1"),
@@ -41,10 +38,8 @@ YAML = {
     "lists 20,000 deep": "[" * 20_000,
     "lists 200 deep": "[" * 200 + "]" * 200,
     "a key twice": "a: 1\na: 2\n",
-    "a list as key": "? [a]\n: b\n",
     "a mapping as key": "? {a: b}\n: c\n",
     "an integer that is none": "a: !!int x\n",
-    "an empty integer": "a: !!int ''\n",
     "a date that is none": "a: !!timestamp x\n",
     "an object of Python": "a: !!python/object/apply:os.system [ls]\n",
     "an integer of 5000 digits": f"a: {'9' * 5000}\n",
@@ -57,19 +52,7 @@ YAML = {
 """Content of files that are no YAML, or YAML that we refuse."""
 
 
-def huge(path: Path) -> None:
-    """A sparse file of a terabyte, which takes no space."""
-    with path.open("wb") as file:
-        file.truncate(10**12)
-
-
-SPECIAL: dict[str, Callable[[Path], Any]] = {
-    "a named pipe": os.mkfifo,
-    "a folder": Path.mkdir,
-    "a device": lambda path: path.symlink_to("/dev/zero"),
-    "a link to itself": lambda path: path.symlink_to(path.name),
-    "a terabyte": huge,
-}
+SPECIAL = {name: make for name, (make, _) in corpus.ANY_FILE.items()}
 """Functions that make at a path what must not be read."""
 
 
@@ -195,68 +178,38 @@ MESHES = {
     "unused.ply": (ply([*CORNERS, (INF, 0, 0)]), r"found \[inf, 0.0, 0.0\] at vertex 3"),
     "far.ply": (ply([*CORNERS[:2], (1e30, 0, 0)]), r"found \[1e\+30, 0.0, 0.0\] at vertex 2.*1 of 3 vertices"),
     "outside.ply": (ply(faces=[(0, 1, 3)]), "expected corners with vertex numbers from 0 to 2, found 3 in face 0"),
-    "negative.ply": (ply(faces=[(0, 1, -1)]), "found -1 in face 0"),
     "claims.ply": (ply(claimed=BILLION), 'expected "vertex" with 1000000000000 rows in PLY, found fewer'),
-    "claims_text.ply": (
-        ply(claimed=BILLION, binary=False),
-        'expected "vertex" with 1000000000000 rows in PLY, found fewer',
-    ),
     "cut.ply": (ply()[:-5], 'expected "face" with 1 rows in PLY, found fewer'),
     "more.ply": (ply() + b"\0", "expected as many rows as the header of PLY claims, found more"),
-    "words.ply": (ply(binary=False) + b"a", "expected as many rows as the header of PLY claims, found more"),
     "twice.ply": (ply().replace(b"double z", b"double y"), "expected a header of PLY with .* each name once"),
     "type.ply": (ply().replace(b"double z", b"half z"), "expected a header of PLY, found the line 'property half z'"),
-    "flat.ply": (ply().replace(b"double z", b"double w"), "expected vertices of PLY with x, y and z, found none of z"),
     "fraction.ply": (ply(faces=[(0, 1, 1.5)], binary=False), "expected whole numbers as vertex_indices of PLY"),
-    "list.ply": (
-        ply().replace(b"uchar int", b"char int").replace(b"\3\0\0\0", b"\x80\0\0\0"),
-        'expected "face" with 1 rows',
-    ),
     "head.ply": (ply()[:60], "expected end_header in the first 100000 bytes of PLY"),
     "empty.ply": (b"", "expected a mesh as PLY, which begins with ply, found b''"),
     "nan.stl": (stl([[*CORNERS[:2], (NAN, 0, 0)]]), r"found \[nan, 0.0, 0.0\] at vertex 2"),
-    "far.stl": (stl([[*CORNERS[:2], (1e30, 0, 0)]]), "expected coordinates within"),
     "claims.stl": (stl(claimed=4_000_000_000), "as it claims 4000000000 triangles, found 134 bytes"),
     "cut.stl": (stl()[:-5], "which begins with solid or has 134 bytes as it claims 1 triangles, found 129 bytes"),
-    "cut_text.stl": (b"solid wall\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n", "expected endsolid"),
     "facet.stl": (b"solid wall\nfacet\nvertex 0 0 0\nendsolid", "line 4: expected endfacet, found 'endsolid'"),
     "words.stl": (b"solid wall\nfacet\nvertex 0 0 z\nendsolid", "line 3: expected numbers, found '0 0 z'"),
     "none.stl": (stl([]), "expected a mesh with triangles, found none"),
     "empty.stl": (b"", "expected a mesh as STL, found a file of 0 bytes"),
     "nan.obj": (obj([*CORNERS[:2], ("nan", 0, 0)]), r"found \[nan, 0.0, 0.0\]"),
     "outside.obj": (obj(face="1 2 9"), "line 4: expected vertex numbers from 1 to 3, or from -3 to -1, found 9"),
-    "negative.obj": (obj(face="1 2 -9"), "line 4: expected vertex numbers .* found -9"),
     "flat.obj": (b"v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n", r"expected vertices of three coordinates, found 2: \[0.0, 0.0\]"),
     "words.obj": (obj(face="a b c"), "line 4: expected vertex numbers, found 'a b c'"),
-    "zero.obj": (obj(face="0 1 2"), "line 4: expected vertex numbers .* found 0"),
-    "digits.obj": (obj([("0_1", 0, 0)]), "line 1: expected numbers, found '0_1 0 0'"),
     "polygon.obj": (obj(face="1 2 3 " * 3334), "expected polygons of at most 10000 corners, found one of 10002"),
     "empty.obj": (b"", "expected a mesh with triangles, found none"),
     "nan.off": (off([*CORNERS[:2], ("nan", 0, 0)]), r"found \[nan, 0.0, 0.0\]"),
     "outside.off": (off(face=(0, 1, 7)), "expected corners with vertex numbers from 0 to 2, found 7 in face 0"),
-    "claims.off": (
-        off(claimed=BILLION),
-        "expected 1000000000000 vertices, of which there are 4, found the end of the file",
-    ),
-    "empty.off": (b"", "expected OFF, found the end of the file"),
-    "compressed.ply": (b"\x1f\x8b\x08" + bytes(50), "expected a mesh as PLY, which begins with ply"),
     "archive.stl": (b"PK\x03\x04" + bytes(100), "expected a mesh as STL, which begins with solid"),
-    "address.gltf": (gltf_bytes(buffers=[{"uri": "http://localhost/a.bin", "byteLength": 48}]), "found no such file"),
     "parent.gltf": (gltf_bytes(buffers=[{"uri": "../a.bin", "byteLength": 48}]), r"or below, found '\.\./a.bin'"),
     "escaped.gltf": (gltf_bytes(buffers=[{"uri": "%2e%2e/a.bin", "byteLength": 48}]), r"or below, found '\.\./a.bin'"),
     "root.gltf": (gltf_bytes(buffers=[{"uri": "/etc/passwd", "byteLength": 48}]), "or below, found '/etc/passwd'"),
     "pipe.gltf": (gltf_bytes(buffers=[{"uri": "pipe", "byteLength": 48}]), "found a named pipe"),
     "claims.gltf": (gltf_bytes(accessors=_accessor(count=BILLION)), "expected arrays of at most"),
-    "zeros.gltf": (
-        gltf_bytes(accessors=_accessor(bufferView=None)),
-        "expected plain geometry, found none",
-    ),
-    "sparse.gltf": (
-        gltf_bytes(accessors=_accessor(sparse={"count": 1})),
-        r"accessors\[0\]: expected a plain array, found a sparse one",
-    ),
+    "sparse.gltf": (gltf_bytes(accessors=_accessor(sparse={"count": 1})), r"accessors\[0\].* a sparse one"),
+    "pair.gltf": (gltf_bytes(accessors=[*_accessor()[:1], _accessor()[1] | {"count": 2}]), "found 2 corners"),
     "more.gltf": (gltf_bytes(accessors=_accessor(count=4)), r"expected 48 bytes in bufferViews\[0\], found 36"),
-    "view.gltf": (gltf_bytes(bufferViews=[{"buffer": 0, "byteLength": BILLION}] * 2), "expected arrays of at most"),
     "nothing.gltf": (gltf_bytes(nodes=[{"mesh": 7}]), "expected references to parts of the file"),
     "negative.gltf": (gltf_bytes(nodes=[{"mesh": -1}]), r"nodes\[0\].mesh: expected a whole number of at least 0"),
     "circle.gltf": (gltf_bytes(nodes=[{"children": [0]}]), "expected a tree of nodes"),
@@ -269,37 +222,17 @@ MESHES = {
         ),
         "expected at most 2000000 triangles, found 10000000",
     ),
-    "matrix.gltf": (
-        gltf_bytes(nodes=[{"mesh": 0, "matrix": [None] * 16}]),
-        r"nodes\[0\]\.matrix\[0\]: expected a number",
-    ),
-    "matrix_of_projection.gltf": (
-        gltf_bytes(nodes=[{"mesh": 0, "matrix": [1.0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}]),
-        "expected an affine transform as matrix",
-    ),
+    "matrix.gltf": (gltf_bytes(nodes=[{"mesh": 0, "matrix": [None] * 16}]), r"nodes\[0\]\.matrix\[0\]"),
+    "projection.gltf": (gltf_bytes(nodes=[{"mesh": 0, "matrix": [1.0, 0, 0, 1] + [1.0, 0, 0, 0] * 3}]), "affine"),
     "turn.gltf": (gltf_bytes(nodes=[{"mesh": 0, "rotation": [0, 0, 0, 0]}]), "quaternions of a length above 0"),
-    "infinite.gltf": (
-        gltf_bytes(nodes=[{"mesh": 0, "scale": [1e300, 1, 1]}]),
-        r"found \[1e\+300, 0.0, 0.0\] at vertex 1",
-    ),
-    "pair.gltf": (
-        gltf_bytes(accessors=[gltf()["accessors"][0], gltf()["accessors"][1] | {"count": 2}]),
-        "expected three corners for each triangle, found 2 corners",
-    ),
     "scalars.gltf": (gltf_bytes(accessors=_accessor(type="SCALAR")), r'accessors\[0\]: expected VEC3, found "SCALAR"'),
     "component.gltf": (gltf_bytes(accessors=_accessor(componentType=5)), "expected a componentType of glTF, found 5"),
     "base64.gltf": (gltf_bytes(buffers=[{"uri": "data:;base64,AAA", "byteLength": 48}]), "expected data in Base64"),
     "absent.gltf": (gltf_bytes(buffers=[{"byteLength": 48}]), r"buffers\[0\]: expected data, found none"),
     "old.gltf": (gltf_bytes(asset={"version": "1.0"}, meshes={}), 'expected glTF of version 2, found version "1.0"'),
     "old.glb": (b"glTF" + bytes([1]) + bytes(40), "expected GLB of version 2, found version 1"),
-    "draco.gltf": (
-        gltf_bytes(extensionsRequired=["KHR_draco_mesh_compression"]),
-        'requires the extension "KHR_draco_mesh_compression", which is not supported; export it uncompressed',
-    ),
-    "mode.gltf": (
-        gltf_bytes(meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "mode": 7}]}]),
-        r"primitives\[0\].mode: expected a whole number of at most 6, found 7",
-    ),
+    "draco.gltf": (gltf_bytes(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
+    "mode.gltf": (gltf_bytes(meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "mode": 7}]}]), "found 7"),
     "copies.gltf": (
         gltf_bytes(
             nodes=[{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 2}}}}],
@@ -307,13 +240,10 @@ MESHES = {
         ),
         "expected at most 2000000 triangles, found 3000000",
     ),
-    "nested.gltf": (b"[" * 100_000, "nested more than 50 levels deep"),
     "list.gltf": (b"[]", r"expected a mapping, found \[\]"),
     "empty.gltf": (b"", "malformed JSON"),
-    "nested.glb": (glb(b"[" * 100_000), "nested more than 50 levels deep"),
     "claims.glb": (glb(b"{}", claimed=4_000_000_000), "complete JSON chunk first, found a damaged file"),
     "cut.glb": (b"glTF\x02", "complete JSON chunk first, found a damaged file"),
-    "hollow.glb": (glb(b"{}"), "mesh with triangles|cannot be read|damaged file"),
 }
 """Mesh files that must be refused."""
 
@@ -359,14 +289,11 @@ XML = {
     "400 scales": (xml(rectangle(to_world('<scale value="10"/>' * 400))), "expected an invertible affine transform"),
     "a scale of 1e30": (xml(rectangle(to_world('<scale value="1e30"/>'))), "expected coordinates within"),
     "an axis that vanishes": (xml(rectangle(to_world('<rotate x="1e-200" angle="9"/>'))), "expected an axis"),
-    "an axis that overflows": (xml(rectangle(to_world('<rotate x="1e300" angle="9"/>'))), "expected an axis"),
     "a pipe": (xml(_mesh("pipe.ply")), "found a named pipe"),
     "a mesh elsewhere": (xml(_mesh("/etc/passwd.ply")), "in the folder .* or below, found '/etc/passwd.ply'"),
-    "a mesh above": (xml(_mesh("../wall.ply")), r"or below, found '\.\./wall.ply'"),
     "a device": (xml(_mesh("zero.ply")), "found a device"),
     "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><scene/>', "expected a Mitsuba scene as XML"),
     "a null character": (xml("\0"), "expected a Mitsuba scene as XML"),
     "empty": ("", "expected a Mitsuba scene as XML"),
-    "no XML": ("scene", "expected a Mitsuba scene as XML"),
 }
 """Scene files that must be refused, each with a part of the sentence; pipe.ply and zero.ply are beside them."""

@@ -30,8 +30,7 @@ def require_new(*paths: Path, force: bool) -> None:
 
 PARSERS: dict[type, Callable[[str], float]] = {int: parse_whole, float: parse_number}
 
-REGISTRY = ConstructorRegistry()
-"""The rules of the command line's parser."""
+REGISTRY = ConstructorRegistry()  # The rules of the command line's parser
 
 
 @REGISTRY.primitive_rule

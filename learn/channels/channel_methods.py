@@ -66,5 +66,4 @@ CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
 }
 """Functions that make new, unfitted methods."""
 
-BASELINES = ("copy", "ramp", "nearest")
-"""Methods that the report of another one shows beside it."""
+BASELINES = ("copy", "ramp", "nearest")  # Methods that the report of another one shows beside it

@@ -10,8 +10,7 @@ from jaxtyping import Complex, Float
 from learn.models.kriging.deviation_curve import NORMAL
 from simulate.spectra.band import delay_spread
 
-MOST_SNR_DB = 200.0
-"""Largest SNR that is stated. A prediction without any error gets it."""
+MOST_SNR_DB = 200.0  # Largest SNR that is stated. A prediction without any error gets it.
 
 
 SCORES = (

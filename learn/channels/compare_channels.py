@@ -127,11 +127,9 @@ class ChannelComparison(ScoreTable):
 MOST_KNOWN = 5000
 """With more known rows, so many of them are drawn, and the methods learn from these alone."""
 
-BLOCK = 1000
-"""Rows that are predicted at once."""
+BLOCK = 1000  # Rows that are predicted at once
 
-EXAMPLES = 1000
-"""Most test rows whose predictions are kept."""
+EXAMPLES = 1000  # Most test rows whose predictions are kept
 
 SMALLEST = 1e-290
 """Smallest number that channels are divided by: complex division by smaller ones overflows."""

@@ -11,8 +11,7 @@ from jaxtyping import Complex, Float
 
 from scenes.scene.description import SPEED_OF_LIGHT
 
-FINER = 16
-"""Delays of the search for the strongest one, per subcarrier."""
+FINER = 16  # Delays of the search for the strongest one, per subcarrier
 
 
 def strongest_ramp(channels: Complex[np.ndarray, "*rows A S"]) -> Float[np.ndarray, "*rows"]:
@@ -38,8 +37,7 @@ def without_ramp(
     return channels * np.exp(-1j * step[..., None, None] * (first + np.arange(channels.shape[-1])))
 
 
-USUAL_WAVELENGTH = SPEED_OF_LIGHT / 2.4e9
-"""Metres; if no frequency is stated."""
+USUAL_WAVELENGTH = SPEED_OF_LIGHT / 2.4e9  # Metres; if no frequency is stated
 
 
 @dataclass(frozen=True)

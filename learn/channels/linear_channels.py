@@ -94,8 +94,7 @@ LEAST_ROWS = 2 * FOLDS
 MOST_NUMBERS = 4096
 """Largest product of antennas and subcarriers. Covariances of 2 AS × AS numbers, several at once, then take 3 GB."""
 
-FEW_ROWS_NOISE = 1e-3
-"""Noise if too few rows are known to choose one."""
+FEW_ROWS_NOISE = 1e-3  # Noise if too few rows are known to choose one
 
 
 class HelmholtzChannels:
@@ -207,8 +206,7 @@ def _mixed(
     return covariance
 
 
-MOST_LEFT_OUT = 400
-"""Largest number of known rows, evenly spread, that are predicted from the others."""
+MOST_LEFT_OUT = 400  # Largest number of known rows, evenly spread, that are predicted from the others
 
 LEAST_GAIN = 0.01
 """If the places explain a smaller share of the power of left-out rows, they are not used."""

@@ -20,11 +20,9 @@ if TYPE_CHECKING:
 MOST_STEPS, BATCH = 70_000, 64
 """Of the published program. A batch counts pairs of a row and an antenna."""
 
-FAR = 5.0
-"""Length of a ray, metres."""
+FAR = 5.0  # Length of a ray, metres
 
-AT_ONCE = 32
-"""Rows that are predicted at once."""
+AT_ONCE = 32  # Rows that are predicted at once
 
 
 class NerfChannels:

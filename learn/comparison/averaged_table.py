@@ -8,14 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-FEW_STEPS = 100
-"""With fewer training steps than this, a model has hardly begun to learn."""
+FEW_STEPS = 100  # With fewer training steps than this, a model has hardly begun to learn
 
 MEAN_PICTURE = "mean_picture_ssim_median"
 """Key of a row: the median SSIM of the mean of the known spectra, on the same test spectra."""
 
-BELOW = 1e-4
-"""A median SSIM counts as below another one if it is lower by more than this."""
+BELOW = 1e-4  # A median SSIM counts as below another one if it is lower by more than this
 
 
 def average_name(row: Mapping[str, Any]) -> str:

@@ -55,8 +55,7 @@ from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
 """Columns of the file after the first one, ``name``, which is that of the spectrum."""
 
-LARGEST = 100 * MEGABYTE
-"""Largest size of the file, bytes: a hundred for each of a million spectra."""
+LARGEST = 100 * MEGABYTE  # Largest size of the file, bytes: a hundred for each of a million spectra
 
 
 def write_scores(path: Path, names: Sequence[str], scores: Scores) -> None:

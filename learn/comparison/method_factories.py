@@ -154,8 +154,7 @@ def _is_plain(value: Any) -> bool:
     return value is None or isinstance(value, bool | int | float | str | np.generic)
 
 
-SEEDS_MOST = 1000
-"""Largest number of fits of each method."""
+SEEDS_MOST = 1000  # Largest number of fits of each method
 
 
 def method_factories(

@@ -20,8 +20,7 @@ from simulate.spectra.spectrum import spectrum_of
 PICTURES, ARRAY = "spectrum", "spectra.npy"
 """Folder of pictures NAME.png, and the file of all spectra in the order of the test part."""
 
-LARGEST = 4000 * MEGABYTE
-"""Most bytes of the array."""
+LARGEST = 4000 * MEGABYTE  # Most bytes of the array
 
 BRIGHTEST = 2.0
 """Spectra are from 0 to 1, and predictions may overshoot. Grey levels of 255 are far above this."""

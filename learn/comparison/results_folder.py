@@ -25,11 +25,9 @@ from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from simulate.spectra.spectrum import evenly
 
-PROTOCOL = "protocol.json"
-"""Name of the file with the settings of an experiment."""
+PROTOCOL = "protocol.json"  # Name of the file with the settings of an experiment
 
-SPLIT_SEED = 0
-"""Seed of the split, the same for every method and for every seed of a method."""
+SPLIT_SEED = 0  # Seed of the split, the same for every method and for every seed of a method
 
 
 @dataclass(frozen=True)
@@ -88,11 +86,9 @@ def in_common(settings: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-RESULTS = "results.jsonl"
-"""Name of the file."""
+RESULTS = "results.jsonl"  # Name of the file
 
-LARGEST_RESULTS = 64 * MEGABYTE
-"""Largest size of the file, bytes; a row takes about 400."""
+LARGEST_RESULTS = 64 * MEGABYTE  # Largest size of the file, bytes; a row takes about 400
 
 
 class ResultRow(Struct, frozen=True, kw_only=True):

@@ -30,11 +30,9 @@ class Measure(NamedTuple):
 class ScoreTable(AveragedTable):
     """Base of the comparisons of powers, of channels and of responses over a band."""
 
-    MEASURE: ClassVar[Measure]
-    """Set by the subclass, as the next."""
+    MEASURE: ClassVar[Measure]  # Set by the subclass, as the next
 
-    THINGS: ClassVar[str]
-    """What is known and tested: positions or rows."""
+    THINGS: ClassVar[str]  # What is known and tested: positions or rows
 
     folder: Path  # the dataset's folder
     split: SplitKind  # how the test part was chosen

@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from simulate.rssi.rssi_dataset import RssiDataset
 
 
-LARGEST_ARRAYS = 4000 * MEGABYTE
-"""Largest size of the arrays of a fit, bytes."""
+LARGEST_ARRAYS = 4000 * MEGABYTE  # Largest size of the arrays of a fit, bytes
 
 
 class FitsProtocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -16,8 +16,7 @@ from learn.powers.known_powers import LEAST_DEVIATION, KnownPowers
 from simulate.csi.csi_dataset import CsiDataset
 from simulate.rssi.rssi_dataset import RssiDataset
 
-NEAREST = (1, 4, 16)
-"""Numbers of most similar known rows whose positions are averaged."""
+NEAREST = (1, 4, 16)  # Numbers of most similar known rows whose positions are averaged
 
 
 def by_powers(

@@ -14,17 +14,13 @@ from learn.channels.known_channels import strongest_ramp, without_ramp
 from learn.localisation.located_places import Place
 from learn.planning.candidates import extended_axes
 
-DIRECTIONS = 8
-"""Directions of beams per antenna. A planar array sees half of them twice."""
+DIRECTIONS = 8  # Directions of beams per antenna. A planar array sees half of them twice.
 
-MOST_DIRECTIONS = 256
-"""Largest number of directions."""
+MOST_DIRECTIONS = 256  # Largest number of directions
 
-FINER = 2
-"""Delays per subcarrier."""
+FINER = 2  # Delays per subcarrier
 
-MOST_DELAYS = 64
-"""Largest number of delays: those with the largest mean power of the known rows."""
+MOST_DELAYS = 64  # Largest number of delays: those with the largest mean power of the known rows
 
 LEAST_POWER = 0.01
 """Added to powers before the logarithm, as a share of a row's mean power. Weaker ones are side lobes or noise."""
@@ -90,11 +86,9 @@ def _over_a_sphere(count: int) -> Float[np.ndarray, "count 3"]:
     return np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=1)
 
 
-FITTED_ON = 300
-"""Largest number of rows to which the covariance is fitted."""
+FITTED_ON = 300  # Largest number of rows to which the covariance is fitted
 
-STEPS = 25
-"""Most steps of the fit."""
+STEPS = 25  # Most steps of the fit
 
 MIDDLE = np.array([0.0, 0.0, 0.0, 0.0, -2.0])
 WIDTH = np.array([2.0, 1.0, 2.0, 1.0, 2.0])
@@ -106,8 +100,7 @@ JITTER = 1e-6
 LEAST_VARIANCE = 1e-6
 """Square metres, along axes in which known positions have no extent; files have six decimals."""
 
-REGION = 0.9
-"""Share of left-out positions that are to be within the stated region of this probability."""
+REGION = 0.9  # Share of left-out positions that are to be within the stated region of this probability
 
 
 class PositionRegression:

@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.linalg import solve_triangular
 
-AT_ONCE = 2**22
-"""Numbers of the largest array that is held at a time."""
+AT_ONCE = 2**22  # Numbers of the largest array that is held at a time
 
 LEAST_SHARE = 1e-6
 """Components of the direct path's gain with a smaller share of its power are left out."""

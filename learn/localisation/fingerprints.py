@@ -19,11 +19,9 @@ from learn.training.run_folder import Run
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import spectrum_of
 
-AT_ONCE = 256
-"""Number of positions that a model predicts at once."""
+AT_ONCE = 256  # Number of positions that a model predicts at once
 
-JUDGED = 100
-"""Number of positions over which a run's deviation is averaged."""
+JUDGED = 100  # Number of positions over which a run's deviation is averaged
 
 
 class Fingerprints:

@@ -23,8 +23,7 @@ from simulate.spectra.spectrum import check_pictures, evenly
 SPACING = 0.125
 """Wavelengths between the grid's points. Fingerprints change completely within a quarter of a wavelength."""
 
-MOST_POINTS = 60_000
-"""Largest number of points of the grid; in a larger region they are farther apart."""
+MOST_POINTS = 60_000  # Largest number of points of the grid; in a larger region they are farther apart
 
 APART = 0.5
 """Least distance of two starting points of a transmitter, wavelengths. Refined positions closer than half of it count
@@ -33,8 +32,7 @@ as one."""
 TOLD = 1 / 4
 """Share of the spectra's numbers whose errors are independent; errors of neighbouring elements are similar."""
 
-LEAST_MISFIT = 1e-4
-"""Misfit that rounding the pictures causes."""
+LEAST_MISFIT = 1e-4  # Misfit that rounding the pictures causes
 
 
 def locate(
@@ -190,11 +188,9 @@ WIDTH = 0.125
 """Least standard deviation of a transmitter's distance from a training position, wavelengths. If training positions are
 farther apart, it is the distance of neighbours."""
 
-NEIGHBOURS = 16
-"""Number of nearest training positions in the sum."""
+NEIGHBOURS = 16  # Number of nearest training positions in the sum
 
-ELSEWHERE = 1e-6
-"""Density far from all training positions, relative to that at one of them."""
+ELSEWHERE = 1e-6  # Density far from all training positions, relative to that at one of them
 
 
 class Prior:

@@ -17,11 +17,9 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.rssi.rssi_dataset import USUAL_FREQUENCY
 
-MOST_KNOWN = 2000
-"""Largest number of known rows; of more, so many are drawn."""
+MOST_KNOWN = 2000  # Largest number of known rows; of more, so many are drawn
 
-LEAST_KNOWN = 10
-"""Least number of known rows."""
+LEAST_KNOWN = 10  # Least number of known rows
 
 
 def locate_channels(

@@ -25,14 +25,11 @@ CLEARLY_APART = 5.0
 """Ashman's D from which two clusters are two places. It is 2.7 for the halves of a normal density, 3.5 for those of a
 uniform one. From 4 on, ripples of fading would count as places of their own."""
 
-SPLITS = 2
-"""How often the points are split in two; so at most four places are found."""
+SPLITS = 2  # How often the points are split in two; so at most four places are found
 
-LEAST_WEIGHT = 1e-6
-"""Points with a smaller share of the largest weight are left out."""
+LEAST_WEIGHT = 1e-6  # Points with a smaller share of the largest weight are left out
 
-ROUNDS = 20
-"""Largest number of rounds of the clustering."""
+ROUNDS = 20  # Largest number of rounds of the clustering
 
 
 def cell_variance(points: Float[np.ndarray, "n 3"]) -> float:
@@ -102,8 +99,7 @@ def _variance(values: Float[np.ndarray, " m"], weights: Float[np.ndarray, " m"])
     return float(np.average(np.square(values - np.average(values, weights=weights)), weights=weights))
 
 
-END = float(ndtri(0.95))
-"""Ends of the 90 % interval of a normal distribution, standard deviations."""
+END = float(ndtri(0.95))  # Ends of the 90 % interval of a normal distribution, standard deviations
 
 LEAST_DEVIATION = 0.5
 """Least standard deviation of a predicted power, dB. Gateways report powers in steps of about 1 dB."""
@@ -111,20 +107,16 @@ LEAST_DEVIATION = 0.5
 POINTS = 2000
 """Number of points where a transmitter may be. With four times as many, places in an office were no nearer."""
 
-LEVELS = np.arange(-20.0, 21.0)
-"""Levels that are tried where none is stated, dB."""
+LEVELS = np.arange(-20.0, 21.0)  # Levels that are tried where none is stated, dB
 
-LEVEL_SPREAD = 6.0
-"""Standard deviation of the level of a device before anything is heard, dB."""
+LEVEL_SPREAD = 6.0  # Standard deviation of the level of a device before anything is heard, dB
 
 LEAST_GAIN = 2.0
 """Least gain in the logarithm of the probability for which a level other than 0 is taken."""
 
-LEVEL_ROWS = 50
-"""Largest number of transmitters from which the level is estimated."""
+LEVEL_ROWS = 50  # Largest number of transmitters from which the level is estimated
 
-LEVEL_MOST = 60.0
-"""Largest level that can be stated, dB."""
+LEVEL_MOST = 60.0  # Largest level that can be stated, dB
 
 
 class PowerLikelihood:

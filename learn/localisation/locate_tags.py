@@ -15,17 +15,13 @@ from scenes.scene.frequency import read_frequency
 from simulate.exchange.recorded_responses import one_way
 from simulate.positions.positions import check_points
 
-LEAST_READS = 4
-"""Least number of antenna positions at which a tag must be read."""
+LEAST_READS = 4  # Least number of antenna positions at which a tag must be read
 
-MOST_ANTENNAS = 1000
-"""Largest number of antenna positions; the time grows with its square."""
+MOST_ANTENNAS = 1000  # Largest number of antenna positions; the time grows with its square
 
-SPACING = 1 / 12
-"""Wavelengths between the grid's points."""
+SPACING = 1 / 12  # Wavelengths between the grid's points
 
-MOST_POINTS = 40_000
-"""Largest number of points of the grid; in a larger region they are farther apart."""
+MOST_POINTS = 40_000  # Largest number of points of the grid; in a larger region they are farther apart
 
 FACTORS = (1e-2, 1e-4)
 """Factors on the variances of ``DirectPath`` that a tag gets if they make its responses more likely."""
@@ -34,11 +30,9 @@ PLAIN = 0.1
 """A tag whose magnitudes lie between 1 − PLAIN and 1, on average and at most, has phases alone: means of unit phasors,
 as of several reads at a stop, are so long."""
 
-APART = 0.5
-"""Least distance of two places of a tag, wavelengths."""
+APART = 0.5  # Least distance of two places of a tag, wavelengths
 
-SEPARATE = 3.0
-"""Least distance of the means of two places, in deviations of their difference."""
+SEPARATE = 3.0  # Least distance of the means of two places, in deviations of their difference
 
 ROUGHLY, CLEAN = 0.05, 1e-3
 """Largest share of the power that the direct path leaves open, at a point of the grid and at a maximum, for which the

@@ -17,19 +17,16 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 
-LEAST_PROBABILITY = 0.01
-"""Places with a smaller probability are left out."""
+LEAST_PROBABILITY = 0.01  # Places with a smaller probability are left out
 
-LARGEST = 100 * MEGABYTE
-"""Largest size of the CSV, bytes."""
+LARGEST = 100 * MEGABYTE  # Largest size of the CSV, bytes
 
 HEADER = ("name", "place", "probability", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "misfit", "part")
 """Name of the picture, number of the place (1 is the most probable), its probability, position (metres), covariance
 (square metres), squared distance of the fingerprints there, and the part of the run's split that the picture is of:
 train, validation, test, or new."""
 
-NEW = "new"
-"""Part of a picture that is not of the run's dataset."""
+NEW = "new"  # Part of a picture that is not of the run's dataset
 
 
 class Place(NamedTuple):
@@ -86,8 +83,7 @@ def read_places(path: Path) -> dict[str, np.ndarray]:
     return found
 
 
-REGION = 0.9
-"""Probability of the stated region."""
+REGION = 0.9  # Probability of the stated region
 
 LEAST_VARIANCE = 1e-12
 """Square metres: along an axis where a covariance is 0, a micrometre off is outside."""

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-MODES = 4
-"""Largest number of positions that are considered for a transmitter."""
+MODES = 4  # Largest number of positions that are considered for a transmitter
 
 
 def grid_in(region: Float[np.ndarray, "2 3"], spacing: float, most: int) -> Float[np.ndarray, "n 3"]:

@@ -65,8 +65,7 @@ class SpectrumModel(nn.Module):
 
     region: Tensor
     wavelength: Tensor
-    encoding: TransmitterEncoding
-    """Encoding of the transmitter's position; only networks have one."""
+    encoding: TransmitterEncoding  # Encoding of the transmitter's position; only networks have one
 
     report: Report = staticmethod(lambda phase, done, total: None)
     """Function that ``fit`` calls with a phase, the number of its steps done, and the largest number of them."""

@@ -87,8 +87,7 @@ def spectra_needed(
     return Needed(total - len(known), spacing, curve.at(spacing.density))
 
 
-PLANNED = 50
-"""Number of positions to plan where nothing else is asked for."""
+PLANNED = 50  # Number of positions to plan where nothing else is asked for
 
 PLANNED_MOST = CANDIDATES // 2
 """Largest number of positions to plan: half of the candidates. With more there would be little to choose."""

@@ -26,21 +26,17 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
 
-TRACED = 300
-"""Number of positions at which a scene is traced, to fit the covariance of its field."""
+TRACED = 300  # Number of positions at which a scene is traced, to fit the covariance of its field
 
 LEAST_NUGGET = 0.01
 """Least variance of a measurement's noise in a plan, relative to the field's variance. Fits to traced responses find
 less. A plan with so little noise would repeat measurements next to earlier ones, to gain the last per cent there."""
 
-LEAST_FIELD = 1e-6
-"""Least share of a power's variance that its field has; the rest is noise."""
+LEAST_FIELD = 1e-6  # Least share of a power's variance that its field has; the rest is noise
 
-KNOWN_MOST = 2000
-"""Largest number of known positions that are used, evenly spread over all of them."""
+KNOWN_MOST = 2000  # Largest number of known positions that are used, evenly spread over all of them
 
-ROWS = 500
-"""Number of rows of a covariance that are computed at a time, which bounds the memory."""
+ROWS = 500  # Number of rows of a covariance that are computed at a time, which bounds the memory
 
 
 @dataclass(frozen=True)

@@ -18,17 +18,14 @@ from scenes.files.plain_text import say
 from simulate.positions.positions import FARTHEST
 from simulate.rssi.rssi_dataset import RssiDataset
 
-MOST_CELLS = 1_000_000
-"""Largest number of cells of a map, within its rectangle."""
+MOST_CELLS = 1_000_000  # Largest number of cells of a map, within its rectangle
 
-AT_ONCE = 1000
-"""Cells that are predicted at once."""
+AT_ONCE = 1000  # Cells that are predicted at once
 
 BESIDE = 1e-6
 """Metres by which a height may lie outside those of the known positions without a warning. Files have six decimals."""
 
-NO_GATEWAY = -1
-"""In ``CoverageMap.strongest``: nothing is received, or the map says nothing."""
+NO_GATEWAY = -1  # In ``CoverageMap.strongest``: nothing is received, or the map says nothing
 
 
 @dataclass(frozen=True)

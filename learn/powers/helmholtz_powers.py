@@ -22,11 +22,9 @@ QUANTILES = (0.05, 0.5, 0.95)
 LEAST_ERRORS = 20
 """Fewer left-out errors tell no quantiles; then those of the normal distribution are taken."""
 
-SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Shares of inverse-distance weighting that are tried."""
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # Shares of inverse-distance weighting that are tried
 
-LEAST_GAIN = 0.01
-"""A smaller gain in the mean left-out error, as a share of it, can be due to chance."""
+LEAST_GAIN = 0.01  # A smaller gain in the mean left-out error, as a share of it, can be due to chance
 
 
 class HelmholtzPowers:

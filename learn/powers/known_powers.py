@@ -12,14 +12,12 @@ from scipy.special import log_ndtr
 
 from simulate.rssi.rssi_dataset import RssiDataset
 
-LEAST_DISTANCE = 0.01
-"""Metres; a transmitter at a gateway counts as this far away."""
+LEAST_DISTANCE = 0.01  # Metres; a transmitter at a gateway counts as this far away
 
 FREE_SPACE = 2.0
 """Exponent n of a gateway whose powers tell none: all received ones come from one distance."""
 
-UNHEARD_BELOW = 1.0
-"""dB by which a gateway that received nothing is taken to lie below the floor."""
+UNHEARD_BELOW = 1.0  # dB by which a gateway that received nothing is taken to lie below the floor
 
 ROUNDS, LEAST_CHANGE, LEAST_DEVIATION = 200, 1e-6, 1e-3
 """Most rounds of the fit to censored powers; change of the law (dB) that ends it; least standard deviation, dB."""

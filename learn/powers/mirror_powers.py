@@ -243,17 +243,14 @@ def _parts(waves: Complex[np.ndarray, "n J"]) -> Float[np.ndarray, "n 2*J"]:
     return np.stack([waves.real, -waves.imag], axis=-1).reshape(len(waves), -1)
 
 
-FOLDS = 5
-"""Parts of the known positions. The images that predict each part are found without it."""
+FOLDS = 5  # Parts of the known positions. The images that predict each part are found without it.
 
-LEAST_KNOWN = 20
-"""With fewer known positions no images are looked for, and the method is ``helmholtz``."""
+LEAST_KNOWN = 20  # With fewer known positions no images are looked for, and the method is ``helmholtz``
 
 FITTED_ON = 300
 """Largest number of known positions, evenly spread, in which images are found. All known positions are kriged."""
 
-AT_ONCE = 16
-"""Largest number of gateways whose images are found together."""
+AT_ONCE = 16  # Largest number of gateways whose images are found together
 
 
 class MirrorPowers(ExplainedPowers):

@@ -23,11 +23,9 @@ MOST_STEPS, BATCH = 30_000, 128
 ZERO_DBM = -100.0
 """Power that is an amplitude of 0; an amplitude of 1 is 0 dBm, and between them amplitudes are linear in dB."""
 
-LEAST_UNIT = 1.0
-"""Metres; rays are at least so long."""
+LEAST_UNIT = 1.0  # Metres; rays are at least so long
 
-AT_ONCE = 64
-"""Positions that are predicted at once."""
+AT_ONCE = 64  # Positions that are predicted at once
 
 
 class NerfPowers:

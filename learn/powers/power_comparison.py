@@ -50,8 +50,7 @@ def of_gateway(predicted: PredictedPowers, gateway: int) -> PredictedPowers:
     return PredictedPowers(*(None if each is None else each[:, [gateway]] for each in parts))  # type: ignore[arg-type]
 
 
-GATEWAYS = "gateways"
-"""Key of the scores of each gateway in a kept row."""
+GATEWAYS = "gateways"  # Key of the scores of each gateway in a kept row
 
 
 class PowerRow(FitRow, frozen=True, kw_only=True):

@@ -15,8 +15,7 @@ from scipy.special import spence
 FADING_DB = 10 / np.log(10) * np.pi / np.sqrt(6)
 """Standard deviation of the power of a circular complex Gaussian response, dB."""
 
-LARGEST_CORRELATION = 1 - 1e-12
-"""Keeps ln(1 − |κ|²) finite where two positions are the same."""
+LARGEST_CORRELATION = 1 - 1e-12  # Keeps ln(1 − |κ|²) finite where two positions are the same
 
 
 def fading_covariance(squared: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
@@ -78,11 +77,9 @@ LONGER = 8.0
 """Factor of the length of fading along one axis in the starts besides the middles of the priors. Where paths arrive
 near the horizon, fading is slow along the vertical, and a search from equal lengths may end at another axis."""
 
-JITTER = 1e-8
-"""Added to the diagonal of a covariance of variance 1, so that it can be factorised."""
+JITTER = 1e-8  # Added to the diagonal of a covariance of variance 1, so that it can be factorised
 
-LEAST_LENGTH = 1e-3
-"""Metres; positions that agree along an axis tell no length there."""
+LEAST_LENGTH = 1e-3  # Metres; positions that agree along an axis tell no length there
 
 WIDTHS = np.array([3.0, 3.0, 1.5, 1.5, 1.5, 1.0, 1.0, 1.0])
 """Standard deviations of the weak normal priors of the arguments of ``PowerCovariance.of``, which are logarithms.

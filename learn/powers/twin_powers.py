@@ -36,8 +36,7 @@ FOLLOWED = Propagation(max_depth=2, rays=100_000)
 """Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it.
 The scene is corrected without diffraction, which would take several times as long, too."""
 
-NO_PATHS = -250.0
-"""dBm; a traced power below it is that of no path."""
+NO_PATHS = -250.0  # dBm; a traced power below it is that of no path
 
 
 class TwinPowers(ExplainedPowers):

@@ -42,14 +42,11 @@ from simulate.dataset.dataset_folder import Rooms, read_rooms
 from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import evenly
 
-GIVEN = 5, 10, 25, 50, 100
-"""Numbers of known spectra of a test room."""
+GIVEN = 5, 10, 25, 50, 100  # Numbers of known spectra of a test room
 
-TESTED = 5
-"""One of so many spectra of a test room is a test spectrum, drawn at random."""
+TESTED = 5  # One of so many spectra of a test room is a test spectrum, drawn at random
 
-TEST_ROOMS = 4
-"""One of so many rooms is a test room, if none are asked for: the last ones."""
+TEST_ROOMS = 4  # One of so many rooms is a test room, if none are asked for: the last ones
 
 
 def compare_rooms(

@@ -36,8 +36,7 @@ WRONG_BY = Tolerances(position=0.03, rotation=2.0, objects=0.03, materials=0.2)
 """Standard deviations of the errors in the description of a room that the twin gets."""
 
 
-NEAREST = 16
-"""Largest number of known spectra, the nearest ones, that the network attends to."""
+NEAREST = 16  # Largest number of known spectra, the nearest ones, that the network attends to
 
 LEAST, MOST = 5, 100
 """Range of the number of known spectra in a training step, drawn evenly in its logarithm."""
@@ -45,8 +44,7 @@ LEAST, MOST = 5, 100
 BATCH, LEARNING_RATE, WARM_UP = 6, 3e-3, 50
 """Targets in a training step; the rate of Adam, which rises over ``WARM_UP`` steps and falls to 0 at the end."""
 
-AT_ONCE = 16
-"""Positions that are predicted at once."""
+AT_ONCE = 16  # Positions that are predicted at once
 
 
 @dataclass(frozen=True)

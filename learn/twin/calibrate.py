@@ -46,8 +46,7 @@ UNEXPLAINED_MOST = 0.5
 """Share of the measured power that a corrected scene may leave unexplained. Spectra of another room leave nine tenths,
 those of the right one in full wave a tenth."""
 
-SUBCARRIERS = 4
-"""Largest number of subcarriers of a band that are used."""
+SUBCARRIERS = 4  # Largest number of subcarriers of a band that are used
 
 
 def calibrate(

@@ -37,8 +37,7 @@ from simulate.spectra.spectrum import evenly
 
 GATEWAYS = "gateways.yml"
 
-NO_PATHS = 1e-30
-"""Smallest sum of the powers of paths; less stands for no path."""
+NO_PATHS = 1e-30  # Smallest sum of the powers of paths; less stands for no path
 
 
 @dataclass(frozen=True)

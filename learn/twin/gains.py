@@ -52,11 +52,9 @@ def unexplained(rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "
     return float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
 
 
-MOST = 1000
-"""Largest number of chains with a gain; these are the strongest ones."""
+MOST = 1000  # Largest number of chains with a gain; these are the strongest ones
 
-RATIOS = (1e-6, 1e6)
-"""Bounds of the search for τ²/ν, for responses with a mean power of 1."""
+RATIOS = (1e-6, 1e6)  # Bounds of the search for τ²/ν, for responses with a mean power of 1
 
 NEGLIGIBLE = 1e-12
 """Eigenvalues that are smaller than this, relative to the largest one, are rounding errors."""

@@ -29,14 +29,12 @@ from scenes.scene.unknowns import Unknown, vary
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 
-ROUNDS = 24
-"""Largest number of times that one search traces the scene."""
+ROUNDS = 24  # Largest number of times that one search traces the scene
 
 SMALL, NEAR = 0.05, 0.5
 """Standard deviations. A search ends when a step moves no unknown by more; ``NEAR`` if another search follows."""
 
-TINY = 1e-9
-"""A step that has been halved to less than this, in the unknowns' units, is given up."""
+TINY = 1e-9  # A step that has been halved to less than this, in the unknowns' units, is given up
 
 COUNTED = 160
 """Largest number of responses that count as independent: those of ten positions with sixteen elements. An error of the

@@ -20,12 +20,10 @@ from simulate.rays.chain_solver import Found
 from simulate.rays.derivatives import derivatives
 from simulate.rays.tracer import Tracer
 
-STEP = 0.02
-"""Step of the finite differences, in the logarithm of a material's property."""
+STEP = 0.02  # Step of the finite differences, in the logarithm of a material's property
 
 
-CARRIER = (1.0,)
-"""The frequencies of responses at the carrier alone, in carrier frequencies."""
+CARRIER = (1.0,)  # The frequencies of responses at the carrier alone, in carrier frequencies
 
 
 def over_band(tracer: Tracer, ratios: Sequence[float]) -> list[Tracer]:
@@ -91,8 +89,7 @@ POOR, GOOD = 0.25, 0.75
 """Shares of the gain that was expected of a step. Below the first, the next step is half as long; above the second, it
 may be longer."""
 
-LENGTH = 1.0
-"""Correlation length of the waves that the twin lacks, metres."""
+LENGTH = 1.0  # Correlation length of the waves that the twin lacks, metres
 
 
 def correlation(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.ndarray, "K K"]:

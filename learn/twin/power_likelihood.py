@@ -14,8 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import log_ndtr
 
-DB = 10 / np.log(10)
-"""Decibels per unit of the natural logarithm of a power."""
+DB = 10 / np.log(10)  # Decibels per unit of the natural logarithm of a power
 
 FADING_DB = DB * np.pi / np.sqrt(6)
 """Standard deviation of a power whose field is a complex Gaussian, dB."""
@@ -29,41 +28,24 @@ SHARES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 NOISES = (1.0, 2.0, 4.0)
 """Candidates for the standard deviation of what is neither traced nor fading, such as shadowing and steps, dB."""
 
-STEPS = 5
-"""Newton steps to the levels of the gateways."""
+STEPS = 5  # Newton steps to the levels of the gateways
 
-TINY = 1e-30
-"""Power that stands for that of no path."""
+TINY = 1e-30  # Power that stands for that of no path
 
 
 class PowerFit(NamedTuple):
-    """Received powers of K positions and G gateways beside traced ones.
+    """Received powers of K positions and G gateways beside traced ones."""
 
-    Attributes:
-        unlikely: −2 log of the likelihood of the powers of each gateway, up to a constant.
-        slopes: derivatives of the log likelihood with respect to the expected powers, 1/dB.
-        curvatures: its negative second derivatives, 1/dB².
-        expected: expected powers, dBm.
-        softened: ``|y|²`` plus the part of σ² that counts in the expected powers, linear, without level.
-        levels: of the gateways: what is added to path gains, dBm.
-        share: σ², relative to the sum of the powers of the traced paths.
-    """
-
-    unlikely: Float[np.ndarray, " G"]
-    slopes: Float[np.ndarray, "K G"]
-    curvatures: Float[np.ndarray, "K G"]
-    expected: Float[np.ndarray, "K G"]
-    softened: Float[np.ndarray, "K G"]
-    levels: Float[np.ndarray, " G"]
-    share: float
+    unlikely: Float[np.ndarray, " G"]  # −2 log of the likelihood of the powers of each gateway, up to a constant
+    slopes: Float[np.ndarray, "K G"]  # derivatives of the log likelihood with respect to the expected powers, 1/dB
+    curvatures: Float[np.ndarray, "K G"]  # its negative second derivatives, 1/dB²
+    expected: Float[np.ndarray, "K G"]  # expected powers, dBm
+    softened: Float[np.ndarray, "K G"]  # |y|² plus the part of σ² that counts in the expected powers, without level
+    levels: Float[np.ndarray, " G"]  # of the gateways: what is added to path gains, dBm
+    share: float  # σ², relative to the sum of the powers of the traced paths
 
     def predicted(self, gains: Float[np.ndarray, "P G"], scales: Float[np.ndarray, "P G"]) -> Float[np.ndarray, "P G"]:
-        """Expected powers at other positions, dBm.
-
-        Args:
-            gains: traced path gains ``|y|²``, linear.
-            scales: sums of the powers of the traced paths, linear.
-        """
+        """Expected powers at other positions, dBm, from traced gains |y|² and sums of the powers of their paths."""
         return DB * np.log(gains + MEAN_OF_FADING * (self.share * scales + TINY)) + self.levels
 
 

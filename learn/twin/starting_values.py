@@ -24,17 +24,13 @@ from simulate.rays.derivatives import by_rotation
 from simulate.rays.tracer import Tracer
 from simulate.spectra.spectrum import evenly
 
-GUESSES = 1000
-"""Number of poses that are tried, including the described one."""
+GUESSES = 1000  # Number of poses that are tried, including the described one
 
-COMPARED = 20
-"""Largest number of positions at which they are compared."""
+COMPARED = 20  # Largest number of positions at which they are compared
 
-LEAST_MISFIT = 1e-6
-"""Least value of 1 − s; smaller values are rounding errors."""
+LEAST_MISFIT = 1e-6  # Least value of 1 − s; smaller values are rounding errors
 
-AT_ONCE = 4_000_000
-"""Number of phases computed at once, which bounds the memory."""
+AT_ONCE = 4_000_000  # Number of phases computed at once, which bounds the memory
 
 
 def start_nearby(
@@ -117,14 +113,11 @@ def responses_of(
 FAR = 0.5
 """Wavelengths. If the gateway's position has a larger tolerance, small steps hardly lead to it."""
 
-DRAWN, NEARBY = 4000, 300
-"""Numbers of poses that are drawn from the prior, and near each that is kept."""
+DRAWN, NEARBY = 4000, 300  # Numbers of poses that are drawn from the prior, and near each that is kept
 
-KEPT = 8
-"""Number of guesses near which the scene is traced again."""
+KEPT = 8  # Number of guesses near which the scene is traced again
 
-APART = 0.5
-"""Wavelengths. The positions of two guesses that are kept are no closer."""
+APART = 0.5  # Wavelengths. The positions of two guesses that are kept are no closer.
 
 NARROWER = (1 / 3, 1 / 9, 1 / 27)
 """Standard deviations of the draws around the guesses that are kept, in those of the prior."""

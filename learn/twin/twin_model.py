@@ -32,8 +32,7 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly, spectrum_of
 
-TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Candidates for the weight of the corrected scene."""
+TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)  # Candidates for the weight of the corrected scene
 
 LEAST_KNOWN, LEFT_OUT = 100, 64
 """Number of known spectra below which the weight is 1, and largest number of them that are predicted from others."""
@@ -86,8 +85,7 @@ if TYPE_CHECKING:
 CALIBRATED_BY = 160
 """Largest number of known spectra that correct the scene. All known spectra are kriged."""
 
-GAINED_BY = 1000
-"""Largest number of known spectra from which the gains of chains are found."""
+GAINED_BY = 1000  # Largest number of known spectra from which the gains of chains are found
 
 SAME_RESPONSES = 1e-2
 """Largest relative error of the responses at a known position with which a scene counts as that of the training."""

@@ -27,8 +27,7 @@ if TYPE_CHECKING:  # importing it needs the ray tracer
     from simulate.rays.core.multipath import TracedPath
 
 
-WIDTH = 500
-"""Width of the panel, pixels."""
+WIDTH = 500  # Width of the panel, pixels
 
 
 def require_places_and_band(dataset: CsiDataset) -> None:
@@ -86,17 +85,13 @@ class ChannelTab(Tab):
         return draw_delays(title, profile, WIDTH), f"strongest delay {peak:.4g} ns"
 
 
-FINER = 8
-"""Points of the profile for each resolution cell."""
+FINER = 8  # Points of the profile for each resolution cell
 
-BEFORE, SHOWN = 3, 16
-"""Resolution cells that are drawn before the strongest delay, and at most in all."""
+BEFORE, SHOWN = 3, 16  # Resolution cells that are drawn before the strongest delay, and at most in all
 
-LEAST = -40.0
-"""Lower end of the axis, dB below the maximum."""
+LEAST = -40.0  # Lower end of the axis, dB below the maximum
 
-HEIGHT, SECOND_LINE = 110, 18
-"""Height of the plot and of the line below the axis, pixels."""
+HEIGHT, SECOND_LINE = 110, 18  # Height of the plot and of the line below the axis, pixels
 
 
 class DelayProfile(NamedTuple):

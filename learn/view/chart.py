@@ -26,8 +26,7 @@ Kind = Literal["rectangular", "polar"]
 LEFT, TOP, RIGHT, BOTTOM = 54, 42, 86, 30
 """Margins of a panel, pixels: for the elevations, the title, the colour bar and the azimuths."""
 
-DIAMETER = 270
-"""Diameter of a polar panel in pixels."""
+DIAMETER = 270  # Diameter of a polar panel in pixels
 
 BACKGROUND, INK, MISSING = (255, 255, 255), (40, 40, 40), (225, 225, 225)
 """RGB of the background, of lines and text, and of a panel without a spectrum."""

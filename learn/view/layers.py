@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from simulate.rays.core.multipath import TracedPath
 
 
-PATHS_SHOWN = 40
-"""Largest number of traced paths that are drawn, the strongest ones."""
+PATHS_SHOWN = 40  # Largest number of traced paths that are drawn, the strongest ones
 
 PATH_COLOURS = Colours("plasma", -30.0, 0.0, " dB")
 """Colours of traced paths by their gain relative to the strongest path, dB."""
@@ -172,8 +171,7 @@ class Layers:
                 node.colors = colour_of(self._subject.scores, LINEAR)
 
 
-EVERY_DEG = 2
-"""Angle between neighbouring dots of a spectrum, degrees."""
+EVERY_DEG = 2  # Angle between neighbouring dots of a spectrum, degrees
 
 DOT_DEG = 0.8 * EVERY_DEG
 """Radius of a dot as seen from the middle, degrees. Dots overlap: what shows between them would make a moiré."""

@@ -18,8 +18,7 @@ from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset_folder import recorded_scene
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
-CELLS = 4000
-"""About the number of cells of a map; more would take longer than a user wants to wait."""
+CELLS = 4000  # About the number of cells of a map; more would take longer than a user wants to wait
 
 
 @dataclass

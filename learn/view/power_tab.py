@@ -26,8 +26,7 @@ from scenes.files.errors import printable
 from scenes.files.plain_text import in_markdown
 from scenes.scene.shapes import bounding_box
 
-ROWS = 24
-"""Most gateways in the table of powers, the strongest ones."""
+ROWS = 24  # Most gateways in the table of powers, the strongest ones
 
 
 class PowerTab(Tab):
@@ -160,23 +159,17 @@ def power_rows(
     return rows
 
 
-STRONGEST = "strongest gateway"
-"""What the map shows, if it is not one gateway."""
+STRONGEST = "strongest gateway"  # What the map shows, if it is not one gateway
 
-POWER, WIDTH = "power", "90 % interval"
-"""Quantities of a map."""
+POWER, WIDTH = "power", "90 % interval"  # Quantities of a map
 
-SILENT = (190, 190, 190)
-"""RGB where nothing is received."""
+SILENT = (190, 190, 190)  # RGB where nothing is received
 
-ENDS = (1, 99)
-"""Percentiles of the measured powers at which the colours end."""
+ENDS = (1, 99)  # Percentiles of the measured powers at which the colours end
 
-OPAQUE = 215
-"""Opacity of the map, 0 to 255: the floor shines through."""
+OPAQUE = 215  # Opacity of the map, 0 to 255: the floor shines through
 
-KEY_WIDTH, LINE = 400, 20
-"""Width of the key and height of its lines, pixels."""
+KEY_WIDTH, LINE = 400, 20  # Width of the key and height of its lines, pixels
 
 
 class Drawn(NamedTuple):

@@ -20,8 +20,7 @@ from scenes.browser.served_page import shield
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 
-PLANNED, TRANSMITTER = (200, 0, 200), (255, 210, 0)
-"""RGB of planned positions and of the transmitter."""
+PLANNED, TRANSMITTER = (200, 0, 200), (255, 210, 0)  # RGB of planned positions and of the transmitter
 
 
 def add_room(client: ClientHandle, scene: Scene | None) -> tuple[list[SceneNodeHandle], list[SceneNodeHandle]]:
@@ -73,13 +72,11 @@ def switch(client: ClientHandle, label: str, nodes: Sequence[SceneNodeHandle]) -
                 node.visible = box.value
 
 
-CLOUD = 1200
-"""Number of positions in the region at which the standard deviation is drawn."""
+CLOUD = 1200  # Number of positions in the region at which the standard deviation is drawn
 
 LOCATED = (230, 120, 0)
 
-LOCATIONS = "evaluation/locations.csv"
-"""File in a run folder, written by ``bisplat evaluate --locate``."""
+LOCATIONS = "evaluation/locations.csv"  # File in a run folder, written by ``bisplat evaluate --locate``
 
 
 class Cloud(NamedTuple):

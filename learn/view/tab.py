@@ -18,8 +18,7 @@ from learn.view.subject import Position
 from scenes.browser.served_page import shield
 from scenes.files.plain_text import in_markdown
 
-PLAY_SECONDS = 0.4
-"""Time between two positions when the recorded path is played, seconds."""
+PLAY_SECONDS = 0.4  # Time between two positions when the recorded path is played, seconds
 
 AT_A_POSITION = 1e-4
 """Largest distance between the transmitter and a recorded position that counts as the same position, metres."""

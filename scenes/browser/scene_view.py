@@ -15,11 +15,9 @@ from scenes.scene.description import Scene
 from scenes.scene.orientation import Quaternion
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
-WALL_OPACITY = 0.18
-"""Opacity of floor, walls and ceiling, so that the inside is visible from outside."""
+WALL_OPACITY = 0.18  # Opacity of floor, walls and ceiling, so that the inside is visible from outside
 
-FIELD_OF_VIEW = 45.0
-"""Vertical field of view of the camera, degrees."""
+FIELD_OF_VIEW = 45.0  # Vertical field of view of the camera, degrees
 
 
 def wxyz(orientation: Quaternion) -> tuple[float, float, float, float]:

@@ -93,8 +93,7 @@ def _free_port(first: int) -> int:
     raise ParameterError("port", f"expected a port from 1 to 65535 that this user may open, found {first}")
 
 
-NAMES = ("127.0.0.1", "localhost", "[::1]")
-"""Names of this machine that are allowed in an address."""
+NAMES = ("127.0.0.1", "localhost", "[::1]")  # Names of this machine that are allowed in an address
 
 Process = Callable[[ServerConnection, Request], Awaitable[Response | None] | Response | None]
 

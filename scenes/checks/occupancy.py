@@ -14,8 +14,7 @@ from trimesh.triangles import closest_point
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene, SceneObject
 
-CHUNK = 200_000
-"""Pairs of a point and a triangle that are computed at a time. This limits the memory."""
+CHUNK = 200_000  # Pairs of a point and a triangle that are computed at a time. This limits the memory.
 
 TOUCHING = 1e-3
 """Metres. Rays from an element that is nearer to a surface may start on either side of it."""

@@ -30,8 +30,7 @@ from scenes.scene.orientation import UNIT_TOLERANCE
 LARGE_ARRAY = 2.0
 """Metres. Given elements that are farther from the gateway's position may be in millimetres."""
 
-NEAR = 0.10
-"""How far from its own frequency a material may be used, as a fraction of it."""
+NEAR = 0.10  # How far from its own frequency a material may be used, as a fraction of it
 
 
 def validate(scene: Scene, source: str) -> None:

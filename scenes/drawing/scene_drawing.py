@@ -93,8 +93,7 @@ def _array_in_title(gateway: Gateway) -> str:
     return f"array of {gateway.count} element{'s' * (gateway.count > 1)}"
 
 
-FORMATS = (".png", ".pdf", ".svg")
-"""File types of a drawing, by the end of its name."""
+FORMATS = (".png", ".pdf", ".svg")  # File types of a drawing, by the end of its name
 
 
 class DrawingError(InputError):

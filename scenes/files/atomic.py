@@ -73,8 +73,7 @@ def _sync(path: Path) -> None:
         os.close(number)
 
 
-NAME = re.compile(r"\.bisplat-[0-9a-f]{16}\.(tmp|unfinished)")
-"""Names of temporary files and folders."""
+NAME = re.compile(r"\.bisplat-[0-9a-f]{16}\.(tmp|unfinished)")  # Names of temporary files and folders
 
 
 def is_temporary(name: str) -> bool:

@@ -52,8 +52,7 @@ def require_positive(**values: float) -> None:
             raise ParameterError(name, f"expected a positive number, found {shown(value)}")
 
 
-SEED_MOST = 2**32 - 1
-"""Largest seed that NumPy, PyTorch and the ray tracer all accept."""
+SEED_MOST = 2**32 - 1  # Largest seed that NumPy, PyTorch and the ray tracer all accept
 
 
 def require_whole(least: int, most: int, **values: int) -> None:
@@ -114,12 +113,10 @@ def is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-SHOWN = 80
-"""Most characters of a value that a message shows."""
+SHOWN = 80  # Most characters of a value that a message shows
 
 
-LISTED = 40
-"""Most known words that a message lists."""
+LISTED = 40  # Most known words that a message lists
 
 
 def shown(value: object) -> str:

@@ -26,8 +26,7 @@ LARGEST_JSON = 16 * MEGABYTE
 LARGEST_YAML = 4 * MEGABYTE
 """Bytes. It is enough for about 60,000 objects, which take half a minute to read."""
 
-LARGEST_XML = 64 * MEGABYTE
-"""Bytes. It is enough for about 200,000 shapes."""
+LARGEST_XML = 64 * MEGABYTE  # Bytes. It is enough for about 200,000 shapes.
 
 DEEPEST = 50
 """Most levels of nested lists, mappings or elements. Our own files have five; Python fails at about a thousand."""

@@ -18,8 +18,7 @@ from scenes.files.input_file import MEGABYTE, require_regular
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Compression methods of ``numpy.savez`` and ``numpy.savez_compressed``."""
 
-MOST_MEMBERS = 100
-"""Most arrays in an archive."""
+MOST_MEMBERS = 100  # Most arrays in an archive
 
 KINDS = {"c": "complex numbers", "f": "numbers", "b": "truth values"}
 """Kinds of numbers in an array, by NumPy's codes. Whole numbers count as "f", too."""

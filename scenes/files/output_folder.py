@@ -104,8 +104,7 @@ LOCK = ".bisplat-lock"
 NO_LOCKS = (errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOLCK)
 """Errors of network disks that cannot lock files."""
 
-LONGEST = 1000
-"""Most bytes of another process's lock file that are read."""
+LONGEST = 1000  # Most bytes of another process's lock file that are read
 
 
 @contextmanager

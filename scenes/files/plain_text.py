@@ -28,8 +28,7 @@ def in_markdown(text: str) -> str:
     return re.sub(r"([!-/:-@\[-`{-~])", r"\\\1", printable(text))
 
 
-LONGEST_WORD = 300
-"""Most characters of a word. A longer one, such as an impossible path, is cut."""
+LONGEST_WORD = 300  # Most characters of a word. A longer one, such as an impossible path, is cut.
 
 
 _warned: ContextVar[set[str] | None] = ContextVar("warnings of the running command", default=None)
@@ -61,11 +60,9 @@ def plain_console(**options) -> Console:
     return Console(markup=False, emoji=False, **options)
 
 
-WIDEST = 80
-"""Most characters per line of a cell. Longer text is folded."""
+WIDEST = 80  # Most characters per line of a cell. Longer text is folded.
 
-UNLIMITED = 10_000
-"""Characters per line: more than any table has."""
+UNLIMITED = 10_000  # Characters per line: more than any table has
 
 
 def print_table(title: str, columns: dict[str, dict]) -> None:

@@ -18,11 +18,9 @@ from rich.text import Text
 
 from scenes.files.plain_text import plain_console, say
 
-UNLIMITED = 10_000
-"""Characters per line where there is no terminal, so that none is cut."""
+UNLIMITED = 10_000  # Characters per line where there is no terminal, so that none is cut
 
-LINES = 10
-"""Lines of a task where there is no terminal."""
+LINES = 10  # Lines of a task where there is no terminal
 
 
 class RateColumn(ProgressColumn):

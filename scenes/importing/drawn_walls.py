@@ -20,32 +20,25 @@ from scenes.scene.materials import is_conductor
 Walls = Literal["as-sheets", "as-drawn"]
 """Whether walls that are drawn as boxes become sheets, or keep both faces."""
 
-LARGE = 1.0
-"""Metres. Smaller bodies that count twice hardly matter."""
+LARGE = 1.0  # Metres. Smaller bodies that count twice hardly matter.
 
-SAME = 1e-4
-"""Metres. Corners nearer than this are the same."""
+SAME = 1e-4  # Metres. Corners nearer than this are the same.
 
 FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 """Odd numbers that mix the three coordinates of a corner."""
 
-PARALLEL = float(np.cos(np.radians(1.0)))
-"""Least cosine of the angle between the normals of two sides."""
+PARALLEL = float(np.cos(np.radians(1.0)))  # Least cosine of the angle between the normals of two sides
 
-NEAREST = 1e-3
-"""Metres. Faces nearer than this lie on one another, which is told by itself."""
+NEAREST = 1e-3  # Metres. Faces nearer than this lie on one another, which is told by itself.
 
-SAMPLED = 64
-"""Triangles of an object, the largest ones, that are looked at."""
+SAMPLED = 64  # Triangles of an object, the largest ones, that are looked at
 
 MOST_TRIANGLES = 20_000
 """Objects of more triangles are terrain, or drawn in too much detail to be walls."""
 
-LEAST_AREA = 1.0
-"""Square metres that lie opposite others at least."""
+LEAST_AREA = 1.0  # Square metres that lie opposite others at least
 
-MOSTLY = 0.3
-"""Least share of the area looked at that lies opposite others."""
+MOSTLY = 0.3  # Least share of the area looked at that lies opposite others
 
 
 @dataclass(frozen=True)

@@ -17,14 +17,12 @@ from scenes.importing.formats.mesh_part import ImportedFile
 from scenes.importing.lengths import METRES, plain, plain_point, plain_size
 from scenes.scene.description import FARTHEST, Scene
 
-FLAT = 1.0
-"""Height of a scene that is only ground, metres. Antennas above it are in the open."""
+FLAT = 1.0  # Height of a scene that is only ground, metres. Antennas above it are in the open.
 
 SINGLE_PRECISION = (".glb", ".gltf", ".stl", ".ply")
 """Suffixes of formats that usually have coordinates of 24 bits."""
 
-COARSE = 1e-3
-"""Rounding of coordinates that is worth a warning, metres."""
+COARSE = 1e-3  # Rounding of coordinates that is worth a warning, metres
 
 APART = 10.0
 """How many times the size of the file the antennas may be away from it to count as given in the same coordinates."""
@@ -38,8 +36,7 @@ metres is not."""
 REFUSED = (1 / 30, 400.0)
 """Smallest and largest possible ratio. Beyond it, the unit must be wrong. Millimetres for metres are always beyond."""
 
-TYPICAL = 2.0
-"""Typical ratio of a room. The unit whose ratio is nearest to it is suggested."""
+TYPICAL = 2.0  # Typical ratio of a room. The unit whose ratio is nearest to it is suggested.
 
 
 class Doubt(NamedTuple):

@@ -12,11 +12,9 @@ from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS, MitsubaShape
 from scenes.scene.materials import RadioMaterial
 
-Rule = tuple[str, str]
-"""A name or pattern, and a material."""
+Rule = tuple[str, str]  # A name or pattern, and a material
 
-LISTED = 8
-"""Most names that a message lists."""
+LISTED = 8  # Most names that a message lists
 
 
 @dataclass(frozen=True)

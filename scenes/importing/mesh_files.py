@@ -26,8 +26,7 @@ READERS: dict[str, Callable[[bytes, Path], ImportedFile]] = {
 }
 MESH_SUFFIXES = tuple(READERS)
 
-FLAT = 1e-12
-"""Largest area, relative to the square of a part's size, that is taken for zero."""
+FLAT = 1e-12  # Largest area, relative to the square of a part's size, that is taken for zero
 
 
 def read_mesh_file(path: Path) -> ImportedFile:

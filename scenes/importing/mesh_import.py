@@ -34,8 +34,7 @@ from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.orientation import Vector3
 
-DEFAULT_FREQUENCY = 915e6
-"""Hz. Neither a mesh nor a scene XML has a frequency."""
+DEFAULT_FREQUENCY = 915e6  # Hz. Neither a mesh nor a scene XML has a frequency.
 
 
 def import_scene(

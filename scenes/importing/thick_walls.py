@@ -20,35 +20,28 @@ from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.materials import is_conductor
 from scenes.scene.shapes import merge_corners
 
-SOLID = 2.0
-"""Thicknesses of the material's slab up to which a body is solid."""
+SOLID = 2.0  # Thicknesses of the material's slab up to which a body is solid
 
 DRAWN_THIN = 0.4
 """Thicknesses of the material's slab. A thinner body is drawn so only to have two sides, and keeps the material's."""
 
-LEAST_TRIANGLES = 8
-"""Triangles of a box without its ends."""
+LEAST_TRIANGLES = 8  # Triangles of a box without its ends
 
-WIDE = 2.0
-"""Thicknesses of a plate that its faces are wide at least. Columns and beams are narrower."""
+WIDE = 2.0  # Thicknesses of a plate that its faces are wide at least. Columns and beams are narrower.
 
-MOSTLY = 0.6
-"""Least share of a body's surface that the faces of its plates have. The rest is rims."""
+MOSTLY = 0.6  # Least share of a body's surface that the faces of its plates have. The rest is rims.
 
-OPPOSITE = 0.8
-"""Least share of the smaller of two faces that lies opposite the larger one."""
+OPPOSITE = 0.8  # Least share of the smaller of two faces that lies opposite the larger one
 
 PARALLEL = float(np.radians(1.0))
 """Largest angle between neighbouring triangles of a face, and between the two faces of a plate."""
 
-UNEVEN = 0.02
-"""Largest deviation of a face from a plane, as a share of the plate's thickness."""
+UNEVEN = 0.02  # Largest deviation of a face from a plane, as a share of the plate's thickness
 
 MOST_FACES = 1000
 """Most faces of a body that is divided. Time grows with their square, and terrain has no plates."""
 
-SAMPLED = 16
-"""Triangles of a face, the largest ones, that are looked at to see what lies opposite."""
+SAMPLED = 16  # Triangles of a face, the largest ones, that are looked at to see what lies opposite
 
 SAMPLES = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric coordinates of the points of a triangle that are looked at."""

@@ -32,15 +32,13 @@ LEVEL = set(
 UPRIGHT = set("wall window door lamp light column pillar stair heater wand tür fenster mur".split())
 """Words that make another thing of such a name: floor lamp, ground floor wall."""
 
-FLAT = 0.7
-"""Least share of the area of a floor that faces its vertical axis."""
+FLAT = 0.7  # Least share of the area of a floor that faces its vertical axis
 
 PREDOMINANT = 1.5
 """How many times more area must face one axis than each other for it to look vertical. A room of 6 x 5 x 2.8 m has 1.8,
 a corridor may have less than 1."""
 
-WEIGHTS = {"names": 3, "antennas": 2, "area": 1, "exporter": 1}
-"""How much each kind of evidence counts."""
+WEIGHTS = {"names": 3, "antennas": 2, "area": 1, "exporter": 1}  # How much each kind of evidence counts
 
 DECISIVE = 2
 """By how much the evidence for the other axis must outweigh that for the assumed one to refuse the file."""

@@ -23,8 +23,7 @@ from scenes.scene.description import Scene, SceneObject
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import bounding_box
 
-Shape = Literal["rectangle", "l"]
-"""Outline of a room: a rectangle, or one that lacks a corner."""
+Shape = Literal["rectangle", "l"]  # Outline of a room: a rectangle, or one that lacks a corner
 
 Vector = tuple[float, float, float]
 
@@ -43,8 +42,7 @@ MOST_DRAWS = 20_000
 
 LARGE = _Sizes(((4.5, 8.0), (4.0, 6.0), (2.4, 3.0)), (2.0, 2.0, 1.0))
 
-INNER = 0.55, 0.75
-"""Range of the inner corner of an L-shaped room, as shares of its length and width."""
+INNER = 0.55, 0.75  # Range of the inner corner of an L-shaped room, as shares of its length and width
 
 WALLS = (Finish("concrete"), Finish("brick"), Finish("brick"), Finish("plasterboard", 0.10), Finish("wood", 0.06))
 FLOORS = Finish("concrete"), Finish("wood", 0.04)

@@ -17,10 +17,8 @@ from scenes.scene.orientation import Quaternion, Vector3, boresight_of, unit_qua
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
-MOST_IN_A_ROW = 64
-"""Most rows or columns of an array; it has at most ``MOST_ELEMENTS`` elements."""
-WIDEST_SPACING = 100.0
-"""Largest spacing of the elements of an array, wavelengths."""
+MOST_IN_A_ROW = 64  # Most rows or columns of an array; it has at most ``MOST_ELEMENTS`` elements
+WIDEST_SPACING = 100.0  # Largest spacing of the elements of an array, wavelengths
 BOTH_ARRAYS = "expected either the positions of the elements or rows, columns and spacing, found both"
 
 
@@ -186,14 +184,12 @@ def read_array(text: str) -> tuple[int, int, float | None]:
     return int(match[1]), int(match[2]), float(match[3]) if match[3] else None
 
 
-MOST_ELEMENTS = 1024
-"""Most elements of an array. Memory grows with the elements, or with their square."""
+MOST_ELEMENTS = 1024  # Most elements of an array. Memory grows with the elements, or with their square.
 
 FARTHEST_ELEMENT = 100.0
 """Metres. Largest coordinate of an element in the gateway frame. An array of millimetres read as metres exceeds it."""
 
-SAME_PLACE = 1e-6
-"""Metres. Two elements that are nearer to each other are at one place."""
+SAME_PLACE = 1e-6  # Metres. Two elements that are nearer to each other are at one place.
 
 Positions = tuple[tuple[float, float, float], ...]
 """Positions x, y, z of elements, metres, gateway frame."""

@@ -19,11 +19,9 @@ if TYPE_CHECKING:  # loads for half a second, and a dataset needs only its gatew
     from trimesh import Trimesh
 
 
-SPEED_OF_LIGHT = 299_792_458.0
-"""Metres per second."""
+SPEED_OF_LIGHT = 299_792_458.0  # Metres per second
 
-LONGEST_NAME = 200
-"""Most characters in the name of a scene, an object or a material."""
+LONGEST_NAME = 200  # Most characters in the name of a scene, an object or a material
 MOST_TRIANGLES = 2_000_000
 """Most triangles of a scene. The import of 5 million took 85 s and 7 GB on one core; drawing takes 30 µs each."""
 FARTHEST = 1e5

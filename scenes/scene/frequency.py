@@ -10,8 +10,7 @@ from scenes.files.errors import ParameterError, shown
 LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
 """Hertz. The wavelength is 300 m at the lower end. Above the upper end, most surfaces are rough."""
 
-HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
-"""Units of frequency, in hertz."""
+HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}  # Units of frequency, in hertz
 
 LONGEST_TEXT = 50
 """Most characters of a frequency. The time of the regular expression grows with the square of the length."""

@@ -18,14 +18,11 @@ EXTRAPOLATION = 0.10
 """How far outside its stated range the power law may be used, as a fraction of the range's end. The bands of RFID and
 LoRa at 915 MHz are 8.5 % below 1 GHz, where most rows begin."""
 
-HIGHEST_PERMITTIVITY = 1e5
-"""Largest relative permittivity. Ferroelectrics reach 10,000."""
+HIGHEST_PERMITTIVITY = 1e5  # Largest relative permittivity. Ferroelectrics reach 10,000.
 
-HIGHEST_CONDUCTIVITY = 1e9
-"""Largest conductivity, S/m. Silver has 6.3e7."""
+HIGHEST_CONDUCTIVITY = 1e9  # Largest conductivity, S/m. Silver has 6.3e7.
 
-THICKEST = 1000.0
-"""Largest thickness of a slab, metres. The default for ground is 1 m."""
+THICKEST = 1000.0  # Largest thickness of a slab, metres. The default for ground is 1 m.
 
 
 @dataclass(frozen=True)
@@ -255,14 +252,11 @@ def p2040_source(material: RadioMaterial, frequency: float) -> str | None:
     return None
 
 
-VACUUM_PERMITTIVITY = 8.8541878128e-12
-"""ε₀, farads per metre."""
+VACUUM_PERMITTIVITY = 8.8541878128e-12  # ε₀, farads per metre
 
-VACUUM_PERMEABILITY = 1.25663706212e-6
-"""μ₀, henries per metre."""
+VACUUM_PERMEABILITY = 1.25663706212e-6  # μ₀, henries per metre
 
-LEAST_LOSS_OF_CONDUCTOR = 1000.0
-"""Materials with a larger loss σ/ωε₀ count as perfect conductors."""
+LEAST_LOSS_OF_CONDUCTOR = 1000.0  # Materials with a larger loss σ/ωε₀ count as perfect conductors
 
 
 def relative_permittivity(material: RadioMaterial, frequency: float) -> complex:

@@ -29,14 +29,12 @@ if TYPE_CHECKING:
 
 Vector3 = Sequence[float] | np.ndarray
 
-ROUNDING = 1e-6
-"""Metres by which an opening may reach over the edge of its sheet."""
+ROUNDING = 1e-6  # Metres by which an opening may reach over the edge of its sheet
 
 SKEW = 0.01
 """Largest cosine of the angle between the sides of a sheet. Rounded coordinates make small ones."""
 
-MOST_DEGREES = 1e6
-"""Largest angle of a rotation, degrees."""
+MOST_DEGREES = 1e6  # Largest angle of a rotation, degrees
 
 
 def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
@@ -142,11 +140,7 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
 
 
 def _checked_openings(openings: Sequence[Sequence[float]], width: float, height: float) -> list[list[float]]:
-    """Refuse openings that are not inside a sheet of a width and a height.
-
-    Returns:
-        The openings. Ends within ``ROUNDING`` of an edge of the sheet are at the edge, so that no sliver remains.
-    """
+    """The openings, which must be inside the sheet. Ends within ``ROUNDING`` of an edge of it are moved to the edge."""
     if isinstance(openings, Sequence) and not openings:
         return []
     found = check_array("openings", openings, (None, 4), "rows of s0, s1, t0, t1")

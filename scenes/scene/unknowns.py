@@ -19,8 +19,7 @@ from scenes.scene.tolerances import Tolerances
 
 Kind = Literal["position", "rotation", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
 
-OF_POSE = ("position", "rotation")
-"""Kinds of unknowns of the gateway's pose."""
+OF_POSE = ("position", "rotation")  # Kinds of unknowns of the gateway's pose
 
 OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
 """Kinds of unknowns of a material. Their values are logarithms of ratios."""
@@ -34,19 +33,12 @@ HIGH = 0.85
 
 @dataclass(frozen=True)
 class Unknown:
-    """A number of the description that may be wrong.
-
-    Attributes:
-        kind: the quantity.
-        name: name of the object or the material, or of one of several gateways; otherwise empty.
-        axis: axis of a position, a rotation or an object, 0 to 2.
-        tolerance: standard deviation of the error, in metres, in radians, or of the logarithm of a ratio.
-    """
+    """A number of the description that may be wrong."""
 
     kind: Kind
-    name: str
-    axis: int
-    tolerance: float
+    name: str  # of the object or the material, or of one of several gateways; otherwise empty
+    axis: int  # of a position, a rotation or an object, 0 to 2
+    tolerance: float  # standard deviation of the error, in metres, in radians, or of the logarithm of a ratio
 
     @property
     def label(self) -> str:

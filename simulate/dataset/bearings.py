@@ -21,8 +21,7 @@ from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.element_array import uniform
 from simulate.spectra.spectrum import evenly
 
-EXAMINED = 400
-"""Most spectra whose maxima are looked at."""
+EXAMINED = 400  # Most spectra whose maxima are looked at
 
 POINTS = 15.0
 """Degrees. Median angle between maximum and transmitter up to which the maxima point at the transmitters."""

@@ -15,35 +15,24 @@ from scenes.files.input_file import MEGABYTE, read_text
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 
-FREQUENCIES = "freq.txt"
-"""File that lists the frequency of each picture, or one for all."""
+FREQUENCIES = "freq.txt"  # File that lists the frequency of each picture, or one for all
 
-NERF2_FREQUENCY = 915e6
-"""Hertz. NeRF²'s folders were measured in this RFID band, but do not state it."""
+NERF2_FREQUENCY = 915e6  # Hertz. NeRF²'s folders were measured in this RFID band, but do not state it.
 
 HIGHEST_GHZ = 300.0
 """Largest number of freq.txt without a unit that is read as GHz, as WideGS and XFreq-GS write it. Larger ones are MHz
 below a million, such as 915, and otherwise hertz."""
 
-SAME = 1e-4
-"""Relative difference up to which two frequencies are the same."""
+SAME = 1e-4  # Relative difference up to which two frequencies are the same
 
-LISTED = 10
-"""Most frequencies that a sentence lists."""
+LISTED = 10  # Most frequencies that a sentence lists
 
-LARGEST_LIST = 20 * MEGABYTE
-"""Most bytes of freq.txt."""
+LARGEST_LIST = 20 * MEGABYTE  # Most bytes of freq.txt
 
 
 @dataclass(frozen=True)
 class Frequency:
-    """The frequency of a folder's spectra.
-
-    Attributes:
-        hertz: the frequency, Hz.
-        source: how it is known: "metadata" (metadata.json states it), "freq.txt", or "assumed". Then it is the 915 MHz
-            of NeRF²'s measurements.
-    """
+    """The frequency of a folder's spectra; an assumed one is that of NeRF²'s measurements, 915 MHz."""
 
     hertz: float = NERF2_FREQUENCY
     source: Literal["metadata", "freq.txt", "assumed"] = "assumed"

@@ -6,25 +6,21 @@ import os
 from pathlib import Path
 from typing import Literal
 
-POWERS = "gateway_rssi.csv"
-"""The file of received powers, which no folder of spectra has."""
+POWERS = "gateway_rssi.csv"  # The file of received powers, which no folder of spectra has
 
-CHANNELS = "csidata.npy"
-"""The file of channels, which no folder of spectra has."""
+CHANNELS = "csidata.npy"  # The file of channels, which no folder of spectra has
 
 PARTS = "parts"
 """The folder in which an unfinished simulation keeps what it has. It is removed at the end."""
 
-ROOMS = "rooms.json"
-"""The file that describes a folder of rooms, each of which is a dataset folder."""
+ROOMS = "rooms.json"  # The file that describes a folder of rooms, each of which is a dataset folder
 
 TAKE_POWERS = "compare, sweep, evaluate, locate, plan, coverage, calibrate, view and export --hdf5"
 TAKE_CHANNELS = "compare, sweep and evaluate"
 TAKE_PLACED_CHANNELS = "locate and view"
 """The commands that take received powers, channels, and channels whose positions are known."""
 
-SPECTRA = "spectra"
-"""``content_of`` a dataset of spectra."""
+SPECTRA = "spectra"  # ``content_of`` a dataset of spectra
 
 Moving = Literal["transmitter", "receiver", "both"]
 """What moves. An end that does not move stands at the gateway's position. If the receiver moves, its array keeps the

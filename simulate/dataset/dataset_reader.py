@@ -42,8 +42,7 @@ class GatewayInfo(Struct):
     gateway1: Pose
 
 
-Read = TypeVar("Read")
-"""What a file holds."""
+Read = TypeVar("Read")  # What a file holds
 
 
 def noting(problems: list[str], otherwise: Read, read: Callable[..., Read], *arguments: Any) -> Read:
@@ -114,8 +113,7 @@ def changed_places(
     return [f"{' and '.join(changed)} changed since the simulation: metadata.json has the digest of other positions"]
 
 
-Kind = TypeVar("Kind")
-"""The class of the dataset."""
+Kind = TypeVar("Kind")  # The class of the dataset
 
 
 @dataclass(frozen=True)

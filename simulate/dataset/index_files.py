@@ -14,8 +14,7 @@ from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, parse_whole, read_text
 from simulate.dataset.picture_files import summary
 
-LARGEST_INDEX = 20 * MEGABYTE
-"""Most bytes of an index file. A million names of six digits take 7 MB."""
+LARGEST_INDEX = 20 * MEGABYTE  # Most bytes of an index file. A million names of six digits take 7 MB.
 
 
 def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[int]:

@@ -26,8 +26,7 @@ from simulate.spectra.band import Band
 from simulate.spectra.element_array import ElementArray, array_kind
 from simulate.spectra.measurement import Measurement
 
-RECEIVER = recorded(Measurement, seed=(Count, MISSING))
-"""The errors of the receiver, and their seed."""
+RECEIVER = recorded(Measurement, seed=(Count, MISSING))  # The errors of the receiver, and their seed
 
 
 Frequency = Annotated[float, Meta(ge=LOWEST_FREQUENCY, le=HIGHEST_FREQUENCY)]

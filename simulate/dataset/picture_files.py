@@ -26,8 +26,7 @@ LARGEST_FILE = 10 * MEGABYTE
 MOST_PIXELS = 10**7
 """Most pixels of a picture to convert. One with steps of 0.1° in both directions has 3.2 million."""
 
-MOST_DIGITS = 9
-"""Most digits of the number that is a picture's name."""
+MOST_DIGITS = 9  # Most digits of the number that is a picture's name
 
 
 def is_number(name: str) -> bool:

@@ -24,8 +24,7 @@ from simulate.spectra.element_array import require_planar
 from simulate.spectra.phase_retrieval import AT_ONCE, Retrieval, retrieve_responses
 from simulate.spectra.spectrum import spectrum_of
 
-LARGEST_NPZ = 2000 * MEGABYTE
-"""Most bytes of channels.npz: 15 million positions of a 4 × 4 array."""
+LARGEST_NPZ = 2000 * MEGABYTE  # Most bytes of channels.npz: 15 million positions of a 4 × 4 array
 
 RESPONSE_MAGNITUDES = 1e-12, 1e12
 """Bounds of the largest magnitude of a dataset's responses. Models square it in single precision."""

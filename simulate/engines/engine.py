@@ -63,11 +63,9 @@ class Engine(ABC):
     name: ClassVar[str]
     """Name of the engine on the command line and in metadata.json; a Python identifier."""
 
-    called: ClassVar[str]
-    """What its responses are called in reports, such as "fresh ray tracing"."""
+    called: ClassVar[str]  # What its responses are called in reports, such as "fresh ray tracing"
 
-    packages: ClassVar[tuple[str, ...]] = ("numpy",)
-    """Packages whose versions metadata.json records."""
+    packages: ClassVar[tuple[str, ...]] = ("numpy",)  # Packages whose versions metadata.json records
 
     always_recorded: ClassVar[bool] = True
     """Whether every metadata.json of its datasets has the engine's part. If so, one without it is refused."""

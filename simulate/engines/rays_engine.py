@@ -20,8 +20,7 @@ if TYPE_CHECKING:  # need the ray tracer
 
     from simulate.rays.tracer import Tracer
 
-DEFAULT_SEED = 1
-"""Seed of the rays if a dataset does not record one."""
+DEFAULT_SEED = 1  # Seed of the rays if a dataset does not record one
 
 
 @dataclass(frozen=True)

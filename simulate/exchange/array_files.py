@@ -16,11 +16,9 @@ import scipy.io
 from scenes.files.errors import InputError, reason, shown
 from scenes.files.input_file import MEGABYTE, read_bytes, read_text, require_regular
 
-LARGEST = 2000 * MEGABYTE
-"""Most bytes of a file."""
+LARGEST = 2000 * MEGABYTE  # Most bytes of a file
 
-MOST_ARRAYS = 1000
-"""Most arrays in a file."""
+MOST_ARRAYS = 1000  # Most arrays in a file
 
 PARTS = ("r", "i"), ("real", "imag"), ("re", "im")
 """Names of the parts of a complex number in HDF5: of h5py, of MATLAB, and others."""

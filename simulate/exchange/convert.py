@@ -42,8 +42,7 @@ from simulate.spectra.spectrum import LARGEST_GREY, evenly
 READ = {"spectrum", "tx_pos.csv", "gateway_info.yml", "train_index.txt", "test_index.txt", "metadata.json", "freq.txt"}
 """What is read of a folder."""
 
-LISTED = 5
-"""Most names that a sentence lists."""
+LISTED = 5  # Most names that a sentence lists
 
 
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:

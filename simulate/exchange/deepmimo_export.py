@@ -26,8 +26,7 @@ from simulate.exchange.deepmimo_scenario import (
 )
 from simulate.generation.request import Request, read_request
 
-AT_ONCE = 100
-"""Positions traced at a time."""
+AT_ONCE = 100  # Positions traced at a time
 
 NOT_IN_NAMES = "/\\:*?\"'<>|\n"
 """DeepMIMO loads no scenario whose name contains one of these characters."""

@@ -94,8 +94,7 @@ def sorted_by_receiver(paths: PathList) -> PathList:
     return PathList(*(each[order] for each in paths))
 
 
-FORMAT = "4.0.5"
-"""The version of DeepMIMO whose folder format is written."""
+FORMAT = "4.0.5"  # The version of DeepMIMO whose folder format is written
 
 PAIR = "t000_tx000_r001"
 """Part of the matrices' file names: transmitter 0 of set 0, and the receivers of set 1."""

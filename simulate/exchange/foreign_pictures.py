@@ -23,8 +23,7 @@ from simulate.spectra.spectrum import LARGEST_GREY
 DARK = 128
 """Pictures of 8 bits whose largest level is below this use less than half of the levels, and are scaled."""
 
-FULL_TURN = 360 - 1e-6
-"""Degrees, less a rounding error."""
+FULL_TURN = 360 - 1e-6  # Degrees, less a rounding error
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,7 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_of
 from simulate.spectra.spectrum import picture
 
-AT_ONCE = 100
-"""Pictures made at a time. This bounds the memory."""
+AT_ONCE = 100  # Pictures made at a time. This bounds the memory.
 
 
 def write_dataset(

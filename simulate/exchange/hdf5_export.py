@@ -20,8 +20,7 @@ from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.array import Array, PlanarArray
 
-AT_ONCE = 100
-"""Spectra written at a time. This bounds the memory."""
+AT_ONCE = 100  # Spectra written at a time. This bounds the memory.
 
 
 def export_hdf5(dataset: Dataset | RssiDataset | Path | str, path: Path | str) -> None:

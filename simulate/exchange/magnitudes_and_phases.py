@@ -21,8 +21,7 @@ OF_ELEMENT = re.compile(
 )
 """The name of the column of one element: a usual name with its number, such as mag0, phase_deg_3 or rssi1_dbm."""
 
-TURN = 2 * np.pi + 1e-6
-"""Radians."""
+TURN = 2 * np.pi + 1e-6  # Radians
 
 
 def has_phases(arrays: Arrays) -> bool:

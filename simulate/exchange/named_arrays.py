@@ -34,16 +34,14 @@ COLUMN = re.compile("(?:tx|pos|position|p)?" + AXIS_AND_UNIT, re.IGNORECASE)
 RECEIVER_COLUMN = re.compile("(?:rx|receiver)" + AXIS_AND_UNIT, re.IGNORECASE)
 """The name of a column with a coordinate, such as x, tx_y or ``z [mm]``, and of one of the receiver, such as rx_y."""
 
-LISTED = 8
-"""Arrays that a message names."""
+LISTED = 8  # Arrays that a message names
 
 NO_PHASES = (
     "there are neither complex numbers nor phases, and powers alone (RSSI) are no responses: bisplat.write_rssi makes "
     "a folder of them"
 )
 
-FAR = 1000.0
-"""Metres. Positions that spread over more need a stated unit."""
+FAR = 1000.0  # Metres. Positions that spread over more need a stated unit.
 
 
 class Found(NamedTuple):

@@ -30,11 +30,9 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
 
-EXAMINED = 200
-"""Most positions whose strongest direction is looked at."""
+EXAMINED = 200  # Most positions whose strongest direction is looked at
 
-APART = 10.0
-"""Degrees by which every other reading must be farther from the transmitters."""
+APART = 10.0  # Degrees by which every other reading must be farther from the transmitters
 
 OWN = 0.75
 """The strongest directions must be nearer their own transmitters than those of other rows, by this factor. If they are

@@ -5,5 +5,4 @@ transmitter. So one solver run for each element gives the responses at every pos
 scene -> slabs and conductors -> materials of the cells -> solver -> stored field -> responses.
 """
 
-OURS = "bisplat"
-"""Name of our own solver."""
+OURS = "bisplat"  # Name of our own solver

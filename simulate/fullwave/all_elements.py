@@ -24,8 +24,7 @@ from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import StoredField, read_stored_field, together
 from simulate.parallel.machines import by_machines
 
-WORKING = "running-"
-"""Prefix of the names of the folders in which runs work."""
+WORKING = "running-"  # Prefix of the names of the folders in which runs work
 
 Report = Callable[[int, int], None]
 """Called with the number of an element, and the number of its finished time steps."""

@@ -24,18 +24,15 @@ from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency, numerical_p
 from simulate.parallel.compiled import compiled
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
 
-CONDUCTOR, AIR = 0, 1
-"""Indices of the first two materials."""
+CONDUCTOR, AIR = 0, 1  # Indices of the first two materials
 
-LEVELS = 40
-"""The fraction f is rounded to multiples of one over this number."""
+LEVELS = 40  # The fraction f is rounded to multiples of one over this number
 
 CORNER = 0.06
 """Metres. The slab of an outer wall is continued from this far inside the edge of the scene to beyond it. So rooms are
 closed at their corners, even if a pane sits a little behind its wall."""
 
-TOUCH = 1e-6
-"""Barycentric tolerance, so that no line falls between two triangles of one surface."""
+TOUCH = 1e-6  # Barycentric tolerance, so that no line falls between two triangles of one surface
 
 EVEN = 1e-6
 """Cells. Rounding of coordinates far from the origin does not decide how far the slab of an outer wall is continued."""

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from scenes.scene.description import Scene
 from simulate.fullwave.yee_grid import YeeGrid
 
-GAIN = 1.5
-"""Gain of a short dipole."""
+GAIN = 1.5  # Gain of a short dipole
 
 
 def element_direction(scene: Scene) -> Float[np.ndarray, " 3"]:
@@ -77,8 +76,7 @@ def phasor(
     return real + 1j * imaginary
 
 
-POINTS = 4
-"""Number of lattice points along each axis that share a source: cubic interpolation."""
+POINTS = 4  # Number of lattice points along each axis that share a source: cubic interpolation
 
 SOURCE_REACH = POINTS // 2
 """Largest distance of these points from the source, in units of the lattice's spacing."""

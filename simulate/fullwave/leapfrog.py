@@ -24,8 +24,7 @@ from simulate.parallel.compiled import compiled
 ABSORBER = 6
 """Cells of the absorbing boundary on every side. Its reflection is below -55 dB (tests/simulate/fullwave)."""
 
-GRADING, STRENGTH = 3, 3.2
-"""Exponent of σ, and its largest value in units of 1/(η₀Δ)."""
+GRADING, STRENGTH = 3, 3.2  # Exponent of σ, and its largest value in units of 1/(η₀Δ)
 
 
 class Absorber(NamedTuple):

@@ -24,8 +24,7 @@ WIDTH = 0.12
 REACH = 5.0
 """Standard deviations from the pulse's middle at which it begins and ends, and up to which its spectrum matters."""
 
-BLOCK = 16
-"""Samples that are kept before they are added to the sums, by one product of matrices."""
+BLOCK = 16  # Samples that are kept before they are added to the sums, by one product of matrices
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from simulate.fullwave.yee_grid import dispersion_residual
 LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 """Files in which Linux states the limit of a container."""
 
-LARGER = 1.1
-"""Step in the search for cells that fit."""
+LARGER = 1.1  # Step in the search for cells that fit
 
 
 def machine_memory() -> float:

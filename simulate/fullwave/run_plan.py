@@ -32,11 +32,9 @@ FEWEST_CELLS_PER_WAVELENGTH = 4
 """Fewest cells for a wavelength in a material; for air there are more, in the same proportion. With fewer cells the
 grid hardly carries the wave."""
 
-CELLS_MOST = 1e10
-"""Largest number of cells. So many take 600 GB."""
+CELLS_MOST = 1e10  # Largest number of cells. So many take 600 GB.
 
-CELLS_OF_AIR = 1
-"""Cells of air between the scene's outermost slab and the absorbing boundary."""
+CELLS_OF_AIR = 1  # Cells of air between the scene's outermost slab and the absorbing boundary
 
 THICKEST = 0.3
 """Metres. Thicker outer walls, and bodies behind them, extend into the absorbing boundary."""
@@ -44,8 +42,7 @@ THICKEST = 0.3
 FREQUENCIES_MORE = 8
 """Number of frequencies of a band beyond those that the duration needs. They make the interpolation's error small."""
 
-DECAY = math.log(1e6)
-"""A run lasts until the energy in a room has fallen by 60 dB."""
+DECAY = math.log(1e6)  # A run lasts until the energy in a room has fallen by 60 dB
 
 BYTES_PER_CELL, BYTES_PER_SOURCE, BYTES_KEPT = 60, 30, 200
 """Bytes for each cell, for each cell and source, and for each source and cell of the box that is kept."""

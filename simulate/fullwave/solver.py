@@ -18,8 +18,7 @@ from simulate.fullwave.yee_grid import YeeGrid
 SETTLED = 1e-3
 """A field has settled if the estimated change still to come is below this share of it, 60 dB down."""
 
-LOOKS = 20
-"""Number of parts of a run. The field is examined at the end of each part."""
+LOOKS = 20  # Number of parts of a run. The field is examined at the end of each part.
 
 SLOWEST = 0.95
 """Largest ratio of two changes that is trusted. With a larger one the rest would be estimated from noise."""
@@ -46,8 +45,7 @@ def still_to_come(
     return change / size * ratio / (1 - ratio)
 
 
-FREE_SPACE_IMPEDANCE = VACUUM_PERMEABILITY * SPEED_OF_LIGHT
-"""η₀, ohms."""
+FREE_SPACE_IMPEDANCE = VACUUM_PERMEABILITY * SPEED_OF_LIGHT  # η₀, ohms
 
 
 @dataclass(frozen=True)

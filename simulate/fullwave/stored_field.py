@@ -16,23 +16,17 @@ from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz, write_arrays
 from simulate.spectra.band import Band, interpolated
 
-ORDER = 5
-"""Degree of the splines between lattice points. It is lower if there are too few points."""
+ORDER = 5  # Degree of the splines between lattice points. It is lower if there are too few points.
 
-OF_POINTS = 0.95
-"""Share of the points to which the stated interpolation error refers."""
+OF_POINTS = 0.95  # Share of the points to which the stated interpolation error refers
 
-LARGEST_FIELD = 4000 * MEGABYTE
-"""Most bytes of a stored field: 31 million points of a 4 × 4 array."""
+LARGEST_FIELD = 4000 * MEGABYTE  # Most bytes of a stored field: 31 million points of a 4 × 4 array
 
-OF_BAND = "band_"
-"""How the names of a band's arrays begin in the file."""
+OF_BAND = "band_"  # How the names of a band's arrays begin in the file
 
-LOST = 2
-"""Number of points at each end where ``undo_mean_of_edges`` is wrong."""
+LOST = 2  # Number of points at each end where ``undo_mean_of_edges`` is wrong
 
-MARGIN = 6 + LOST
-"""Cells of the solver around the region. The stored field has ``LOST`` fewer."""
+MARGIN = 6 + LOST  # Cells of the solver around the region. The stored field has ``LOST`` fewer.
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,7 @@ from simulate.spectra.element_array import array_of
 from simulate.spectra.identification import stated_grid
 from simulate.spectra.measurement import Measurement
 
-TEST_FRACTION = 0.2
-"""Share of the spectra in test_index.txt."""
+TEST_FRACTION = 0.2  # Share of the spectra in test_index.txt
 
 
 @dataclass(frozen=True)

@@ -29,11 +29,9 @@ from simulate.dataset.dataset_folder import Rooms, read_rooms
 from simulate.dataset.dataset_kinds import ROOMS, Outline, Setting
 from simulate.generation.simulation import simulate
 
-MOST_ROOMS = 10_000
-"""Largest number of rooms in a folder."""
+MOST_ROOMS = 10_000  # Largest number of rooms in a folder
 
-GALLERY = "rooms.png"
-"""The picture of all floor plans."""
+GALLERY = "rooms.png"  # The picture of all floor plans
 
 
 def simulate_rooms(

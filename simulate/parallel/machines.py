@@ -15,8 +15,7 @@ from scenes.files.errors import InputError, ParameterError, reason, require_whol
 from scenes.files.optional_packages import require_extra
 from scenes.files.options import check_kinds
 
-WORKERS_MOST = 1000
-"""Largest number of Ray workers, or of solver runs at a time."""
+WORKERS_MOST = 1000  # Largest number of Ray workers, or of solver runs at a time
 
 OWN_PACKAGES = {"worker_process_setup_hook": "bisplat.own_packages.claim"}
 """Workers search the user's folder for modules first, where a file may have the name of one of our packages."""

@@ -18,8 +18,7 @@ PATH_STEP = 0.008
 """Metres between consecutive positions of a path. It is the median step of the measured RFID data."""
 
 
-AT_IT = np.zeros((1, 3))
-"""A single antenna, at the position itself."""
+AT_IT = np.zeros((1, 3))  # A single antenna, at the position itself
 
 
 def place(

@@ -19,8 +19,7 @@ from scenes.files.errors import InputError, ParameterError, check_array, reason,
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.options import check_kinds
 
-LEAST_POSITIONS = 2
-"""Fewest positions of a dataset: one to train on and one to test on."""
+LEAST_POSITIONS = 2  # Fewest positions of a dataset: one to train on and one to test on
 
 NO_FILE = "(default: None)"
 """What the help says of a file that need not be given. The help of tyro would say ['None'], for its constructor."""
@@ -58,19 +57,15 @@ FARTHEST = 1e5
 """Metres; largest magnitude of a coordinate. Models store positions in single precision, which is exact to 4 mm there:
 a hundredth of the wavelength at 915 MHz."""
 
-MOST_POSITIONS = 10**6
-"""Most positions in a file or a simulation."""
+MOST_POSITIONS = 10**6  # Most positions in a file or a simulation
 
-LARGEST_CSV = 100 * MEGABYTE
-"""Most bytes of a CSV of positions: a hundred for each position."""
+LARGEST_CSV = 100 * MEGABYTE  # Most bytes of a CSV of positions: a hundred for each position
 
-LONGEST_LINE = 1000
-"""Most characters in a line of such a CSV."""
+LONGEST_LINE = 1000  # Most characters in a line of such a CSV
 
 HINT = "subtract an offset from map coordinates"
 
-FAR = 0.1
-"""Distance from a box, as a fraction of its diagonal, above which a position is far outside."""
+FAR = 0.1  # Distance from a box, as a fraction of its diagonal, above which a position is far outside
 
 
 def read_points(path: Path) -> Float[np.ndarray, "n 3"]:

@@ -27,11 +27,9 @@ if TYPE_CHECKING:
 
 FILE = Path(__file__).with_suffix(".json")
 
-POSITIONS = 100
-"""Positions at which the paths are followed."""
+POSITIONS = 100  # Positions at which the paths are followed
 
-BELIEVED = 0.95
-"""Expected correlation below which full wave is recommended."""
+BELIEVED = 0.95  # Expected correlation below which full wave is recommended
 
 
 class PowerShares(NamedTuple):

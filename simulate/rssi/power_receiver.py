@@ -15,8 +15,7 @@ from scenes.files.options import check_kinds
 NOT_RECEIVED = -100.0
 """dBm; stands in gateway_rssi.csv where nothing was received. NeRF² and GSRF leave such entries out."""
 
-STRONGEST = 60.0
-"""dBm; largest power that is believed: 1 kW at the receiver."""
+STRONGEST = 60.0  # dBm; largest power that is believed: 1 kW at the receiver
 
 
 def fault_of_powers(powers: Float[np.ndarray, "K G"], stated: bool = False) -> str | None:
@@ -38,8 +37,7 @@ def fault_of_powers(powers: Float[np.ndarray, "K G"], stated: bool = False) -> s
     return None
 
 
-SHADOWING = 5
-"""Stream of random numbers. The errors of ``Measurement`` have the streams 1 to 4."""
+SHADOWING = 5  # Stream of random numbers. The errors of ``Measurement`` have the streams 1 to 4.
 
 
 @dataclass(frozen=True)

@@ -104,8 +104,7 @@ def _listed(names: list[str]) -> str:
     return f"gateway {shown}" if len(names) == 1 else f"gateways {shown}"
 
 
-LISTED = 6
-"""Gateways whose position is printed."""
+LISTED = 6  # Gateways whose position is printed
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,7 @@ from simulate.rssi.rssi_files import read_gateway_positions, read_powers
 
 GATEWAYS = "gateway_position.yml"
 
-USUAL_FREQUENCY = 2.4e9
-"""Hertz; if no frequency is stated."""
+USUAL_FREQUENCY = 2.4e9  # Hertz; if no frequency is stated
 
 
 @dataclass(frozen=True)

@@ -26,11 +26,9 @@ from scenes.scene.orientation import Quaternion, Vector3, facing
 from simulate.positions.positions import FARTHEST, MOST_POSITIONS, check_points
 from simulate.rssi.power_receiver import NOT_RECEIVED
 
-MOST_GATEWAYS = 1000
-"""Most gateways of a dataset."""
+MOST_GATEWAYS = 1000  # Most gateways of a dataset
 
-LONGEST_GATEWAY_NAME = 100
-"""Most characters in the name of a gateway."""
+LONGEST_GATEWAY_NAME = 100  # Most characters in the name of a gateway
 
 LARGEST_POWERS = 400 * MEGABYTE
 """Most bytes of gateway_rssi.csv. A million positions and 60 gateways take 300 MB."""

@@ -38,8 +38,7 @@ from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_pow
 from simulate.rssi.rssi_files import UPRIGHT, gateways_of
 from simulate.rssi.rssi_writer import write_rssi_files
 
-AT_ONCE = 500
-"""Positions traced at a time. A simulation that is killed loses at most these."""
+AT_ONCE = 500  # Positions traced at a time. A simulation that is killed loses at most these.
 
 
 @takes(Places, PowerReceiver, Rays)

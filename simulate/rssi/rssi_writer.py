@@ -104,8 +104,7 @@ def own_powers(given: Float[ArrayLike, "K G"], count: int, gateways: int) -> Flo
     return powers
 
 
-DECIMALS = 4
-"""Decimals of the powers in the file."""
+DECIMALS = 4  # Decimals of the powers in the file
 
 
 def write_rssi_files(

@@ -13,8 +13,7 @@ from msgspec import Meta
 from scenes.files.errors import ParameterError, check_array, require_within
 from scenes.files.options import check_kinds
 
-ROWS, COLUMNS = 90, 360
-"""Size of every spectrum: number of elevations, number of azimuths."""
+ROWS, COLUMNS = 90, 360  # Size of every spectrum: number of elevations, number of azimuths
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from scenes.scene.antennas import MOST_ELEMENTS, MOST_IN_A_ROW, WIDEST_SPACING, 
 from scenes.scene.frequency import read_frequency
 from simulate.spectra.angular_grid import direction
 
-LEAST_ELEMENTS = 3
-"""With fewer elements than this, scores of spectra mean nothing."""
+LEAST_ELEMENTS = 3  # With fewer elements than this, scores of spectra mean nothing
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from scenes.files.errors import ParameterError, require_positive, require_whole
 from scenes.files.options import check_kinds
 from scenes.scene.frequency import read_bandwidth
 
-MOST_SUBCARRIERS = 4096
-"""Largest number of subcarriers of a band, that of 5G."""
+MOST_SUBCARRIERS = 4096  # Largest number of subcarriers of a band, that of 5G
 
 WIDEST = 0.2
 """Largest bandwidth, as a share of the carrier frequency. Paths are solved at the carrier, and a wider band would need

@@ -30,25 +30,20 @@ from simulate.spectra.spectrum import LARGEST_GREY
 LEAST_SPAN = 1e-6
 """Smallest difference of the extreme magnitudes by which a spectrum is divided, for a largest response of 1."""
 
-ACROSS = COLUMNS // 4 + 1
-"""Columns of the first quadrant, 0° to 90°."""
+ACROSS = COLUMNS // 4 + 1  # Columns of the first quadrant, 0° to 90°
 
 TILE = 256
 """Number of pixels that are summed at a time, so that their functions and sums stay in the first cache."""
 
 TILES = -(-ROWS * ACROSS // TILE)
 
-UNROLLED = 4
-"""Number of functions that one pass over a tile adds."""
+UNROLLED = 4  # Number of functions that one pass over a tile adds
 
-AT_ONCE = 4
-"""Number of spectra whose powers a thread keeps at a time, half a megabyte."""
+AT_ONCE = 4  # Number of spectra whose powers a thread keeps at a time, half a megabyte
 
-TASK = 8
-"""Number of spectra that a thread takes at a time."""
+TASK = 8  # Number of spectra that a thread takes at a time
 
-SAME_DISTANCE = 9
-"""Decimals, in wavelengths, to which coordinates of mirror images agree."""
+SAME_DISTANCE = 9  # Decimals, in wavelengths, to which coordinates of mirror images agree
 
 Spectra = Float[np.ndarray, "K 90 360"] | UInt8[np.ndarray, "K 90 360"]
 

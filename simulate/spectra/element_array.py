@@ -27,11 +27,9 @@ from simulate.spectra.array import Array, PlanarArray
 STRAIGHT = 1e-3
 """Elements lie on a line, or in a plane, if none is farther from it than this part of the array's size."""
 
-SPACING_DIGITS = 9
-"""Decimals of a spacing that is found from positions, wavelengths."""
+SPACING_DIGITS = 9  # Decimals of a spacing that is found from positions, wavelengths
 
-DIGITS = 12
-"""Decimals of the positions of ``ElementArray.circle``, metres."""
+DIGITS = 12  # Decimals of the positions of ``ElementArray.circle``, metres
 
 
 @dataclass(frozen=True)

@@ -51,8 +51,7 @@ END_TO_END = (
 COARSELY = 10.0
 """Grey levels. Spacings that leave more than this are not refined. A spacing 0.01 wavelengths off leaves about 2."""
 
-FEW = 4
-"""Number of spectra from which ``explain`` finds candidates."""
+FEW = 4  # Number of spectra from which ``explain`` finds candidates
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from simulate.spectra.lags import EXAMINED, LagFit, LagSpace, fit_lags, median_r
 from simulate.spectra.spectrum import LARGEST_GREY, PictureScale, evenly, spectrum_of
 
 SPACING_STEP = 0.02
-SPACINGS = np.arange(0.30, 0.71, SPACING_STEP)
-"""Spacings to try first, wavelengths."""
+SPACINGS = np.arange(0.30, 0.71, SPACING_STEP)  # Spacings to try first, wavelengths
 
 SPACING_DIGITS = 3
 """Decimals to which a fitted spacing is rounded. A few pictures do not determine more."""
@@ -35,8 +34,7 @@ EXPLAINED = 0.6
 """Grey levels. An array explains a picture of 8 bits if it leaves a smaller root mean square error; rounding leaves
 0.29. For fewer bits it may be larger (``rounding``)."""
 
-DOUBTFUL = 3.0
-"""Grey levels. An array that leaves more did not measure the pictures."""
+DOUBTFUL = 3.0  # Grey levels. An array that leaves more did not measure the pictures.
 
 CLEARLY = 1.5
 """The best grid is accepted only if the second best leaves more than this many times its error."""
@@ -44,8 +42,7 @@ CLEARLY = 1.5
 LEAST_LEVELS = 32
 """Different grey levels of a picture that can contradict an array. Every array explains a picture of two levels."""
 
-MOST_ELEMENTS = 144
-"""Number of elements above which no fit is made, since it would take many seconds."""
+MOST_ELEMENTS = 144  # Number of elements above which no fit is made, since it would take many seconds
 
 MOST_FUNCTIONS = 600
 """Most lag functions for which a fit is made, likewise. A planar array of ``MOST_ELEMENTS`` elements has 529."""

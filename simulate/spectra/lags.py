@@ -39,14 +39,12 @@ MOST_FUNCTIONS = ROWS * COLUMNS // VALUES_PER_FUNCTION
 """Most lag functions of an array that pictures can be fitted with. An array of n elements at places without any
 regularity has n (n − 1) + 1."""
 
-SAME_LAG = 1e-4
-"""Wavelengths. Differences of positions that agree to this step are one lag."""
+SAME_LAG = 1e-4  # Wavelengths. Differences of positions that agree to this step are one lag.
 
 RANGES = np.array([10.0, 15, 20, 25, 30, 35, 40, 50, 60])
 """Ranges from black to white to try for pictures in decibels. At larger ones few pixels count, and any array fits."""
 
-WIDEST = 80.0
-"""Largest range of a single picture, for one with a deep null."""
+WIDEST = 80.0  # Largest range of a single picture, for one with a deep null
 
 RANGE_STEPS = 12
 """Steps by which the range of each picture is refined. Each divides the interval by 1.6."""

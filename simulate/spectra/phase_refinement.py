@@ -20,17 +20,13 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import require_planar
 
-STEPS, INNER_STEPS = 20, 30
-"""Largest number of steps, and steps of conjugate gradients for each."""
+STEPS, INNER_STEPS = 20, 30  # Largest number of steps, and steps of conjugate gradients for each
 
-LEAST_GAIN = 0.02
-"""Share of its squared error that a step must save, or it is the spectrum's last."""
+LEAST_GAIN = 0.02  # Share of its squared error that a step must save, or it is the spectrum's last
 
-DAMPING = 1e-3
-"""Damping of the first step, as a share of the mean of the normal equations' diagonal."""
+DAMPING = 1e-3  # Damping of the first step, as a share of the mean of the normal equations' diagonal
 
-WRAPPED = 8
-"""Columns added on either side of a spectrum. A cubic spline forgets what is this far away."""
+WRAPPED = 8  # Columns added on either side of a spectrum. A cubic spline forgets what is this far away.
 
 
 @dataclass(frozen=True)

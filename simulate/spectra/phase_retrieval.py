@@ -20,8 +20,7 @@ from simulate.spectra.element_array import require_planar
 from simulate.spectra.phase_refinement import SpatialFrequencies, refined
 from simulate.spectra.spectrum import LARGEST_GREY, check_stack
 
-GOOD = 0.5
-"""Grey levels. A spectrum is done when its root mean square error is smaller than this."""
+GOOD = 0.5  # Grey levels. A spectrum is done when its root mean square error is smaller than this.
 
 OVERSAMPLING, LEAST_FREQUENCIES = 4, 32
 """Frequencies for each element along an axis, and the least number of visible ones along an axis in the refinement."""
@@ -36,14 +35,11 @@ starts for 4 × 4 elements, 16 for 16 × 16."""
 RELAXATION = 0.3, 1.5
 """Range from which each start draws the factor β. Spectra that are not found with one are found with another."""
 
-SETTLING_STEPS = 20
-"""Plain projections after the search, which lead to the bottom of the valley."""
+SETTLING_STEPS = 20  # Plain projections after the search, which lead to the bottom of the valley
 
-DIRECTIONS = 700
-"""Number of pixels, evenly spread over the hemisphere, at which the error is stated."""
+DIRECTIONS = 700  # Number of pixels, evenly spread over the hemisphere, at which the error is stated
 
-AT_ONCE = 100
-"""Spectra per batch. This bounds the memory."""
+AT_ONCE = 100  # Spectra per batch. This bounds the memory.
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from jaxtyping import Float, Shaped, UInt8
 from scenes.files.errors import ParameterError, shown
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
-LARGEST_GREY = 255
-"""Grey level of an 8-bit picture that stands for the value 1."""
+LARGEST_GREY = 255  # Grey level of an 8-bit picture that stands for the value 1
 
 PictureScale = Literal["magnitude", "power", "decibels"]
 """What the grey levels of a picture stand for: the magnitude of a spectrum, its power, or its power in decibels."""

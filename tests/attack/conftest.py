@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, Phase, settings
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 
 from tests.attack.fork_server import ForkServer
 from tests.attack.workplace import Workplace
@@ -55,8 +56,14 @@ class Tally:
             subprocess.run(["cp", "-a", str(self._workplace.here), str(kept)], check=True)
             self.failures.append(f"{failure}\n  files: {kept}")
 
-    def finish(self) -> None:
-        """Fail if a promise was broken."""
+    def attacks(self, drawn: st.SearchStrategy[tuple]) -> None:
+        """``attack`` with each of the arguments drawn; fails in the end if a promise was broken."""
+
+        @given(drawn)
+        def run(arguments: tuple) -> None:
+            self.attack(*arguments)
+
+        run()
         assert not self.failures, f"{len(self.failures)} broken promises:\n" + "\n".join(self.failures[:30])
 
 

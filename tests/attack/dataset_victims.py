@@ -14,7 +14,7 @@ from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.element_array import ElementArray
 from tests.attack import changes
-from tests.attack.victims import BYTES, JSON, NPZ, RECORDED, TEXT, YAML, Victim, Ways, victims_of
+from tests.attack.victims import JSON, NPZ, RECORDED, TEXT, YAML, Victim, Ways, victims_of
 
 NPY: Ways = (changes.damaged, changes.npy_of, changes.npy_of)
 MAT: Ways = (changes.damaged, changes.mat_of, changes.mat_of)
@@ -78,11 +78,9 @@ LOGS = tuple(
         "H.npy": (NPY, f"dataset logs/H.npy logs/places.csv -o out {RECORDED}"),
         "places.csv": (TEXT, f"dataset logs/H.npy logs/places.csv -o out {RECORDED}"),
         "polar.csv": (TEXT, "dataset logs/polar.csv -o out --frequency 2.4GHz --array 1x1@0.5"),
-        "parts.tsv": (TEXT, f"dataset logs/parts.tsv -o out {RECORDED}"),
         "log.mat": (MAT, f"dataset logs/log.mat -o out {RECORDED}"),
         "band.h5": (H5, f"dataset logs/band.h5 -o out --bandwidth 20MHz {RECORDED}"),
         "tag.npz": (NPZ, f"dataset logs/tag.npz -o out --round-trip {RECORDED}"),
-        "old.mat": (BYTES, f"dataset logs/old.mat -o out --moving receiver {RECORDED}"),
     }.items()
     for victim in victims_of("logs", [(name, ways)], command, then="check out")
 )
@@ -133,12 +131,8 @@ def _make_logs(folder: Path, places: np.ndarray, band: np.ndarray) -> None:
     np.save(folder / "H.npy", values)
     np.savetxt(folder / "places.csv", 1000 * places, "%.3f", ",", header="x [mm],y [mm],z [mm]", comments="")
     one = np.column_stack([places, 20 * np.log10(np.abs(values[:, 0])), np.degrees(np.angle(values[:, 0]))])
-    np.savetxt(folder / "polar.csv", one, "%.4f", ",", header="x,y,z,rssi,phase", comments="")
-    names = "\t".join(["x", "y", "z", *(f"real_h{number}\timag_h{number}" for number in range(4))])
-    columns = np.column_stack([places, np.stack([values.real, values.imag], axis=-1).reshape(COUNT, 8)])
-    np.savetxt(folder / "parts.tsv", columns, "%.6f", "\t", header=names, comments="")
+    np.savetxt(folder / "polar.csv", one, "%.4f", ",", header="x,y,z,rssi,phase_deg", comments="")
     scipy.io.savemat(folder / "log.mat", {"pos": places, "H": values})
-    scipy.io.savemat(folder / "old.mat", {"pos": places, "H": values}, format="4")
     with h5py.File(folder / "band.h5", "w") as file:
         file["pos"], file["H"] = places, band
     np.savez(folder / "tag.npz", position=places[:, :2], phasor=values**2, frequency=np.full(COUNT, 2.4e9))

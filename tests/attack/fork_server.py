@@ -131,10 +131,9 @@ def _be_the_command(arguments: list[str], folder: str, said: int) -> None:
         sys.stderr = open(2, "w", errors="backslashreplace")
         sys.__stderr__ = sys.stderr
         from bisplat.__main__ import main
-        from tests.attack.python_calls import call
 
         try:
-            status = call(arguments[1], json.loads(arguments[2])) if arguments[0] == "python" else main() or 0
+            status = main() or 0
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else int(end.code is not None)
         except BaseException:  # noqa: BLE001 - it is what we look for

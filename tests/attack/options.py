@@ -41,25 +41,13 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
 WITHOUT_OUTPUT = ("check", "responses", "evaluate", "crossvalidate", "view")
 
 OUTPUTS = (
-    "",
-    "x",
-    "x.npz",
-    "x.png",
-    "a/b",
-    "pipe",
-    "data",
-    "measured",
-    "places.csv",
-    "x" * 300,
-    "\x1b[2J",
-    "[/red]",
-    "é",
-    "*",
+    *("", "x", "x.npz", "x.png", "a/b", "pipe", "data", "measured", "places.csv", "x" * 300),
+    *("\x1b[2J", "[/red]", "é", "*"),
 )
 """Names of outputs; none is outside of the workplace."""
 
-STARTS_PROCESSES = ("workers", "ray", "devices", "nodes", "gpu", "view")
-"""Options whose valid values start other processes, or a server."""
+STARTS_PROCESSES = ("workers", "ray", "gpu")
+"""Options whose valid values start other processes."""
 
 ABSURD = ("", "0", "-1", "nan", "1e9", "9" * 20, "9" * 400, "x", "\x1b[2J", "[]")
 """Their values here."""

@@ -15,17 +15,11 @@ Draw = Callable[[st.SearchStrategy], Any]
 
 
 class Shape(NamedTuple):
-    """A mesh file.
-
-    Attributes:
-        name: name of the file.
-        content: its bytes.
-        area: the area of its faces, in its own unit squared. None: it means no area, or may be refused.
-    """
+    """A mesh file."""
 
     name: str
     content: bytes
-    area: float | None
+    area: float | None  # of its faces, in its own unit squared; None: it means no area, or may be refused
 
 
 CENTRE = np.array([1.5, 3.0, 1.0])

@@ -1,7 +1,6 @@
 """Files changed at random: a command refuses them in one sentence or takes them, and keeps every promise."""
 
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.attack.dataset_victims import KINDS
@@ -21,17 +20,9 @@ def test_valid_files_are_taken(group, workplace):
 @pytest.mark.parametrize("group", ATTACKED)
 def test_changed_files(group, workplace, tally):
     def attacks(victim):
-        return st.tuples(st.just(victim), victim.contents(workplace.whole))
+        def replaced(make):
+            return victim, lambda folder: ((folder / victim.file).unlink(), make(folder / victim.file))
 
-    @given(st.sampled_from(ATTACKED[group]).flatmap(attacks))
-    def attack(drawn) -> None:
-        victim, make = drawn
+        return victim.contents(workplace.whole).map(replaced)
 
-        def change(folder) -> None:
-            (folder / victim.file).unlink()
-            make(folder / victim.file)
-
-        tally.attack(victim, change)
-
-    attack()
-    tally.finish()
+    tally.attacks(st.sampled_from(ATTACKED[group]).flatmap(attacks))

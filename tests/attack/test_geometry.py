@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from scenes.importing.lengths import METRES
@@ -17,8 +16,6 @@ pytestmark = pytest.mark.attack
 
 SAME = 1e-6
 """Largest relative difference of areas."""
-
-SHAPES = {"polygons": shapes.polygons(), "glTF nodes": shapes.nodes()}
 
 OPTIONS = st.tuples(
     st.sampled_from([("--unit", unit) for unit in METRES]),
@@ -35,8 +32,8 @@ def area_of(folder: Path) -> float:
     return sum(trimesh.load(path, force="mesh", process=False).area for path in (folder / "meshes").iterdir())
 
 
-def attack(tally, shape: Shape, options: list[str], unit: str = "m") -> None:
-    """Import a shape, and compare the area."""
+def attack(shape: Shape, options: tuple[str, ...] = (), unit: str = "m") -> tuple:
+    """The import of a shape, whose area is then compared."""
     command = " ".join(["scene", shape.name, "-o", "out", *map(repr, options), PLACE, "--walls", "as-drawn"])
 
     def compare(here: Path) -> None:
@@ -45,25 +42,18 @@ def attack(tally, shape: Shape, options: list[str], unit: str = "m") -> None:
             assert np.isclose(found, expected, rtol=SAME, atol=1e-9), f"area {found}, expected {expected}: {command}"
 
     victim = Victim(shape.name, command, (), ())
-    tally.attack(victim, lambda here: (here / shape.name).write_bytes(shape.content), compare)
+    return victim, lambda here: (here / shape.name).write_bytes(shape.content), compare
+
+
+SHAPES = {
+    "polygons": shapes.polygons().map(attack),
+    "glTF nodes": shapes.nodes().map(attack),
+    "units and axes": st.tuples(shapes.polygons().filter(lambda shape: shape.area), OPTIONS).map(
+        lambda drawn: attack(drawn[0], sum(drawn[1], ()), drawn[1][0][1])
+    ),
+}
 
 
 @pytest.mark.parametrize("group", SHAPES)
 def test_shapes(group, tally):
-    @given(SHAPES[group])
-    def run(shape) -> None:
-        attack(tally, shape, [])
-
-    run()
-    tally.finish()
-
-
-@pytest.mark.parametrize("group", ["units and axes"])
-def test_units_and_axes(group, tally):
-    @given(shapes.polygons(), OPTIONS)
-    def run(shape, options) -> None:
-        assume(shape.area)
-        attack(tally, shape, [word for words in options for word in words], options[0][1])
-
-    run()
-    tally.finish()
+    tally.attacks(SHAPES[group])

@@ -4,7 +4,6 @@ import os
 import shlex
 
 import pytest
-from hypothesis import given
 
 from bisplat.commands.command_groups import COMMANDS as OF_THE_PROGRAM
 from tests.attack.options import COMMANDS, command_lines, options_of
@@ -19,14 +18,11 @@ def test_every_command_is_attacked():
 
 
 @pytest.mark.parametrize("group", ["options"])
-def test_other_values(group, workplace, tally):
-    @given(command_lines())
-    def attack(drawn) -> None:
+def test_other_values(group, tally):
+    def attack(drawn):
         command, arguments, output = drawn
-        needs = COMMANDS[command][1]
         place = "measured" if command == "responses" else output.split("/")[0]
-        victim = Victim("", shlex.join([command, *arguments]), (), needs, (place,))
-        tally.attack(victim, lambda folder: os.mkfifo(folder / "pipe"))
+        victim = Victim("", shlex.join([command, *arguments]), (), COMMANDS[command][1], (place,))
+        return victim, lambda folder: os.mkfifo(folder / "pipe")
 
-    attack()
-    tally.finish()
+    tally.attacks(command_lines().map(attack))

@@ -7,9 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
-import scipy.io
 from hypothesis import strategies as st
 
 from scenes.scene.antennas import Gateway, Transmitter
@@ -116,7 +114,7 @@ RECORDED = "--frequency 2.4GHz --array 2x2@0.5 --gateway 0 0 1 --boresight 1 0 0
 
 RECORDINGS = tuple(
     victim
-    for name, ways in {"log.npz": NPZ, "log.csv": TEXT, "log.mat": BYTES, "log.h5": BYTES}.items()
+    for name, ways in {"log.npz": NPZ, "log.csv": TEXT}.items()
     for victim in victims_of(
         "recordings", [(name, ways)], f"dataset recordings/{name} -o out {RECORDED}", then="check out"
     )
@@ -235,16 +233,13 @@ def small_room() -> Scene:
 
 
 def write_recordings(folder: Path) -> None:
-    """Positions and responses of 2 × 2 elements, in each kind of file."""
+    """Positions and responses of 2 × 2 elements."""
     folder.mkdir()
     generator = np.random.default_rng(0)
     places = generator.uniform((2, -1, 0), (4, 1, 2), (12, 3))
     parts = generator.normal(size=(2, 12, 4))
     values = parts[0] + 1j * parts[1]
     np.savez(folder / "log.npz", pos=places, H=values)
-    scipy.io.savemat(folder / "log.mat", {"pos": places, "H": values})
-    with h5py.File(folder / "log.h5", "w") as file:
-        file["pos"], file["H"] = places, values
     names = ",".join(["x,y,z", *(f"h{number}_re,h{number}_im" for number in range(4))])
     columns = np.column_stack([places, np.stack([values.real, values.imag], axis=-1).reshape(12, 8)])
     np.savetxt(folder / "log.csv", columns, delimiter=",", header=names, comments="")

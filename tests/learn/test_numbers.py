@@ -119,14 +119,9 @@ def test_models(name, odd, scene):
     config = Config(dataset="odd", model=name, options=options, by_steps=entry.by_steps)
     torch.manual_seed(0)
     model = build_model(config, box_of(data.positions[parts.train]), data.beamformer, data.wavelength)
-    if name == "twin" and odd == "black":
+    if (name == "twin" and odd == "black") or (name == "mirror-images" and data.responses is None):
         for learn in (model.fit, model.refit):
-            with pytest.raises(InputError, match="expected spectra of several grey levels, found none"):
-                learn(data, parts.train)
-        return
-    if name == "mirror-images" and data.responses is None:
-        for learn in (model.fit, model.refit):
-            with pytest.raises(InputError, match="expected element responses"):
+            with pytest.raises(InputError, match=r"expected (spectra of several grey levels|element responses)"):
                 learn(data, parts.train)
         return
     if entry.by_steps is None:

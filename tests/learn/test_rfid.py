@@ -27,11 +27,8 @@ def rfid():
 def median_ssim(dataset, kind, baseline):
     parts = split(dataset, kind, seed=0)
     spectra, positions = dataset.spectra.astype(float), dataset.positions
-    if baseline is mean_picture:
-        prediction = mean_picture(spectra[parts.known], positions[parts.test])
-    else:
-        prediction = baseline(positions[parts.known], spectra[parts.known], positions[parts.test])
-    return np.median(ssim(prediction, spectra[parts.test]))
+    known = (spectra[parts.known],) if baseline is mean_picture else (positions[parts.known], spectra[parts.known])
+    return np.median(ssim(baseline(*known, positions[parts.test]), spectra[parts.test]))
 
 
 @pytest.mark.parametrize(

@@ -45,8 +45,7 @@ from scenes.scene.description import MOST_TRIANGLES
 Vertices = Float[np.ndarray, "V 3"]
 Faces = Integer[np.ndarray, "F 3"]
 
-LISTED = 5
-"""Most names in a sentence."""
+LISTED = 5  # Most names in a sentence
 
 Places = Float[np.ndarray, "n 4 4"]
 

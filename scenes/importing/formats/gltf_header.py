@@ -21,12 +21,9 @@ Matrix4 = Annotated[list[float], Meta(min_length=16, max_length=16)]
 Extensions = dict[str, Any]
 
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-WIDEST = 4
-"""Bytes of the widest component."""
-DEEPEST = 100
-"""Most levels of nodes."""
-POINTS_AND_LINES, TRIANGLES, STRIP, FAN = (0, 1, 2, 3), 4, 5, 6
-"""Modes of primitives."""
+WIDEST = 4  # Bytes of the widest component
+DEEPEST = 100  # Most levels of nodes
+POINTS_AND_LINES, TRIANGLES, STRIP, FAN = (0, 1, 2, 3), 4, 5, 6  # Modes of primitives
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 COMPRESSION = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")

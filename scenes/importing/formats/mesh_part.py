@@ -18,8 +18,7 @@ LARGEST = 1e10
 """Largest coordinate, in the file's unit: that of UTM in millimetres. Damaged files have coordinates such as 1e30."""
 
 
-BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)
-"""Blender numbers copies: Wall, Wall.001, Wall.002."""
+BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)  # Blender numbers copies: Wall, Wall.001, Wall.002
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ from scenes.importing.formats.mesh_part import ImportedFile, parts_of_node
 from scenes.importing.formats.polygons import cut_polygons
 from scenes.importing.formats.text_lines import comment_header, decimals, text_lines, whole_numbers
 
-LONGEST_HEADER = 100_000
-"""Bytes."""
+LONGEST_HEADER = 100_000  # Bytes
 
 TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},

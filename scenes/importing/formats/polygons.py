@@ -19,8 +19,7 @@ from scenes.importing.formats.mesh_part import require_corners, require_few, req
 MOST_CORNERS = 10_000
 """Most corners of one polygon. The time of ear clipping may grow with the square of their number."""
 
-FLAT = 1e-12
-"""Largest area, relative to the square of a polygon's size, that is taken for zero."""
+FLAT = 1e-12  # Largest area, relative to the square of a polygon's size, that is taken for zero
 
 SAME_AREA = 1e-4
 """Largest relative difference between the area of a polygon and that of its triangles; crossing edges exceed it."""

@@ -9,8 +9,7 @@ from scenes.files.errors import InputError, shown
 
 BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 
-LONGEST_WHOLE = 18
-"""Most digits of a whole number, which then fits into 64 bits."""
+LONGEST_WHOLE = 18  # Most digits of a whole number, which then fits into 64 bits
 
 
 def text_lines(data: bytes) -> Iterator[tuple[int, str]]:

@@ -19,8 +19,7 @@ from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 
-Field = tuple[mi.Vector3f, mi.Vector3f]
-"""Real and imaginary parts of the electric field, world frame."""
+Field = tuple[mi.Vector3f, mi.Vector3f]  # Real and imaginary parts of the electric field, world frame
 
 
 def pattern(antennas: Antennas, towards: mi.Vector3f) -> Field:

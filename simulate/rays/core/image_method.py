@@ -15,11 +15,9 @@ from simulate.parallel.compiled import ONE_KERNEL, compiled
 from simulate.rays.core.electric_field import Ways, aligned
 from simulate.rays.core.planes import BLOCK, Planes
 
-MARGIN = 1e-6
-"""Metres by which triangles are enlarged, so that no point is lost between two of them."""
+MARGIN = 1e-6  # Metres by which triangles are enlarged, so that no point is lost between two of them
 
-AT_ONCE = 50_000_000
-"""Combinations tested at a time, one byte each."""
+AT_ONCE = 50_000_000  # Combinations tested at a time, one byte each
 
 
 class Images:

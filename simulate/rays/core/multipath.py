@@ -18,8 +18,7 @@ from jaxtyping import Complex, Float, Int
 
 from simulate.parallel.compiled import ONE_KERNEL, compiled
 
-STRAIGHT = -1
-"""Stands for no object: nothing changes the direction of the wave here."""
+STRAIGHT = -1  # Stands for no object: nothing changes the direction of the wave here
 
 
 class Interaction(IntEnum):

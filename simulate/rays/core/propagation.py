@@ -10,8 +10,7 @@ from scenes.files.options import check_kinds
 DEPTH_MOST, RAYS_MOST, PATCHES_MOST = 30, 10**8, 10**6
 """Largest numbers of interactions, rays and patches. More would exhaust the memory."""
 
-MOST_PASSES = 12
-"""Most objects that a path passes through. Behind so many, next to nothing is left."""
+MOST_PASSES = 12  # Most objects that a path passes through. Behind so many, next to nothing is left.
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,7 @@ only within centimetres of one place in the region, or only to one column of the
 NEGLIGIBLE = 1e-6
 """A chain is dropped if its share of the power is smaller than this at every trial and every element."""
 
-LANES = 400_000
-"""Paths solved at a time. This bounds the memory at some 200 MB."""
+LANES = 400_000  # Paths solved at a time. This bounds the memory at some 200 MB.
 
 
 def line_of_sight(propagation: Propagation) -> Chains:
@@ -117,11 +116,9 @@ def _course(
     return vertices, objects, kinds
 
 
-PASSES = 4
-"""Most objects that a ray passes through."""
+PASSES = 4  # Most objects that a ray passes through
 
-NEAR = 1e-4
-"""Metres behind a surface at which a ray that leaves it starts."""
+NEAR = 1e-4  # Metres behind a surface at which a ray that leaves it starts
 
 
 def plane_sequences(

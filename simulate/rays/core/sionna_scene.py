@@ -24,8 +24,7 @@ from simulate.spectra.element_array import array_of
 
 DIPOLES = ("dipole", "hw_dipole")
 
-LYING = Rotation.from_euler("x", -90, degrees=True)
-"""Turns a dipole from +z to +y of Sionna's frame."""
+LYING = Rotation.from_euler("x", -90, degrees=True)  # Turns a dipole from +z to +y of Sionna's frame
 
 
 def build_scene(scene: Scene) -> rt.Scene:

@@ -39,8 +39,7 @@ TOO_NEAR = 1e-4
 """Metres and radians. The wave of an antenna that is nearer to an edge, or to the plane of its face, is not diffracted
 there."""
 
-POINTS = 16
-"""Number of points of an edge at which an arm is tried."""
+POINTS = 16  # Number of points of an edge at which an arm is tried
 
 
 @dataclass(frozen=True)

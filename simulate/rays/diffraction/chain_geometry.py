@@ -33,8 +33,7 @@ from simulate.rays.diffraction.diffraction_points import on_edge_or_end, points_
 from simulate.rays.diffraction.distance_parameters import around_one, around_two
 from simulate.rays.diffraction.edges import Edges
 
-BLOCK = 1024
-"""Number of paths that one thread handles at a time."""
+BLOCK = 1024  # Number of paths that one thread handles at a time
 
 
 @dataclass(frozen=True)

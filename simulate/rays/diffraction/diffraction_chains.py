@@ -80,17 +80,13 @@ def _pairs(
     return pairs[order], which[order]
 
 
-THROUGH_SPACE = -1
-"""Stands for the face of a link that runs along no face."""
+THROUGH_SPACE = -1  # Stands for the face of a link that runs along no face
 
-LIFT = 1e-3
-"""Distance of a way along a face from the face, metres."""
+LIFT = 1e-3  # Distance of a way along a face from the face, metres
 
-POINTS = 6
-"""Number of points of an edge at which a link is tried."""
+POINTS = 6  # Number of points of an edge at which a link is tried
 
-FLAT = 1e-3
-"""Tolerance of distances (metres), of angles (radians), and of the cosine between normals."""
+FLAT = 1e-3  # Tolerance of distances (metres), of angles (radians), and of the cosine between normals
 
 PAIRS_AT_ONCE = 50_000
 """Pairs of edges examined at a time, with ``POINTS``² rays each. This bounds the memory."""

@@ -96,14 +96,12 @@ def diffraction_point(z1, rho1, z2, rho2, length):
     return z, by_start if z >= 0 else -by_start, by_end if z <= length else -by_end
 
 
-REACH = 0.5
-"""Wavelengths. Ends with a longer detour have no effect."""
+REACH = 0.5  # Wavelengths. Ends with a longer detour have no effect.
 
 CORNER = 1 / 50
 """Wavelengths. A point of diffraction that is nearer to the line of the other edge is at their common corner."""
 
-ROUNDS = 12
-"""Most steps of Newton's method. Five or six suffice."""
+ROUNDS = 12  # Most steps of Newton's method. Five or six suffice.
 
 CONVERGED = 1e-7
 """Metres. Newton's method ends at a shorter step, since the next step is of the order of its square."""

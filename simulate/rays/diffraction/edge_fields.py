@@ -131,8 +131,7 @@ def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavenumber: mi.Flo
     return weight
 
 
-GRAZING = 1e-3
-"""Smallest cosine of an angle of incidence."""
+GRAZING = 1e-3  # Smallest cosine of an angle of incidence
 
 
 class Currents(NamedTuple):

@@ -22,23 +22,18 @@ from scenes.scene.description import Scene, conducting_objects
 from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
 
-SMOOTH = np.radians(20)
-"""Faces whose normals differ by less than this are parts of a curved surface."""
+SMOOTH = np.radians(20)  # Faces whose normals differ by less than this are parts of a curved surface
 
-TOUCHING = 1 / 50
-"""Wavelengths. Another body that is nearer to an edge than this touches it."""
+TOUCHING = 1 / 50  # Wavelengths. Another body that is nearer to an edge than this touches it.
 
-SHORTEST = 1 / 4
-"""Wavelengths. Shorter edges are left out."""
+SHORTEST = 1 / 4  # Wavelengths. Shorter edges are left out.
 
 BEYOND = 0.1
 """Metres. Where a scene reaches no further than this beyond a face and its edge, the edge is a corner of the scene."""
 
-PIECES = 16
-"""Number of pieces of an edge, each of which is tested for a body that touches it."""
+PIECES = 16  # Number of pieces of an edge, each of which is tested for a body that touches it
 
-AT_ONCE = 10_000
-"""Edges tested at a time, with 128 rays each. This bounds the memory."""
+AT_ONCE = 10_000  # Edges tested at a time, with 128 rays each. This bounds the memory.
 
 MOST = 300
 """Largest number of edges to follow. If a scene has more, only those that matter most are followed."""

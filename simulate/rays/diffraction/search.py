@@ -30,8 +30,7 @@ from simulate.spectra.spectrum import evenly
 MOST_REFLECTIONS = 2
 """Most reflections before and after an edge together. With a third one, spectra came no nearer to full wave."""
 
-MOST_REFLECTIONS_TWICE = 1
-"""Most reflections of a chain with two diffractions."""
+MOST_REFLECTIONS_TWICE = 1  # Most reflections of a chain with two diffractions
 
 TRIALS = 64
 """Number of positions in the region from which rays are shot, and at which candidates are tried."""
@@ -104,11 +103,9 @@ def _possible_arms(
     return Arms(np.concatenate([arms.planes for arms in found]), np.concatenate([arms.edges for arms in found]))
 
 
-LANES = 400_000
-"""Paths solved at a time. This bounds the memory."""
+LANES = 400_000  # Paths solved at a time. This bounds the memory.
 
-AT_ONCE = 50_000_000
-"""Combinations of target, chain and source examined at a time, one byte each."""
+AT_ONCE = 50_000_000  # Combinations of target, chain and source examined at a time, one byte each
 
 
 class EdgeScene:

@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
+from safetensors.torch import load_file, save_file
 
 from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
@@ -37,6 +38,7 @@ from learn.training.run_folder import load_run
 from learn.training.train import train
 from learn.training.validation_part import Learned
 from scenes.files.errors import InputError, ParameterError
+from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -97,7 +99,9 @@ def test_damaged_protocol_is_one_sentence(tiny, tmp_path, text):
         compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path)
 
 
-def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_path):
+def test_folder_of_another_process_or_protocol_or_of_something_else_is_refused(tiny, tmp_path):
+    with locked(tmp_path / "out"), pytest.raises(InputError, match="no other process"):
+        compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "out")
     compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "out")
     with pytest.raises(InputError, match="split 'random', found one with split 'files'"):
         compare(tiny, ("nearest",), "random", INSTANT, output=tmp_path / "out")
@@ -260,33 +264,23 @@ def test_labels_whose_files_would_have_one_name_are_refused_before_anything_is_m
 # Spectra that cannot be scored
 
 
-@pytest.fixture
-def with_black_pictures(tiny, tmp_path):
-    """Function: numbers of test spectra -> a copy of ``tiny`` in which these are black."""
-
-    def made(count):
-        folder = shutil.copytree(tiny, tmp_path / "black")
-        dataset = read_dataset(tiny)
-        for index in split(dataset, "files", 0).test[:count]:
-            Image.fromarray(np.zeros((90, 360), np.uint8)).save(folder / "spectrum" / f"{dataset.names[index]}.png")
-        return folder
-
-    return made
-
-
-def test_black_spectra_are_left_out_of_every_score(tiny, with_black_pictures, tmp_path, capsys):
-    scored = compare(with_black_pictures(2), ("nearest",), budget=INSTANT, output=tmp_path / "out")
+def test_black_spectra_are_left_out_of_every_score_and_alone_are_refused(tiny, tmp_path, capsys):
+    folder, dataset = shutil.copytree(tiny, tmp_path / "black"), read_dataset(tiny)
+    pictures = [folder / "spectrum" / f"{dataset.names[index]}.png" for index in split(dataset, "files", 0).test]
+    black = Image.fromarray(np.zeros((90, 360), np.uint8))
+    for path in pictures[:2]:
+        black.save(path)
+    scored = compare(folder, ("nearest",), budget=INSTANT, output=tmp_path / "out")
     assert "2 of 5 test spectra are constant" in capsys.readouterr().err
     full = compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "full")
     assert [row["test"] for row in scored] == [3, 3]
     expected = full.per_sample(full.rows[0])["ssim"][2:]
     np.testing.assert_array_equal(scored.per_sample(scored.rows[0])["ssim"], expected)
-
-
-def test_black_spectra_alone_are_one_sentence_and_leave_no_folder(with_black_pictures, tmp_path):
-    with pytest.raises(InputError, match="expected test spectra that show a direction, found 5 constant ones"):
-        compare(with_black_pictures(5), ("nearest",), budget=INSTANT, output=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
+    for path in pictures[2:]:
+        black.save(path)
+    with pytest.raises(InputError, match="found 5 constant ones"):
+        compare(folder, ("nearest",), budget=INSTANT, output=tmp_path / "none")
+    assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize("function", [compare, partial(sweep, sizes=[3]), ablate])
@@ -510,6 +504,19 @@ def test_sweep_grows_the_training_part_and_keeps_the_test_part(tiny, tmp_path, r
     assert (out / "sweep.png").stat().st_size > 5000
 
 
+def test_a_run_with_other_weights_is_measured_again(finished_run, tiny, tmp_path):
+    other = shutil.copytree(finished_run, tmp_path / "other" / finished_run.name)
+    call = partial(sweep, tiny, (10,), ("nearest",), steps=2, output=tmp_path / "out")
+    first = call(init=finished_run).rows
+    assert call(init=other).rows == first  # the same weights
+    weights = load_file(other / "weights.safetensors")
+    changed = {name: value * 1.1 if name.endswith("weight") else value for name, value in weights.items()}
+    save_file(changed, other / "weights.safetensors")
+    again = call(init=other).rows
+    assert [row["label"] for row in again] == [row["label"] for row in first]
+    assert again[1]["ssim_median"] != first[1]["ssim_median"]
+
+
 def test_a_sweep_goes_on_from_a_run_with_its_options(tiny, tmp_path, rows):
     train(tiny, tmp_path / "small", model="mlp", steps=1, options={"encoding": "octaves"})
     sweep(tiny, (10,), ("nearest",), steps=1, init=tmp_path / "small", output=tmp_path / "out")
@@ -535,17 +542,6 @@ def test_what_a_sweep_cannot_do_is_refused_before_anything_is_measured(tiny, tmp
 def test_a_model_without_parts_to_switch_off_is_refused(tiny, tmp_path):
     with pytest.raises(ParameterError, match=r"models: expected .* found helmholtz"):
         ablate(tiny, ("bisplat", "helmholtz"), steps=2, output=tmp_path / "out")
-
-
-def test_another_method_with_the_same_label_is_measured_again(tiny, tmp_path, rows, capsys):
-    call = partial(compare, tiny, output=tmp_path / "out", budget=INSTANT)
-    call({"ours": "nearest"})
-    first = rows(tmp_path / "out")
-    call({"ours": "nearest"})
-    assert rows(tmp_path / "out") == first
-    call({"ours": "inverse-distance"})
-    assert "ours-0: it or its settings have changed" in capsys.readouterr().err
-    assert rows(tmp_path / "out")[0]["ssim_median"] != first[0]["ssim_median"]
 
 
 def test_a_reduced_model_says_so_whatever_its_label(tiny, tmp_path):

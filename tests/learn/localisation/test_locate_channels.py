@@ -9,7 +9,6 @@ import bisplat
 from learn.localisation.baseline_positions import by_channels, error_rows
 from learn.localisation.channel_regression import (
     DIRECTIONS,
-    MOST_DELAYS,
     MOST_DIRECTIONS,
     ChannelFingerprints,
     _over_a_sphere,
@@ -89,13 +88,6 @@ def test_positions_at_one_height_stay_there(csi, tmp_path):
     [found] = locate_channels(tmp_path / "flat", csi.uplink[50:51])[0]
     assert found.position[2] == pytest.approx(1.2, abs=1e-6) and found.covariance[2, 2] < 1e-5
     assert np.linalg.eigvalsh(found.covariance).min() > 0
-
-
-def test_wide_bands_keep_the_delays_with_power():
-    generator = np.random.default_rng(0)
-    wide = generator.normal(size=(3, 2, 80)) + 1j * generator.normal(size=(3, 2, 80))
-    seen = ChannelFingerprints(np.eye(2, 3), 0.1, wide).of(wide)
-    assert seen.powers.shape == (3, 16 * MOST_DELAYS) and seen.waves.shape == (3, 160)
 
 
 def test_folders_without_positions_or_with_few_rows_are_refused(csi, tmp_path):

@@ -129,9 +129,10 @@ def learned(known: np.ndarray) -> BandField:
     return field
 
 
-def test_stated_deviations_hold():
-    """Of a field with many waves, whose positions are too far apart for an exact prediction."""
-    assert 0.8 < held(learned(places(100, seed=1, size=0.6)), places(150, seed=2, size=0.6)) < 0.97
+@pytest.mark.parametrize(("known", "new", "size", "least"), [(100, 150, 0.6, 0.8), (24, 100, 0.9, 0.83)])
+def test_stated_deviations_hold(known, new, size, least):
+    """Of a field with many waves, whose positions are too far apart for an exact prediction; also of few of them."""
+    assert least < held(learned(places(known, seed=1, size=size)), places(new, seed=2, size=size)) < 0.97
 
 
 def test_stated_deviations_hold_between_clusters_of_known_positions():
@@ -141,10 +142,6 @@ def test_stated_deviations_hold_between_clusters_of_known_positions():
     assert 0.83 < held(field, places(100, seed=3, size=1.0)) < 0.97
     _, deviation = field.at(np.array([centres[0] + 0.05, [99, 99, 99]]))
     assert deviation[1] > 2 * deviation[0]
-
-
-def test_few_known_positions_tell_that_their_covariance_is_too_sure():
-    assert 0.83 < held(learned(places(24, seed=1, size=0.9)), places(100, seed=2, size=0.9)) < 0.97
 
 
 def test_what_is_nearer_than_a_radius_is_left_out(field):
@@ -164,9 +161,6 @@ def test_a_stored_field_predicts_the_same(field):
     new = places(5, seed=6)
     np.testing.assert_array_equal(other.at(new)[0], field.at(new)[0])
     np.testing.assert_array_equal(other.at(new)[1], field.at(new)[1])
-    with pytest.raises(RuntimeError, match="components of shape"):
-        other.load_state_dict({**field.state_dict(), "components": torch.zeros(0)})
-    with pytest.raises(RuntimeError, match="not above 0"):
-        other.load_state_dict({**field.state_dict(), "noises": -field.noises})
-    with pytest.raises(RuntimeError, match="no curve of deviations"):
-        other.load_state_dict({**field.state_dict(), "variances": torch.tensor([1.0, 0.0])})
+    for wrong in ({"components": torch.zeros(0)}, {"noises": -field.noises}, {"variances": torch.tensor([1.0, 0.0])}):
+        with pytest.raises(RuntimeError):
+            other.load_state_dict({**field.state_dict(), **wrong})

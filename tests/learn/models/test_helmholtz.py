@@ -261,7 +261,7 @@ def test_pictures_are_interpolated_by_the_responses_behind_them(monkeypatch):
     np.testing.assert_array_equal(predict(again, positions[asked]).spectra, predict(field, positions[asked]).spectra)
 
 
-def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
+def test_prediction_is_the_weighted_mean(waves):
     responses, spectra = (fitted(data, np.arange(30)) for data in (waves, dataclasses.replace(waves, responses=None)))
     field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     field._set(
@@ -276,9 +276,6 @@ def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
         np.testing.assert_allclose(found.numpy(), expected, atol=0.002)  # grey levels are rounded
         np.testing.assert_array_equal(found, field(asked))
         np.testing.assert_array_equal(found_responses, responses.responses(asked))
-        again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-        again.load_state_dict(field.state_dict())
-        np.testing.assert_array_equal(again(asked), field(asked))
 
 
 @pytest.mark.parametrize("keep_responses", [True, False])

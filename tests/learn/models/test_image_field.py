@@ -106,28 +106,25 @@ def test_no_waves_in_dark_responses(room):
     assert not most_likely(np.ones((2, 1), complex), np.zeros(2, complex), np.ones(1), 1.0, 2).variances.any()
 
 
-def test_weights_of_another_number_of_images_are_loaded(room, fitted):
+def test_variances_are_small_and_numbers_of_images_that_differ_are_refused(room, fitted):
     places = torch.from_numpy(room.positions[OTHERS]).float()
-    loaded = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-    loaded.load_state_dict(fitted.state_dict())
-    assert torch.allclose(loaded.responses(places), fitted.responses(places), atol=1e-5)
     assert (0 <= fitted.uncertainty(places)).all() and (fitted.uncertainty(places) < 0.2).all()
     with pytest.raises(RuntimeError, match="other numbers"):
-        loaded.load_state_dict({**fitted.state_dict(), "signs": torch.ones(1, 3)})
+        fitted.load_state_dict({**fitted.state_dict(), "signs": torch.ones(1, 3)})
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    ("change", "found"),
     [
-        ({"responses": None}, "expected element responses with their phases, found pictures alone"),
-        ({"responses": None, "metadata": {"phases": "per-position"}}, "found phases that cannot be compared"),
-        ({"metadata": {"moving": "receiver"}}, "expected a transmitter that moves .*, found a receiver that moves"),
-        ({"metadata": {"moving": "both"}}, "expected a transmitter that moves .*, found both ends moving"),
+        ({"responses": None}, "pictures alone"),
+        ({"responses": None, "metadata": {"phases": "per-position"}}, "phases that cannot be compared"),
+        ({"metadata": {"moving": "receiver"}}, "a receiver that moves"),
+        ({"metadata": {"moving": "both"}}, "both ends moving"),
     ],
 )
-def test_what_has_no_images_is_refused(room, change, sentence):
+def test_what_has_no_images_is_refused(room, change, found):
     model = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-    with pytest.raises(InputError, match=sentence):
+    with pytest.raises(InputError, match=f"expected .*, found {found}"):
         model.fit(dataclasses.replace(room, **change), KNOWN)
 
 
@@ -166,5 +163,3 @@ def test_a_dataset_without_responses_is_refused_or_the_row_left_out(folder, tmp_
     rows = compare(pictures, ["mirror-images", "nearest"], "random", output=tmp_path / "table", test_spectra=2)
     assert next(row["label"] for row in rows) == "nearest"
     assert "left out mirror-images: expected element responses" in capsys.readouterr().err
-    with pytest.raises(InputError, match="mirror-images: expected element responses"):
-        compare(pictures, ["mirror-images"], "random", test_spectra=2)

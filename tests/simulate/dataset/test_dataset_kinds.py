@@ -31,9 +31,9 @@ def folder(tmp_path):
 @pytest.mark.parametrize(
     ("mark", "found"),
     [
-        (POWERS, r"received powers \(RSSI\), which .* compare, .* and export --hdf5 take"),
-        (CHANNELS, r"channels over subcarriers \(CSI\), which .* compare, sweep and evaluate take"),
-        (ROOMS, "several rooms, .* bisplat compare takes them together"),
+        (POWERS, "received powers"),
+        (CHANNELS, "channels over subcarriers"),
+        (ROOMS, "several rooms"),
         ("spectrum", "spectra"),
     ],
 )
@@ -61,4 +61,4 @@ def test_every_command_that_takes_a_folder_exists():
 
 def test_rooms_are_a_problem_that_check_names(folder):
     (problem,) = check(folder(ROOMS)).problems
-    assert "expected a dataset of spectra, found several rooms, each of which is a dataset of spectra" in problem
+    assert "expected a dataset of spectra, found several rooms" in problem

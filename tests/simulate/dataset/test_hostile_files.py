@@ -55,13 +55,15 @@ def test_positions(case, tmp_path):
     refused(lambda: read_points(path), word)
 
 
+ANY = ("spectrum/00003.png", "tx_pos.csv", "metadata.json", "gateway_info.yml")
+
+
 @pytest.mark.parametrize(
     ("file", "case"),
     [
         *[("channels.npz", case) for case in corpus.RESPONSES],
         *[("test_index.txt", case) for case in corpus.INDEXES],
-        *[("spectrum/00003.png", case) for case in corpus.ANY_FILE],
-        *[("tx_pos.csv", case) for case in corpus.ANY_FILE],
+        *[(file, case) for file in ANY for case in corpus.ANY_FILE],
     ],
 )
 def test_datasets(file, case, folder):
@@ -78,10 +80,7 @@ def test_responses_deflated_and_of_other_types_are_read(folder):
     assert found is not None and found.dtype == np.complex64 and (found == 1).all()
 
 
-@pytest.mark.parametrize(
-    ("name", "word"),
-    [("3.png", "00003.png and 3.png"), (f"{'1' * 20}.png", "at most 9 digits"), (f"{'1' * 200}.png", "9 digits")],
-)
+@pytest.mark.parametrize(("name", "word"), [("3.png", "00003.png and 3.png"), (f"{'1' * 20}.png", "at most 9 digits")])
 def test_names_of_pictures(name, word, folder):
     (folder / "spectrum" / name).write_bytes((folder / "spectrum" / "00003.png").read_bytes())
     refused(lambda: read_dataset(folder), word)
@@ -91,8 +90,8 @@ def test_a_million_repeated_names_count_once(folder):
     (folder / "train_index.txt").write_text("00001\n00003\n" * 500_000)
     found = inspect(folder)
     assert found.dataset is not None and found.dataset.train.tolist() == [0, 2]
-    assert "train_index.txt names 999998 spectra more than once; each counts once" in found.warnings
-    with pytest.raises(InputError, match="expected each name once, found 00001 more than once"):
+    assert any("999998" in each for each in found.warnings)
+    with pytest.raises(InputError, match="00001 more than once"):
         read_index(folder / "train_index.txt", found.dataset.names)
 
 

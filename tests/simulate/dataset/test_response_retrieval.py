@@ -8,34 +8,21 @@ from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
 from simulate.dataset import responses_file
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import (
-    encode_picture,
-    write_gateway,
-    write_index,
-    write_metadata,
-    write_positions,
-    write_responses,
-)
+from simulate.dataset.dataset_writer import encode_picture, write_metadata, write_responses
 from simulate.dataset.responses_file import retrieve
-from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.phase_retrieval import retrieve_responses
-from simulate.spectra.spectrum import normalise, picture
-
-COUNT = 4
-RESPONSES = np.random.default_rng(0).normal(size=(COUNT, 16, 2)) @ [1, 1j]
+from simulate.spectra.spectrum import normalise
+from tests.simulate.dataset.conftest import COUNT
 
 
 @pytest.fixture
-def folder(tmp_path):
-    (tmp_path / "spectrum").mkdir()
-    names = [f"{number:05d}" for number in range(1, COUNT + 1)]
-    for name, image in zip(names, picture(Beamformer().spectrum(RESPONSES)), strict=True):
-        (tmp_path / "spectrum" / f"{name}.png").write_bytes(encode_picture(image))
-    write_positions(tmp_path / "tx_pos.csv", np.arange(3 * (COUNT + 1)).reshape(-1, 3))  # a row more than pictures
-    write_gateway(tmp_path / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
-    write_index(tmp_path / "train_index.txt", names[1:])
-    write_index(tmp_path / "test_index.txt", names[:1])
-    return tmp_path
+def folder(folder):
+    """The dataset as NeRF² has it, with a row more than pictures."""
+    (folder / "channels.npz").unlink()
+    (folder / "metadata.json").unlink()
+    with (folder / "tx_pos.csv").open("a") as file:
+        file.write("1,1,1\n")
+    return folder
 
 
 def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_ones(folder):
@@ -55,7 +42,7 @@ def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_on
 
 
 def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch):
-    monkeypatch.setattr(responses_file, "AT_ONCE", 2)
+    monkeypatch.setattr(responses_file, "AT_ONCE", 3)
     whole = retrieve(read_dataset(folder))
     (folder / "channels.npz").unlink()
     batches = []
@@ -71,7 +58,7 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
         with pytest.raises(KeyboardInterrupt):
             retrieve(read_dataset(folder))
         again = retrieve(read_dataset(folder))
-    assert batches == [0, 2, 2]  # the first batch only once
+    assert batches == [0, 3, 3]  # the first batch only once
     np.testing.assert_array_equal(again.responses, whole.responses)
     assert not list(folder.glob("*partial*"))
 
@@ -84,15 +71,14 @@ def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
     partial.write_bytes(content)
     again = retrieve(read_dataset(folder))
     np.testing.assert_array_equal(again.responses, whole.responses)
-    said = f"{partial}: expected what an interrupted bisplat responses left, found a damaged file"
-    assert said in capsys.readouterr().err
+    assert f"{partial}: expected " in capsys.readouterr().err
     assert not partial.exists()
 
 
 def test_command_replaces_retrieved_responses_only_by_force_and_recorded_ones_never(folder):
     responses(folder)
     before = (folder / "channels.npz").stat().st_mtime_ns
-    with pytest.raises(InputError, match=r"channels\.npz: expected no such file yet, found one; --force replaces it"):
+    with pytest.raises(InputError, match=r"channels\.npz: expected no such file yet"):
         responses(folder)
     assert (folder / "channels.npz").stat().st_mtime_ns == before
     responses(folder, force=True)

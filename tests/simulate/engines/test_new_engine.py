@@ -53,9 +53,8 @@ def test_python_has_it_and_its_dataset_is_made_again_with_the_same_bytes(known, 
     dataset = simulate("closet", tmp_path / "a", n=12, engine="freespace", loss=3.0)
     expected = FreeSpaceField(bisplat.load_scene("closet"), 3).responses(dataset.positions)
     assert np.array_equal(dataset.responses, expected)
-    assert contents(simulate("closet", tmp_path / "b", 12, engine=FreeSpace(loss=3.0)).folder) == contents(
-        tmp_path / "a"
-    )
+    simulate("closet", tmp_path / "b", 12, engine=FreeSpace(loss=3.0))
+    assert contents(tmp_path / "b") == contents(tmp_path / "a")
     simulate(tmp_path / "a", tmp_path / "again")
     assert contents(tmp_path / "again") == contents(tmp_path / "a")
     (tmp_path / "b" / "spectrum" / "00003.png").unlink()
@@ -73,30 +72,21 @@ def test_crossvalidation_takes_it_from_the_dataset(known, tmp_path):
 
 def test_its_part_of_metadata_is_checked(known, tmp_path):
     path = tmp_path / "metadata.json"
-    path.write_text('{"freespace": {"loss": -1}}')
-    with pytest.raises(InputError, match=r"freespace.loss: expected a loss in dB from 0 to 100, found -1"):
-        read_metadata_file(path, "settings")
-    path.write_text('{"freespace": {"gain": 1}}')
-    with pytest.raises(InputError, match="freespace: expected a known key, found 'gain'"):
-        read_metadata_file(path, "settings")
+    for content, sentence in (('{"loss": -1}', "freespace.loss: .* found -1"), ('{"gain": 1}', "found 'gain'")):
+        path.write_text(f'{{"freespace": {content}}}')
+        with pytest.raises(InputError, match=sentence):
+            read_metadata_file(path, "settings")
 
 
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"engine": "light"}, "engine: expected the name of an engine, found 'light'; valid names are"),
         ({"loss": 3}, "loss: expected none, or the engine freespace, found 3 for rays"),
         ({"engine": "freespace", "loss": -1}, "loss: expected a loss in dB from 0 to 100, found -1"),
         ({"engine": FreeSpace(), "cell": 0.1}, "cell: expected it as an argument of the engine, found 0.1"),
-        (
-            {"engine": FreeSpace(), "frequencies": (1e9, 2e9)},
-            "frequencies: expected one .* engine freespace, found several",
-        ),
-        (
-            {"engine": FreeSpace(), "bandwidth": 2e7, "subcarriers": 4},
-            "bandwidth: expected none with the engine freespace",
-        ),
-        ({"engine": "freespace", "lost": 3}, "lost: expected the name of an option, found 'lost'"),
+        ({"engine": FreeSpace(), "frequencies": (1e9, 2e9)}, "frequencies: .* engine freespace"),
+        ({"engine": FreeSpace(), "bandwidth": 2e7, "subcarriers": 4}, "bandwidth: .* engine freespace"),
+        ({"engine": "freespace", "lost": 3}, "lost: "),
     ],
 )
 def test_options_that_do_not_fit_are_refused(known, tmp_path, options, sentence):

@@ -52,22 +52,6 @@ def save(folder, pictures, names=NAMES):
         Image.fromarray(image).save(folder / "spectrum" / f"{name}.png")
 
 
-def upside_down(folder):
-    save(folder, PICTURES[:, ::-1])
-
-
-def transposed(folder):
-    save(folder, PICTURES.transpose(0, 2, 1).copy())
-
-
-def in_colour(folder):
-    save(folder, np.repeat(PICTURES[..., None], 3, axis=-1))
-
-
-def of_8_bits_in_16(folder):
-    save(folder, PICTURES.astype(np.uint16))
-
-
 def numbered_from_0(folder):
     save(folder, PICTURES, [str(number) for number in range(COUNT)])
     indices_from_0(folder)
@@ -79,20 +63,21 @@ def indices_from_0(folder):
 
 
 SPOILT = {
-    upside_down: "found upside-down pictures",
-    transposed: "bisplat convert transposes it back; 7 more pictures have the same fault",
-    in_colour: "found 360 × 90 of mode RGB",
-    of_8_bits_in_16: "found 360 × 90 of mode I;16; bisplat convert turns it into 8-bit grey",
-    numbered_from_0: "found 0.png",
-    indices_from_0: "as GSRF writes them: bisplat convert adds them",
+    "upside-down": lambda folder: save(folder, PICTURES[:, ::-1]),
+    "7 more pictures": lambda folder: save(folder, PICTURES.transpose(0, 2, 1).copy()),
+    "mode RGB": lambda folder: save(folder, np.repeat(PICTURES[..., None], 3, axis=-1)),
+    "mode I;16": lambda folder: save(folder, PICTURES.astype(np.uint16)),
+    "0.png": numbered_from_0,
+    "GSRF": indices_from_0,
 }
+"""Ways to spoil the folder, by a part of the sentence that tells each."""
 
 
-@pytest.mark.parametrize("spoil", SPOILT)
-def test_foreign_folder_is_told_for_what_it_is_and_mended(spoil, foreign, tmp_path):
-    spoil(foreign)
+@pytest.mark.parametrize("told", SPOILT)
+def test_foreign_folder_is_told_for_what_it_is_and_mended(told, foreign, tmp_path):
+    SPOILT[told](foreign)
     found = inspect(foreign)
-    assert any(SPOILT[spoil] in problem for problem in found.problems), found.problems
+    assert any(told in problem for problem in found.problems), found.problems
     assert len(found.problems) <= 2  # one for each index file
     assert convert(foreign, tmp_path / "mended")
     mended = read_dataset(tmp_path / "mended")
@@ -118,7 +103,7 @@ def test_several_pictures_of_one_position_are_warned_of_and_one_of_each_is_kept(
     mended = read_dataset(tmp_path / "mended")
     assert (mended.positions == POSITIONS[:4]).all() and (mended.pictures == PICTURES[1::2]).all()
     assert mended.train.tolist() == [0, 1, 2] and mended.test.tolist() == [3]
-    with pytest.raises(ParameterError, match="expected a number from 1 to 2, found 3"):
+    with pytest.raises(ParameterError, match="found 3"):
         convert(foreign, tmp_path / "again", Conversion(one_per_position=3))
 
 
@@ -126,9 +111,6 @@ def test_other_resolution_is_sampled_at_the_directions_it_has(foreign, tmp_path)
     """A ramp over elevation 0…90° (91 rows) and azimuth −90…90° (181 columns); elsewhere there is nothing."""
     ramp = (np.arange(91)[:, None] + np.arange(181)[None]).astype(np.uint8)  # elevation + azimuth + 90
     save(foreign, np.stack([ramp] * COUNT))
-    with pytest.raises(InputError, match="expected 360 × 90 pixels, found 181 × 91; give the angles"):
-        convert(foreign, tmp_path / "mended")
-    assert not (tmp_path / "mended").exists()
     convert(foreign, tmp_path / "mended", Conversion(False, elevations=(0, 90), azimuths=(-90, 90)))
     found = inspect(tmp_path / "mended").dataset.pictures[0]
     assert found[40, 0] == 40 + 90 and found[40, 30] == 40 + 120 and found[40, 300] == 40 + 30
@@ -141,13 +123,8 @@ def test_columns_all_around_are_sampled_between_the_last_and_the_first(foreign, 
     coarse[:, -1], coarse[:, 0] = 100, 200
     save(foreign, np.stack([coarse] * COUNT))
     convert(foreign, tmp_path / "mended", Conversion(azimuths=(0, 358)))
-    assert inspect(tmp_path / "mended").dataset.pictures[0, 40, [357, 358, 359, 0, 1]].tolist() == [
-        50,
-        100,
-        150,
-        200,
-        100,
-    ]
+    found = inspect(tmp_path / "mended").dataset.pictures[0, 40, [357, 358, 359, 0, 1]]
+    assert found.tolist() == [50, 100, 150, 200, 100]
 
 
 TURNS = {
@@ -172,7 +149,7 @@ def test_90_rows_are_kept_and_their_elevations_stated(foreign, tmp_path):
     convert(foreign, tmp_path / "turned", Conversion(elevations=(89, 0)))
     turned = read_dataset(tmp_path / "turned")
     assert (turned.pictures == PICTURES[:, ::-1]).all() and turned.grid == AngularGrid()
-    with pytest.raises(ParameterError, match="flip_elevation: expected no --elevations beside it"):
+    with pytest.raises(ParameterError, match="flip_elevation: "):
         convert(foreign, tmp_path / "both", Conversion(flip_elevation=True, elevations=(89, 0)))
 
 
@@ -199,7 +176,7 @@ def test_powers_are_told_and_their_root_is_taken(foreign, tmp_path):
 def test_decibels_need_a_range_that_nothing_shows(foreign, tmp_path):
     noise = GENERATOR.integers(0, 256, (COUNT, 90, 360), dtype=np.uint8)
     save(foreign, noise)
-    with pytest.raises(ParameterError, match="decibels: expected the range from black to white in dB"):
+    with pytest.raises(ParameterError, match="decibels: "):
         convert(foreign, tmp_path / "mended", Conversion(quantity="decibels", elevations=(0, 89)))
     convert(foreign, tmp_path / "mended", Conversion(quantity="decibels", decibels=40, elevations=(0, 89)))
     expected = (10 ** (40 * (noise / 255 - 1) / 20) - 0.01) / 0.99
@@ -217,20 +194,8 @@ def test_frequency_is_read_stated_and_kept(foreign, tmp_path):
     (foreign / "metadata.json").write_text('{"frequency_hz": 3.5e9, "room": "attic"}')
     convert(foreign, tmp_path / "both")
     assert read_dataset(tmp_path / "both").metadata["room"] == "attic"
-    with pytest.raises(ParameterError, match=r"frequency: expected one that freq\.txt lists, 3\.5 GHz, found 2\.4 GHz"):
+    with pytest.raises(ParameterError, match=r"frequency: .* found 2\.4 GHz"):
         convert(foreign, tmp_path / "other", Conversion(frequency="2.4e9"))
-
-
-def test_pictures_of_one_frequency_are_kept(foreign, tmp_path):
-    write_positions(foreign / "tx_pos.csv", np.repeat(POSITIONS[:4], 2, axis=0))
-    (foreign / "freq.txt").write_text("2.4\n5.8\n" * 4)
-    assert "found 2.4 GHz to 5.8 GHz" in inspect(foreign).problems[0]
-    with pytest.raises(InputError, match=r'one dataset has one: --frequency "2\.4 GHz" keeps its pictures'):
-        convert(foreign, tmp_path / "all")
-    convert(foreign, tmp_path / "one", Conversion(frequency="5.8 GHz"))
-    one = read_dataset(tmp_path / "one")
-    assert (one.pictures == PICTURES[1::2]).all() and (one.positions == POSITIONS[:4]).all()
-    assert one.frequency.hertz == 5.8e9
 
 
 def test_a_picture_left_out_shifts_no_position(foreign, tmp_path):
@@ -254,21 +219,29 @@ def test_only_new_folders_are_written_and_ours_are_not_converted(foreign, tmp_pa
         convert(foreign, tmp_path / "new")
 
 
-def test_picture_of_colours_is_refused(foreign, tmp_path):
+def of_another_size(folder):
+    save(folder, [np.zeros((91, 181), np.uint8)] * COUNT)
+
+
+def of_colours(folder):
     image = np.zeros((90, 360, 3), np.uint8)
     image[..., 0] = 200
-    Image.fromarray(image).save(foreign / "spectrum" / "00003.png")
-    with pytest.raises(InputError, match=r"00003\.png: expected grey levels"):
+    Image.fromarray(image).save(folder / "spectrum" / "00003.png")
+
+
+def in_both_indices(folder):
+    write_index(folder / "test_index.txt", NAMES[:1])
+
+
+@pytest.mark.parametrize(
+    ("spoil", "found"),
+    [(of_another_size, "181 × 91"), (of_colours, r"00003\.png: "), (in_both_indices, r"test_index\.txt: ")],
+)
+def test_what_would_be_no_dataset_is_refused(spoil, found, foreign, tmp_path):
+    spoil(foreign)
+    with pytest.raises(InputError, match=found):
         convert(foreign, tmp_path / "mended")
     assert not (tmp_path / "mended").exists()
-
-
-def test_what_would_be_no_dataset_is_refused(foreign, tmp_path):
-    both = foreign / "test_index.txt"
-    both.write_text(both.read_text() + (foreign / "train_index.txt").read_text().splitlines()[0] + "\n")
-    with pytest.raises(InputError, match=r"test_index\.txt: expected names that are not in train_index\.txt"):
-        convert(foreign, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
 
 
 def test_what_moves_is_stated(foreign, tmp_path):

@@ -55,16 +55,8 @@ def test_every_array_and_number_of_a_simulated_dataset_is_there(dataset, tmp_pat
 
 
 def test_a_band_and_the_places_of_a_moving_receiver_are_there(tmp_path):
-    made = simulate(
-        small_scene(),
-        tmp_path / "data",
-        4,
-        propagation=Propagation(max_depth=0),
-        moving="both",
-        transmitters=2,
-        bandwidth="20 MHz",
-        subcarriers=6,
-    )
+    kind = {"moving": "both", "transmitters": 2, "bandwidth": "20 MHz", "subcarriers": 6}
+    made = simulate(small_scene(), tmp_path / "data", 4, propagation=Propagation(max_depth=0), **kind)
     export_hdf5(made.folder, tmp_path / "data.h5")
     with h5py.File(tmp_path / "data.h5") as file:
         assert (file.attrs["bandwidth_hz"], file.attrs["moving"]) == (20e6, "both")

@@ -32,6 +32,8 @@ RIGHT = in_free_space()
 MAGNITUDE, PHASE = np.abs(RIGHT), np.angle(RIGHT)
 COLUMNS_FIRST = RIGHT.reshape(-1, 3, 5).swapaxes(1, 2).reshape(-1, 15)
 
+BAND = RIGHT[..., None] * np.exp(-2j * np.pi * np.linspace(0, 0.4, 8))
+"""Responses at eight subcarriers; number 4 is the carrier."""
 
 TRACK = Gateway((0.5, 0.0, 1.5), facing((1, 0, 0)), rows=1, columns=15, spacing=0.1)
 """An antenna that moves along a track in small steps."""
@@ -59,22 +61,14 @@ def same(made: bisplat.Dataset) -> bool:
         ({"xyz": PLACES, "csi": RIGHT.reshape(40, 3, 5)}, "took the axes of csi for positions, rows and columns"),
         ({"xyz": PLACES[None], "csi": RIGHT[..., None], "noise": np.ones((40, 15)) * 1j}, "responses: csi, 40 × 15"),
         ({"xyz": PLACES, "amplitude": MAGNITUDE, "phase": PHASE}, "responses: amplitude and phase"),
-        (
-            {"xyz": PLACES, "mag": MAGNITUDE, "phase_deg": np.degrees(PHASE)},
-            "took phase_deg for degrees, as its name says",
-        ),
-        (
-            {"xyz": PLACES, "mag": MAGNITUDE, "phase_rad": PHASE + 8 * np.pi},
-            "responses: mag and phase_rad",
-        ),  # unwrapped
-        ({"xyz": PLACES, "rssi": 20 * np.log10(MAGNITUDE), "phase": PHASE}, "took rssi for decibels, as its name says"),
+        ({"xyz": PLACES, "mag": MAGNITUDE, "phase_deg": np.degrees(PHASE)}, "took phase_deg for degrees"),
+        # unwrapped
+        ({"xyz": PLACES, "mag": MAGNITUDE, "phase_rad": PHASE + 8 * np.pi}, "responses: mag and phase_rad"),
+        ({"xyz": PLACES, "rssi": 20 * np.log10(MAGNITUDE), "phase": PHASE}, "took rssi for decibels"),
         # The log of a reader has the angle of its arm, too.
         ({"xyz": PLACES, "mag": MAGNITUDE, "phase": PHASE, "angle": np.ones(40)}, "took phase and left out angle"),
-        (
-            {"pos": PLACES, "H": RIGHT.conj()},
-            "and phases that rise with the distance: the strongest directions are then",
-        ),
-        ({"pos": PLACES, "H": COLUMNS_FIRST}, "took elements as numbered along y first, and phases that fall"),
+        ({"pos": PLACES, "H": RIGHT.conj()}, "phases that rise with the distance"),
+        ({"pos": PLACES, "H": COLUMNS_FIRST}, "along y first, and phases that fall"),
     ],
 )
 def test_recognised_and_said(tmp_path, arrays, sentence):
@@ -115,28 +109,18 @@ def test_files_together_with_units_in_the_names_of_columns(tmp_path):
 @pytest.mark.parametrize(
     ("recording", "arrays", "message"),
     [
-        (Recording(), {"pos": PLACES}, r"expected responses, an array of 40 positions × 15 complex numbers, found pos"),
-        (
-            Recording(),
-            {"H": RIGHT},
-            r"expected positions, an array of K × 3 real numbers or columns x, y, z, found H 40",
-        ),
+        (Recording(), {"pos": PLACES}, "expected responses, .* found pos"),
+        (Recording(), {"H": RIGHT}, "expected positions, .* found H 40"),
         (Recording(), {"a": PLACES, "b": PLACES, "H": RIGHT}, "or --positions NAME, found a, b"),
         (Recording(), {"pos": PLACES, "e": RIGHT, "f": RIGHT}, "or --responses NAME, found e, f"),
-        (Recording(positions="q"), {"pos": PLACES, "H": RIGHT}, "expected an array 'q', found pos 40 × 3, H 40 × 15"),
-        (
-            Recording(),
-            {"pos": PLACES, "H": RIGHT[:, :4]},
-            r"H: expected responses of 40 positions × 15 elements, found",
-        ),
+        (Recording(positions="q"), {"pos": PLACES, "H": RIGHT}, "'q', found pos 40 × 3, H 40 × 15"),
+        (Recording(), {"pos": PLACES, "H": RIGHT[:, :4]}, "H: expected responses of 40 positions × 15 elements, found"),
         (Recording(), {"pos": 1000 * PLACES, "H": RIGHT}, "found a spread of 7,.*; state --unit mm or cm"),
         (Recording(responses="H"), {"pos": PLACES, "H": MAGNITUDE}, "expected complex responses, found real"),
-        (
-            Recording(),
-            {"pos": PLACES, "H": MAGNITUDE},
-            "neither complex numbers nor phases, and powers alone",
-        ),
+        (Recording(), {"pos": PLACES, "H": MAGNITUDE}, "powers alone"),
         (Recording(), {"pos": PLACES * 0 + 1, "H": RIGHT}, r"expected positions that differ, found \[1.0, 1.0, 1.0\]"),
+        (Recording(), {"pos": PLACES, "H": BAND}, "--bandwidth"),
+        (Recording(bandwidth="20 MHz", responses="H"), {"pos": PLACES, "H": RIGHT}, "15 elements × subcarriers"),
         (Recording(), {"pos": PLACES, "mag": MAGNITUDE, "phase": np.degrees(PHASE)}, "name it phase_deg or phase_rad"),
         (Recording(), {"pos": PLACES, "mag": 20 * np.log10(MAGNITUDE), "phase": PHASE}, "decibels, name it mag_db"),
     ],
@@ -161,9 +145,9 @@ def test_tag_that_the_same_antenna_reads(tmp_path):
 def test_rows_of_the_frequency_are_kept(tmp_path):
     hertz = np.where(np.arange(40) % 2, 2.4e9, 2.45e9)
     made, said = recorded(tmp_path, pos=PLACES, H=RIGHT, frequency=hertz)
-    assert "kept the rows of 2.4 GHz: 20 of 40 (frequency has 2.4 GHz, 2.45 GHz)" in said
+    assert "kept the rows of 2.4 GHz: 20 of 40" in said
     np.testing.assert_allclose(made.responses, RIGHT[1::2], rtol=1e-5)
-    with pytest.raises(InputError, match=r"frequency: expected rows of 2\.4 GHz, found those of 2\.45 GHz"):
+    with pytest.raises(InputError, match=r"frequency: .* found those of 2\.45 GHz"):
         recorded(tmp_path, pos=PLACES, H=RIGHT, frequency=np.full(40, 2.45e9))
 
 
@@ -180,16 +164,6 @@ def test_rows_that_lack_a_response_are_left_out(tmp_path):
         recorded(tmp_path, pos=PLACES, H=np.full((40, 15), np.nan + 0j))
 
 
-def test_positions_in_a_plane(tmp_path):
-    made, said = recorded(tmp_path, position=PLACES[:, :2], H=RIGHT)
-    assert "took the height 0 for all positions, since there are only x and y (position)" in said
-    np.testing.assert_allclose(made.positions, np.column_stack([PLACES[:, :2], np.zeros(40)]))
-
-
-BAND = RIGHT[..., None] * np.exp(-2j * np.pi * np.linspace(0, 0.4, 8))
-"""Responses at eight subcarriers; number 4 is the carrier."""
-
-
 @pytest.mark.parametrize(
     ("axes", "sentence"),
     [((0, 1, 2), "responses: H, 40 × 15 × 8 subcarriers"), ((2, 0, 1), "of H for subcarriers, positions, elements")],
@@ -199,20 +173,6 @@ def test_responses_over_a_band(tmp_path, axes, sentence):
     assert sentence in said and "phases that rise" in said
     np.testing.assert_allclose(made.band_responses, BAND, rtol=1e-5)
     assert made.band == bisplat.Band(20e6, 8)
-
-
-def test_responses_over_a_band_with_the_columns_first(tmp_path):
-    other = BAND.reshape(-1, 3, 5, 8).swapaxes(1, 2).reshape(-1, 15, 8)
-    made, said = recorded(tmp_path, Recording(bandwidth="20 MHz"), pos=PLACES, H=other)
-    assert "along y first" in said
-    np.testing.assert_allclose(made.band_responses, BAND, rtol=1e-5)
-
-
-def test_band_whose_width_is_not_stated_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"× 15 elements, found shape .*; --bandwidth says that one axis"):
-        recorded(tmp_path, pos=PLACES, H=BAND)
-    with pytest.raises(InputError, match="expected responses of 40 positions × 15 elements × subcarriers, complex"):
-        recorded(tmp_path, Recording(bandwidth="20 MHz", responses="H"), pos=PLACES, H=RIGHT)
 
 
 def test_array_that_moves_past_a_transmitter(tmp_path):
@@ -232,12 +192,6 @@ APART = np.random.default_rng(3).uniform(-9, 9, (40, 3)).round(3)
     [
         ({"tx_pos": PLACES + APART, "rx_pos": APART + GATEWAY.position}, {}, "receivers: rx_pos, 40 in m (assumed"),
         ({"there": PLACES + APART, "here": APART + GATEWAY.position}, {"receivers": "here"}, "positions: there, 40"),
-        (
-            {f"tx_{axis}": (PLACES + APART)[:, n] for n, axis in enumerate("xyz")}
-            | {f"rx_{axis}": (APART + GATEWAY.position)[:, n] for n, axis in enumerate("xyz")},
-            {},
-            "receivers: rx_x, rx_y, rx_z, 40 in m",
-        ),
     ],
 )
 def test_both_ends_move(arrays, recording, sentence, tmp_path):
@@ -252,36 +206,22 @@ def test_both_ends_move(arrays, recording, sentence, tmp_path):
 @pytest.mark.parametrize(
     ("arrays", "recording", "message"),
     [
-        ({"rx_pos": APART}, {}, "receivers: expected none unless both ends move, found some beside moving transmitter"),
-        ({}, {}, "expected an array of the receivers' positions, or --receivers NAME, beside --moving both, found pos"),
-        ({"rx_pos": APART[:-1]}, {}, "rx_pos: expected a row for each of the 40 positions, found 39"),
+        ({"rx_pos": APART}, Recording(receivers="rx_pos"), "receivers: expected none"),
+        ({}, Recording(moving="both"), "receivers' positions, .* found pos"),
+        ({"rx_pos": APART[:-1]}, Recording(moving="both"), "rx_pos: .* found 39"),
     ],
 )
 def test_receivers_that_do_not_fit_are_refused(arrays, recording, message, tmp_path):
-    moving = "transmitter" if message.startswith("receivers") else "both"
-    stated = {"receivers": "rx_pos", **recording} if moving == "transmitter" else recording
-    with pytest.raises(InputError) as refused:
-        recorded(tmp_path, Recording(moving=moving, **stated), pos=PLACES, H=RIGHT, **arrays)
-    assert str(refused.value).startswith(message)
+    with pytest.raises(InputError, match=message):
+        recorded(tmp_path, recording, pos=PLACES, H=RIGHT, **arrays)
 
 
 def table(path, header: str, *columns: np.ndarray) -> None:
     np.savetxt(path, np.column_stack(columns), "%.9g", ",", header=header, comments="")
 
 
-def test_as_many_positions_as_elements_are_warned_of(tmp_path):
-    _, said = recorded(tmp_path, pos=PLACES[:15], H=RIGHT[:15])
-    assert "warning: H is square, so its shape does not tell its axes" in said
-
-
-def test_rows_of_other_positions_do_not_tell_the_order(tmp_path):
-    """All strongest directions are one, near those of all transmitters, whichever row they are of."""
-    places = np.column_stack([np.full(40, 4.0), 3.0 + PLACES[:, 1] / 1.5, 0.7 + np.zeros(40)])
-    towards = np.array([3.5, 3.0, -0.8]) / np.linalg.norm([3.5, 3.0, -0.8])
-    elements = element_positions(GATEWAY, WAVELENGTH) - np.array(GATEWAY.position)
-    one = np.exp(2j * np.pi * elements @ towards / WAVELENGTH)
-    _, said = recorded(tmp_path, pos=places, H=np.tile(one, (40, 1)))
-    assert "The strongest directions do not tell whether that is right" in said
+def test_square_responses_are_warned_of(tmp_path):
+    assert "warning: H is square" in recorded(tmp_path, pos=PLACES[:15], H=RIGHT[:15])[1]
 
 
 @pytest.mark.parametrize("names", [("real_g{:02}", "imag_g{:02}"), ("Re(h{})", "Im(h{})"), ("h{}_re", "h{}_im")])
@@ -290,10 +230,10 @@ def test_complex_columns_by_either_order_of_their_names(tmp_path, names):
     parts = np.stack([RIGHT.real, RIGHT.imag], axis=-1).reshape(40, 30)
     table(tmp_path / "log.csv", header, 100 * PLACES[:, :2], parts)
     said = "\n".join(record([tmp_path / "log.csv"], tmp_path / "out", GATEWAY, "2.4 GHz"))
-    assert "took the height 0 for all positions, since there are only x and y (x [cm], y [cm])" in said
-    assert "40 in cm" in said
+    assert "took the height 0 for all positions" in said and "40 in cm" in said
     made = bisplat.read_dataset(tmp_path / "out")
     np.testing.assert_allclose(np.abs(made.responses), MAGNITUDE, rtol=1e-4)
+    np.testing.assert_allclose(made.positions, np.column_stack([PLACES[:, :2], np.zeros(40)]), atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -330,9 +270,7 @@ def test_blank_cells_of_a_table_are_missing_values(tmp_path):
     np.testing.assert_allclose(bisplat.read_dataset(tmp_path / "out").responses, RIGHT[kept], rtol=1e-4)
 
 
-@pytest.mark.parametrize(
-    "header", ["x,y,z,h1_re,h1_im,x", "x [mm],y [cm],z [m],h1_re,h1_im,note", "x_mm,y,z,h1_re,h1_im,note"]
-)
+@pytest.mark.parametrize("header", ["x,y,z,h1_re,h1_im,x", "x [mm],y [cm],z [m],h1_re,h1_im,note"])
 def test_columns_alike_and_of_several_units_are_refused(tmp_path, header):
     table(tmp_path / "log.csv", header, np.ones((2, 6)) * [[1], [2]])
     with pytest.raises(InputError, match=r"found 'x' twice|expected one unit for all columns"):
@@ -343,12 +281,8 @@ def test_columns_alike_and_of_several_units_are_refused(tmp_path, header):
     ("name", "content", "found"),
     [
         ("layout.txt", "0 1\n2 3\n", r"a file of element positions whose name ends in \.csv"),
-        (
-            "layout.csv",
-            "x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n",
-            r"the header x,y,z, of numbers in metres, found 'x \[mm\]",
-        ),
-        ("layout.csv", "x,y,z\n0,0,0\n160,0,0\n", r"found element 1 at \[160.0, 0.0, 0.0\]; are they in metres\?"),
+        ("layout.csv", "x [mm],y [mm],z [mm]\n0,0,0\n80,0,0\n", r"the header x,y,z, .* found 'x \[mm\]"),
+        ("layout.csv", "x,y,z\n0,0,0\n160,0,0\n", r"found element 1 at \[160.0, 0.0, 0.0\]"),
     ],
 )
 def test_files_of_element_positions_that_are_none(tmp_path, name, content, found):

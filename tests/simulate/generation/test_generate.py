@@ -32,13 +32,8 @@ COUNT = 7
 def request_of(make_scene, floor):
     """Seven positions over a floor."""
     positions = np.random.default_rng(9).uniform([-5, -1, 0.5], [-2, 1, 2.5], (COUNT, 3))
-    return Request(
-        make_scene(floor),
-        positions,
-        "uniform, seed 9",
-        Rays(Propagation(max_depth=1, diffraction=False, rays=20_000)),
-        seed=3,
-    )
+    rays = Rays(Propagation(max_depth=1, diffraction=False, rays=20_000))
+    return Request(make_scene(floor), positions, "uniform, seed 9", rays, seed=3)
 
 
 @pytest.fixture(autouse=True)
@@ -93,25 +88,15 @@ def test_simulated_folder_is_a_valid_dataset(finished, request_of):
     assert found.warnings == []
     assert found.dataset.positions == pytest.approx(request_of.positions, abs=1e-6)
     assert found.dataset.responses.shape == (COUNT, 16)
+    assert (found.dataset.pictures == picture(Beamformer().spectrum(found.dataset.responses))).all()
     assert found.dataset.gateway_position.tolist() == [0, 0, 1.5]
     assert found.dataset.gateway_orientation == pytest.approx([0.5, -0.5, -0.5, 0.5])
     assert sorted([*found.dataset.train, *found.dataset.test]) == list(range(COUNT))
     assert len(found.dataset.test) == 1  # a fifth
-    assert sorted(path.name for path in finished.iterdir()) == [
-        "channels.npz",
-        "gateway_info.yml",
-        "metadata.json",
-        "scene",
-        "spectrum",
-        "test_index.txt",
-        "train_index.txt",
-        "tx_pos.csv",
-    ]
-
-
-def test_pictures_are_those_of_the_responses(finished):
-    dataset = inspect(finished).dataset
-    assert (dataset.pictures == picture(Beamformer().spectrum(dataset.responses))).all()
+    assert {path.name for path in finished.iterdir()} == {
+        *("channels.npz", "gateway_info.yml", "metadata.json", "scene", "spectrum"),
+        *("test_index.txt", "train_index.txt", "tx_pos.csv"),
+    }
 
 
 def test_same_request_again_returns_at_once(finished, request_of, monkeypatch):
@@ -128,9 +113,8 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     """With the real tracer: chains found again give the same responses."""
     folder = tmp_path / "dataset"
     with monkeypatch.context() as patch:
-        killed_at(
-            patch, dataset_parts, "write_atomically", pictures + pictures // 2
-        )  # a part's responses after its two pictures
+        # A part's responses are written after its two pictures.
+        killed_at(patch, dataset_parts, "write_atomically", pictures + pictures // 2)
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, folder)
     assert len(list((folder / "spectrum").iterdir())) == pictures
@@ -205,9 +189,7 @@ def test_unfinished_dataset_is_told(place, request_of, tmp_path, monkeypatch, qu
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, tmp_path / "killed")
     (problem,) = inspect(tmp_path / "killed").problems
-    assert problem.startswith(f"{tmp_path / 'killed'}: ") and problem.endswith(
-        "run the same command again to finish it"
-    )
+    assert problem.startswith(f"{tmp_path / 'killed'}: ") and "run the same command again" in problem
     generate(request_of, tmp_path / "killed")
     assert not inspect(tmp_path / "killed").problems
 
@@ -257,15 +239,13 @@ def other(request: Request, what: str) -> Request:
         return replace(request, seed=4)
     if what == "positions_sha256":
         return replace(request, positions=request.positions + 0.01)
-    if what == "spectra":
-        return replace(request, positions=request.positions[:5])
     if what == "propagation.max_depth":
         return replace(request, engine=Rays(replace(request.engine.propagation, max_depth=2)))
     gateway = replace(request.scene.gateway, position=(0.0, 0.1, 1.5))
     return replace(request, scene=replace(request.scene, gateway=gateway))
 
 
-@pytest.mark.parametrize("what", ["seed", "positions_sha256", "spectra", "propagation.max_depth", "scene_sha256"])
+@pytest.mark.parametrize("what", ["seed", "positions_sha256", "propagation.max_depth", "scene_sha256"])
 def test_another_request_into_the_same_folder_is_refused_and_changes_nothing(what, finished, request_of):
     before = contents(finished)
     with pytest.raises(InputError, match=f"a dataset whose {what} is") as error:
@@ -276,9 +256,7 @@ def test_another_request_into_the_same_folder_is_refused_and_changes_nothing(wha
 
 def test_names_have_five_digits_or_as_many_as_needed():
     assert picture_names(2) == ["00001", "00002"]
-    assert picture_names(99_999)[-1] == "99999"
     assert picture_names(100_000)[0] == "000001"
-    assert picture_names(100_000)[-1] == "100000"
 
 
 def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, tmp_path):
@@ -287,20 +265,18 @@ def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, 
     assert contents(tmp_path / "again") == contents(finished)
 
 
-def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_path):
-    changed = shutil.copytree(finished, tmp_path / "changed")
-    lines = (changed / "tx_pos.csv").read_text().splitlines()
-    (changed / "tx_pos.csv").write_text("\n".join([*lines[:-1], "0,0,1"]) + "\n")
-    with pytest.raises(InputError, match="expected the positions that the dataset was made with, found a change"):
-        read_request(changed)
-
-
-def test_folder_whose_metadata_contradict_its_scene_is_not_made_again(finished, tmp_path):
-    changed = shutil.copytree(finished, tmp_path / "changed")
-    path = changed / "metadata.json"
-    path.write_text(path.read_text().replace('"frequency_hz": 915000000.0', '"frequency_hz": 2400000000.0'))
-    with pytest.raises(InputError, match=r"frequency_hz: expected 915000000.0, as in scene/scene.yaml, found 24000000"):
-        read_request(changed)
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"),
+    [
+        ("tx_pos.csv", "\n-", "\n-1", "expected the positions that the dataset was made with"),
+        ("metadata.json", '_hz": 915000000.0', '_hz": 2400000000.0', "frequency_hz: .*scene.yaml, found 24000000"),
+    ],
+)
+def test_folder_that_was_changed_is_not_made_again(name, old, new, message, finished, tmp_path):
+    changed = shutil.copytree(finished, tmp_path / "changed") / name
+    changed.write_text(changed.read_text().replace(old, new))
+    with pytest.raises(InputError, match=message):
+        read_request(changed.parent)
 
 
 def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, quick):

@@ -40,9 +40,8 @@ def request_of(room) -> Request:
     )
     low, high = room.transmitter.region_min, room.transmitter.region_max
     positions = np.random.default_rng(9).uniform(low, high, (60, 3))
-    return Request(
-        room, positions, "uniform, seed 9", Rays(Propagation(max_depth=2, diffraction=True, rays=20_000)), seed=3
-    )
+    rays = Rays(Propagation(max_depth=2, diffraction=True, rays=20_000))
+    return Request(room, positions, "uniform, seed 9", rays, seed=3)
 
 
 def kill_a_worker(found: list[int]) -> None:

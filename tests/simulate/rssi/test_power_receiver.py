@@ -48,10 +48,7 @@ def test_the_draws_of_a_gateway_depend_on_no_other_gateway():
     assert not np.array_equal(three, shadowed.reported(level, seed=4))
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [{"floor_dbm": -101}, {"shadowing_db": -1}, {"quantisation_db": -1}, {"tx_power_dbm": 1000}, {"floor_dbm": "low"}],
-)
+@pytest.mark.parametrize("wrong", [{"floor_dbm": -101}, {"shadowing_db": -1}, {"tx_power_dbm": 1000}])
 def test_values_out_of_range_are_refused(wrong):
     with pytest.raises(ParameterError, match=next(iter(wrong))):
         PowerReceiver(**wrong)

@@ -47,7 +47,6 @@ def test_what_is_written_is_what_is_read(folder):
     assert read.gateway_names == list(GATEWAYS)
     np.testing.assert_array_equal(read.gateway_positions, list(GATEWAYS.values()))
     assert (read.floor_dbm, read.frequency.hertz, len(read)) == (-99, 2.4e9, 5)
-    assert repr(read) == f"RssiDataset({str(folder)!r}: 5 positions, 2 gateways, 2400 MHz)"
     assert sorted([*read.train, *read.test]) == [0, 1, 2, 3, 4]
 
 
@@ -56,7 +55,6 @@ def test_a_foreign_folder_needs_neither_metadata_nor_index_files(folder):
         (folder / name).unlink()
     read = bisplat.read_rssi(folder)
     assert read.frequency is None and read.floor_dbm == -100 and len(read.train) == len(read.test) == 0
-    assert "frequency not stated" in repr(read)
 
 
 def test_gateways_go_by_their_names(folder):
@@ -72,21 +70,15 @@ ROWS = "-48,-61\n-60,-100\n-52,-100\n-70,-99\n-100,-40\n"
 
 MISTAKES = {
     "semicolons": ("gateway_rssi.csv", (HEAD + ROWS).replace(",", ";"), "separated by commas, found others"),
-    "decimal commas": ("gateway_rssi.csv", HEAD + "-48,5,-61,5\n", r"position 1 \(line 2\): .* decimals need a point"),
     "a column too few": ("gateway_rssi.csv", HEAD + ROWS + "-3\n", r"position 6 \(line 7\): .* found 1 numbers"),
     "a row too many": ("gateway_rssi.csv", HEAD + ROWS + "-3,-4\n", "each of the 5 positions .* found 6 rows"),
-    "no rows": ("gateway_rssi.csv", HEAD, "expected at least one row of powers after the header"),
-    "no header": ("gateway_rssi.csv", ROWS, "line 1: expected a header with the name of each gateway, found '-48,-61'"),
+    "no header": ("gateway_rssi.csv", ROWS, "line 1: .* found '-48,-61'"),
     "an empty cell": ("gateway_rssi.csv", HEAD + "-48,\n" + ROWS[8:], 'position 1 .*, "7": .* -100 where nothing was'),
     "milliwatts": ("gateway_rssi.csv", HEAD + "1e-5,2e-6\n" * 5, "found 2e-06 to 1e-05, which look like linear powers"),
-    "no minus sign": ("gateway_rssi.csv", HEAD + "48,61\n" * 5, "found 48 to 61, all positive: is the minus sign"),
-    "too strong": ("gateway_rssi.csv", HEAD + ROWS.replace("-40", "75"), "at most 60 dBm, found 75 at position 4"),
-    "100 as a mark": ("gateway_rssi.csv", HEAD + ROWS.replace("-40", "100"), "if it means that nothing was received"),
+    "no minus sign": ("gateway_rssi.csv", HEAD + "48,61\n" * 5, "found 48 to 61, all positive"),
     "twice the same gateway": ("gateway_rssi.csv", "door,door\n" + ROWS, '"door" more than once'),
     "another gateway": ("gateway_rssi.csv", "door,window\n" + ROWS, r'gateway_position.yml: .* found none of "window"'),
-    "a gateway too many": ("gateway_rssi.csv", "door\n" + "-48\n" * 5, r"gateway_rssi.csv: .* found none of \"7\""),
     "a list of gateways": ("gateway_position.yml", "- [0, 0, 1]\n", "the position .* of each gateway by its name"),
-    "positions in another order": ("tx_pos.csv", "y,x,z\n1,2,3\n", "expected the header x,y,z"),
     "a position too few": ("tx_pos.csv", "x,y,z\n1,2,3\n", "a row for each of the 1 positions of tx_pos.csv, found 5"),
     "numbered from 1": ("test_index.txt", "3\n5\n", r"row 2: .* from 0 to 4, found '5'; the first position has the nu"),
     "in both": ("test_index.txt", "0\n2\n", "not in train_index.txt, found 0 in both"),
@@ -127,12 +119,10 @@ def test_other_folders_are_refused(tmp_path, folder):
     ("changed", "message"),
     [
         ({"rssi_dbm": POWERS.T}, "rssi_dbm: expected powers of 5 positions × 2 gateways, found 2 × 5: transpose"),
-        ({"rssi_dbm": -POWERS}, "rssi_dbm: .* all positive: is the minus sign missing"),
         ({"rssi_dbm": np.where(np.isnan(POWERS), np.inf, POWERS)}, "rssi_dbm: expected finite powers, or NaN"),
         ({"rssi_dbm": POWERS * 1j}, "rssi_dbm: .* found complex128 numbers"),
         ({"positions": PLACES[:4]}, r"rssi_dbm: expected powers of 4 positions × 2 gateways, found shape \(5, 2\)"),
         ({"gateways": {"door": (0, 0), "7": (1, 1, 1)}}, 'gateways: expected a position x, y, z of "door"'),
-        ({"gateways": {" ": (0, 0, 1), "7": (1, 1, 1)}}, "gateways: expected a gateway's name"),
         ({"gateways": [(0, 0, 2), (1, 1, 1)]}, "gateways: expected the position of each gateway by its name"),
         ({"frequency": 2.4}, "frequency: expected hertz"),
         ({"floor_dbm": -120}, "floor_dbm: expected a power in dBm from -100 to 60, found -120"),
@@ -154,20 +144,23 @@ def test_powers_at_the_mark_count_as_not_received(tmp_path, capsys):
 def test_check_describes_the_folder(folder):
     checked = bisplat.check(folder)
     described, found = checked.description(), checked.figures()
-    assert described["holds"] == "received powers (RSSI): 5 positions × 2 gateways"
-    assert described["gateways at (m)"] == "door [0.0, 0.0, 2.5], 7 [5.0, 0.0, 2.5]"
-    assert described["floor"] == "-99 dBm (metadata.json)" and described["powers (dBm)"] == "-99 to 0, median -60"
+    assert "5 positions × 2 gateways" in described["holds"] and described["powers (dBm)"] == "-99 to 0, median -60"
     assert (found["kind"], found["positions"], found["gateways"]) == ("rssi", 5, ["door", "7"])
     assert (found["weakest_dbm"], found["strongest_dbm"], found["not_received"]) == (-99, 0, 0.3)
 
 
-def test_check_tells_the_exponent_of_the_distance(tmp_path):
+def by_distance(at_one_metre: float, slope: float) -> tuple[np.ndarray, np.ndarray]:
+    """Sixty positions, and powers of so many dBm at one metre, which fall by ``slope`` dB per decade."""
     places = np.random.default_rng(0).uniform((1, 1, 0), (9, 9, 2), (60, 3))
     distance = np.linalg.norm(places[:, None] - np.array(list(GATEWAYS.values())), axis=-1)
-    bisplat.write_rssi(tmp_path / "x", places, -30 - 25 * np.log10(distance), GATEWAYS, 2.4e9)
+    return places, at_one_metre - slope * np.log10(distance)
+
+
+def test_check_tells_the_exponent_of_the_distance(tmp_path):
+    bisplat.write_rssi(tmp_path / "x", *by_distance(-30, 25), GATEWAYS, 2.4e9)
     found = bisplat.check(tmp_path / "x")
     assert found.warnings == [] and found.figures()["distance_exponent"] == pytest.approx(2.5, abs=1e-3)
-    assert "exponent 2.5 (median of 2 gateways; free space has 2), 0.0 dB" in found.description()["distance law"]
+    assert "exponent 2.5" in found.description()["distance law"]
 
 
 @pytest.mark.parametrize(
@@ -182,12 +175,7 @@ def test_check_tells_the_exponent_of_the_distance(tmp_path):
     ],
 )
 def test_check_warns_of_oddities(change, warning, tmp_path):
-    generator = np.random.default_rng(0)
-    places = generator.uniform((1, 1, 0), (9, 9, 2), (60, 3))
-    distance = np.linalg.norm(places[:, None] - np.array(list(GATEWAYS.values())), axis=-1)
-    powers = -20 - 30 * np.log10(distance)
-    places, powers = change(places, powers)
-    bisplat.write_rssi(tmp_path / "x", places, powers, GATEWAYS, 2.4e9)
+    bisplat.write_rssi(tmp_path / "x", *change(*by_distance(-20, 30)), GATEWAYS, 2.4e9)
     assert re.search(warning, "\n".join(bisplat.check(tmp_path / "x").warnings))
 
 

@@ -11,6 +11,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.engines.rays_engine import Rays
 from simulate.rssi import rssi_simulation
 from simulate.rssi.rssi_files import read_gateways
+from tests.folders import contents
 from tests.small_scene import small_scene
 
 SIGHT = bisplat.Propagation(max_depth=0)
@@ -45,29 +46,18 @@ def test_a_dipole_hears_nothing_along_its_axis(tmp_path):
     along = bisplat.Gateway((0, 0, 1.5), (0.5, 0.5, 0.5, 0.5), pattern="dipole")
     axis = np.array([[3.0, 0.0, 1.5], [2.0, 0.0, 1.5]])
     lying = dataclasses.replace(along, orientation=(0, 0, -(0.5**0.5), 0.5**0.5))
-    made = bisplat.simulate_rssi(
-        small_scene(),
-        tmp_path / "x",
-        {"up": along, "lying": lying},
-        positions=axis,
-        propagation=SIGHT,
-        quantisation_db=0,
-    )
+    both, exact = {"up": along, "lying": lying}, {"propagation": SIGHT, "quantisation_db": 0}
+    made = bisplat.simulate_rssi(small_scene(), tmp_path / "x", both, positions=axis, **exact)
     upright = 20 * np.log10(small_scene().wavelength / (4 * np.pi * made.distances[:, 0])) + 10 * np.log10(1.5)
     np.testing.assert_allclose(made.rssi_dbm[:, 0], upright, atol=1e-3)
     assert np.isnan(made.rssi_dbm[:, 1]).all()
 
 
-def test_the_folder_states_how_it_was_made_and_is_the_same_again(tmp_path, capsys):
+def test_the_folder_states_how_it_was_made_and_is_the_same_again(tmp_path):
     options = {"n": 10, "propagation": ROOM, "shadowing_db": 3, "floor_dbm": -60, "placement": "grid"}
     first = bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, **options)
-    said = capsys.readouterr().err
-    assert "2 gateways of one element, 915 MHz; transmitter of 0 dBm, floor -60 dBm, shadowing 3 dB, steps of 1" in said
-    assert "look along world +x with +z up, which is the default: all of them" in said
     bisplat.simulate_rssi(small_scene(), tmp_path / "y", GATEWAYS, **options)
-    for path in sorted((tmp_path / "x").rglob("*")):
-        if path.is_file():
-            assert path.read_bytes() == (tmp_path / "y" / path.relative_to(tmp_path / "x")).read_bytes()
+    assert contents(tmp_path / "x") == contents(tmp_path / "y")
     stated = first.metadata
     assert stated["receiver"] == {
         "tx_power_dbm": 0.0, "floor_dbm": -60, "shadowing_db": 3, "quantisation_db": 1.0, "seed": 0,
@@ -84,30 +74,24 @@ def test_positions_that_were_changed_afterwards_are_warned_of(tmp_path):
     path = tmp_path / "x" / "tx_pos.csv"
     header, first, *others = path.read_text().splitlines()
     path.write_text("\n".join([header, *others, first, ""]))  # the rows of another order
-    changed = "tx_pos.csv changed since the simulation: metadata.json has the digest of other positions"
-    assert changed in bisplat.check(tmp_path / "x").warnings
+    assert any(each.startswith("tx_pos.csv changed") for each in bisplat.check(tmp_path / "x").warnings)
 
 
 def test_places_far_outside_the_scene_are_warned_of(tmp_path, capsys):
     far = {"near": (0.0, 2.0, 1.5), "in millimetres": (500.0, -2000.0, 2000.0)}
     bisplat.simulate_rssi(small_scene(), tmp_path / "x", far, positions=PLACES, propagation=SIGHT)
     said = capsys.readouterr().err
-    assert "warning: gateways: 1 of 2 positions is far outside the box around the scene" in said
-    assert "are they in metres" in said and "warning: positions" not in said
+    assert "warning: gateways: 1 of 2 positions" in said and "warning: positions" not in said
 
 
 FILES = {
     "positions alone": ("door: [0, 0, 2]\n", None),
     "all keys": ("door: {position: [0, 0, 2], boresight: [0, 1, 0], pattern: dipole, polarization: H}\n", None),
     "empty": ("", "expected the gateways by name, .*, found nothing"),
-    "two directions": (
-        "door: {position: [0, 0, 2], boresight: [0, 1, 0], orientation: [0, 0, 0, 1]}",
-        'file.yml: "door": expected orientation or boresight, found both',
-    ),
+    "two directions": ("door: {position: [0, 0, 2], boresight: [0, 1, 0], orientation: [0, 0, 0, 1]}", "found both"),
     "unknown key": ("door: {position: [0, 0, 2], height: 2}", '"door": expected a known key, found .height'),
-    "unknown pattern": ("door: {position: [0, 0, 2], pattern: dipol}", '"door": unknown gateway.pattern .*"dipole"'),
+    "unknown pattern": ("door: {position: [0, 0, 2], pattern: dipol}", '"door": .*"dipole"'),
     "inside an object": ("door: [0, 0, 0]\n", '"door": '),
-    "a long name": (f"{'x' * 101}: [0, 0, 2]\n", "expected a gateway's name of 1 to 100 printable characters"),
 }
 
 
@@ -162,7 +146,7 @@ def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)
     assert traced == [3, 1, 3]
-    with pytest.raises(InputError, match="found an unfinished one: run the same command again to finish it"):
+    with pytest.raises(InputError, match="found an unfinished one"):
         bisplat.read_rssi(folder)
     with pytest.raises(InputError, match=r"found a dataset whose seed is 1, not 2"):
         bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call | {"seed": 2})
@@ -171,6 +155,4 @@ def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
     bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)
     assert traced == [3, 1, 3, 1, 1]
     bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)  # finished: nothing is traced
-    files = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
-    assert files == {path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*") if path.is_file()}
-    assert all((folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes() for name in files)
+    assert contents(folder) == contents(tmp_path / "whole")
