@@ -35,7 +35,6 @@ EXPLAINED = {
     "assimp/OBJ/box_UTF16BE.obj": "neither assimp nor VTK reads UTF-16",
     "assimp/OBJ/concave_polygon.obj": "assimp and VTK leave out 5 and 70 % of a ring of 66 corners",
     "assimp/OBJ/space_in_material_name.obj": "the same ring",
-    "assimp/glTF2/simple_skin/simple_skin.gltf": "assimp leaves out the skin",
 }
 """Files that are not compared, and why."""
 

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import bisplat
-from scenes.importing.imported_file import ImportedFile, ImportedPart
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.material_rules import choose_materials
 
 windows = [(0.6, 1.8, 1.0, 2.2), (4.2, 5.4, 1.0, 2.2)]

@@ -8,17 +8,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from scenes.files.errors import InputError, did_you_mean, named
+from scenes.importing.formats.mesh_part import short_name
 from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
-
-BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)  # Blender numbers copies: Wall, Wall.001, Wall.002
 
 VALUES = "PERMITTIVITY,CONDUCTIVITY,THICKNESS"
 """What the option --own-material takes after the name and "=": ε_r, S/m and metres."""
-
-
-def short_name(name: str) -> str:
-    """Return a name without the number that Blender gives to a copy."""
-    return BLENDERS_NUMBER.sub("", name)
 
 
 def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.checks.enclosure import lowest_above
-from scenes.importing.imported_file import ImportedFile
+from scenes.importing.formats.mesh_part import ImportedFile
 from scenes.importing.lengths import METRES, plain, plain_point, plain_size
 from scenes.scene.description import FARTHEST, Scene
 

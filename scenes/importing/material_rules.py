@@ -8,8 +8,8 @@ from fnmatch import fnmatchcase
 
 from scenes.files.errors import InputError, named
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, require_known
-from scenes.importing.imported_file import ImportedFile, ImportedPart
-from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
+from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS, MitsubaShape
 from scenes.scene.materials import RadioMaterial
 
 Rule = tuple[str, str]  # A name or pattern, and a material
@@ -68,8 +68,8 @@ def _choice(
         rule = deciding_rule(part, stem, rules)
         if rule is not None:
             return Choice(material_at(rule[1], frequency, own), f"the rule {_shown(rule)}")
-        if part.shape is not None:
-            stated = part.shape.radio_material(frequency, own)
+        if isinstance(part, MitsubaShape):
+            stated = part.radio_material(frequency, own)
         else:
             known = None if part.material is None else known_material(part.material, own)
             stated = None if known is None else material_at(known, frequency, own)
@@ -132,7 +132,7 @@ def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]
     assumed = [
         choice.material.name
         for part, choice in zip(file.parts, choices, strict=True)
-        if choice.from_file and choice.material and part.shape and not part.shape.states_thickness
+        if choice.from_file and choice.material and isinstance(part, MitsubaShape) and not part.states_thickness
         if choice.material.thickness == usual
     ]
     if assumed:

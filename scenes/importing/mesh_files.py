@@ -10,13 +10,13 @@ from scenes.files.errors import InputError, named
 from scenes.files.input_file import read_bytes
 from scenes.importing.formats.gltf_arrays import LARGEST_FILE
 from scenes.importing.formats.gltf_file import read_gltf
-from scenes.importing.formats.mesh_part import MeshFile, require_few
+from scenes.importing.formats.mesh_part import ImportedFile, require_few
 from scenes.importing.formats.obj_file import read_obj
 from scenes.importing.formats.off_file import read_off
 from scenes.importing.formats.ply_file import read_ply
 from scenes.importing.formats.stl_file import read_stl
 
-READERS: dict[str, Callable[[bytes, Path], MeshFile]] = {
+READERS: dict[str, Callable[[bytes, Path], ImportedFile]] = {
     ".glb": read_gltf,
     ".gltf": read_gltf,
     ".obj": read_obj,
@@ -29,12 +29,7 @@ MESH_SUFFIXES = tuple(READERS)
 FLAT = 1e-12  # Largest area, relative to the square of a part's size, that is taken for zero
 
 
-def default_up(path: Path) -> str:
-    """Return the vertical axis of a file: "y" for glTF, as its specification says (section 3.4), else "z"."""
-    return "y" if path.suffix.lower() in (".glb", ".gltf") else "z"
-
-
-def read_mesh_file(path: Path) -> MeshFile:
+def read_mesh_file(path: Path) -> ImportedFile:
     """Read the parts of a mesh file, at the places of their nodes, in the file's own unit and axes."""
     suffix = path.suffix.lower()
     if suffix not in READERS:
@@ -49,7 +44,7 @@ def read_mesh_file(path: Path) -> MeshFile:
     return _without_flat_parts(replace(content, parts=parts))
 
 
-def _without_flat_parts(content: MeshFile) -> MeshFile:
+def _without_flat_parts(content: ImportedFile) -> ImportedFile:
     """Leave out parts without area, unless all are so. Exporters hide objects by a scale of zero, for example."""
     flat = [part.mesh.area <= FLAT * part.mesh.extents.max() ** 2 for part in content.parts]
     if all(flat) or not any(flat):

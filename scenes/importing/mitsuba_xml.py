@@ -14,14 +14,13 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
-from trimesh import Trimesh
 
 from scenes.files.errors import InputError, cut, did_you_mean, named
 from scenes.files.input_file import beside, parse_number
 from scenes.files.json_yaml_xml import read_xml
 from scenes.files.optional_packages import require_extra
-from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
-from scenes.importing.formats.mesh_part import require_ordinary
+from scenes.importing.file_materials import known_material, material_at, proposed_rule
+from scenes.importing.formats.mesh_part import ImportedPart, require_ordinary, short_name
 from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import P2040, RadioMaterial
 from scenes.scene.shapes import box, sheet, union
@@ -46,20 +45,12 @@ COLORS = ("color", "reflectance", "base_color")
 
 
 @dataclass(frozen=True)
-class MitsubaShape:
-    """A shape of a scene file."""
+class MitsubaShape(ImportedPart):
+    """A shape of a scene file, named by its id without the prefix "mesh-" of Blender's exporter, as in Sionna RT."""
 
-    name: str  # id of the shape without the prefix "mesh-" of Blender's exporter, as in Sionna RT
-    mesh: Trimesh  # the triangles with the transform applied, in the file's own unit and axes
-    bsdf: Element | None  # the XML element of the material, if the shape has one
-    source: str  # the start of every message about the shape
-    mesh_file: str | None = None  # name of its mesh file without the suffix, if it has one
+    bsdf: Element | None = None  # the XML element of the material, if the shape has one
+    source: str = ""  # the start of every message about the shape
     left_out: tuple[str, ...] = ()  # a sentence for each thing in its mesh file that was not read
-
-    @property
-    def bsdf_id(self) -> str | None:
-        """Id of the material, such as "mat-itu_concrete"; None if there is none."""
-        return None if self.bsdf is None else self.bsdf.get("id")
 
     @property
     def states_thickness(self) -> bool:
@@ -88,7 +79,7 @@ class MitsubaShape:
                 suggestion = did_you_mean(wanted, P2040)
                 raise InputError(
                     f"{label}: expected a material of ITU-R P.2040, found {named(wanted)}; {suggestion} (or assign "
-                    f"one: --material {proposed_rule(self.bsdf_id or self.name)})"
+                    f"one: --material {proposed_rule(self.material or self.node)})"
                 )
         else:
             return None
@@ -99,7 +90,7 @@ class MitsubaShape:
         values |= {key: _numbers(given[key], "value", (1,), label)[0] for key in keys if key in given}
         try:
             if known is None or kind == "radio-material":
-                return RadioMaterial(name or self.name, color=GREY, **values)
+                return RadioMaterial(name or self.node, color=GREY, **values)
             return replace(material_at(known, frequency, own), name=name or known, **values)
         except InputError as error:
             raise InputError(f"{self.source}: {error}") from None
@@ -203,7 +194,9 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
     with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         mesh.apply_transform(_to_world(element, label))
     require_ordinary(mesh.vertices, label)
-    return MitsubaShape(name, mesh, made_of[0] if made_of else None, label, mesh_file, left_out)
+    bsdf = made_of[0] if made_of else None
+    material = None if bsdf is None else bsdf.get("id")
+    return MitsubaShape(name, mesh, name, material, mesh_file, bsdf, label, left_out)
 
 
 def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) -> list[float]:

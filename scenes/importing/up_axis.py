@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 from trimesh import Trimesh
 
+from scenes.importing.formats.mesh_part import ImportedFile
 from scenes.importing.import_doubts import Doubt
-from scenes.importing.imported_file import ImportedFile
 from scenes.importing.material_rules import listed
 from scenes.scene.shapes import bounding_box
 

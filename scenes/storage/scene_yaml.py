@@ -18,7 +18,7 @@ from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from scenes.importing.imported_file import is_importable
-from scenes.importing.mesh_files import default_up, read_mesh_file
+from scenes.importing.mesh_files import read_mesh_file
 from scenes.importing.up_axis import Y_UP_TO_Z_UP
 from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import BOTH_ARRAYS, Gateway, Transmitter
@@ -200,7 +200,7 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     for sentence in content.left_out:
         say(f"warning: {place}: mesh: {sentence}")
     mesh = union(*(part.mesh for part in content.parts))
-    if default_up(path) == "y":
+    if content.up == "y":
         mesh.apply_transform(Y_UP_TO_Z_UP)
     return SceneObject(entry.name, mesh, entry.material, entry.thickness)
 

@@ -125,7 +125,7 @@ def identify(
     if array is None or grid is None:
         grids = GRIDS if grid is None else (grid,)
         if array is None:
-            fits = fit_grids(spectra, grids=grids)
+            fits = fit_grids(spectra, grids)
         else:
             fits = sorted(
                 (fit_lags(spectra, Beamformer(array, each)) for each in grids), key=attrgetter("median_residual")
@@ -143,11 +143,9 @@ def identify(
 
 
 @threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
-def fit_grids(
-    spectra: Float[np.ndarray, "K 90 360"], rows: int = 4, columns: int = 4, grids: Sequence[AngularGrid] = GRIDS
-) -> list[LagFit]:
-    """Fits with the best spacing on the two best of some grids; half a second for a 4 × 4 array."""
-    coarse = coarsely(spectra, (rows, columns), grids, ("magnitude",))["magnitude"]
+def fit_grids(spectra: Float[np.ndarray, "K 90 360"], grids: Sequence[AngularGrid] = GRIDS) -> list[LagFit]:
+    """Fits of 4 × 4 elements with the best spacing on the two best of some grids; they take half a second."""
+    coarse = coarsely(spectra, (4, 4), grids, ("magnitude",))["magnitude"]
     fits = [fit_lags(spectra, with_best_spacing(spectra, near, "magnitude")) for _, near in coarse[:2]]
     return sorted(fits, key=attrgetter("median_residual"))
 

@@ -33,7 +33,13 @@ from scenes.importing.formats.gltf_header import (
     pick,
     read_header,
 )
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_corners, require_ordinary
+from scenes.importing.formats.mesh_part import (
+    ImportedFile,
+    ImportedPart,
+    parts_of_node,
+    require_corners,
+    require_ordinary,
+)
 from scenes.scene.description import MOST_TRIANGLES
 
 Vertices = Float[np.ndarray, "V 3"]
@@ -44,18 +50,20 @@ LISTED = 5  # Most names in a sentence
 Places = Float[np.ndarray, "n 4 4"]
 
 
-def read_gltf(data: bytes, path: Path) -> MeshFile:
-    """Read the triangles of a glTF file's scene, with a part for each node and material."""
+def read_gltf(data: bytes, path: Path) -> ImportedFile:
+    """Read the triangles of a glTF file's scene, y up (specification, 3.4), with a part for each node and material."""
     header, binary = read_header(data, str(path))
     check_sizes(header, str(path), 2 * LARGEST_FILE, MOST_TRIANGLES)
     arrays = Arrays(header, binary, path)
-    parts: list[MeshPart] = []
+    parts: list[ImportedPart] = []
     with np.errstate(all="ignore"):  # numbers that are not finite are refused
         places = _node_places(header, str(path))
         for index in sorted(places):
             name = node_name(header, index)
             parts += parts_of_node(name, name, _meshes(index, places, arrays, f"{path}: {shown(name)}"))
-    return MeshFile(parts, tuple(_left_out(header, places)), header.asset.generator)
+    return ImportedFile(
+        path, parts, "y", tuple(_left_out(header, places)), header.asset.generator
+    )  # y: specification, 3.4
 
 
 def _meshes(index: int, places: dict[int, np.ndarray], arrays: Arrays, label: str) -> dict[str | None, Trimesh]:

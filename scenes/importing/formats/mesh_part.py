@@ -1,9 +1,11 @@
-"""What a mesh file contains: its parts with their names, what was left out, and what it says about its exporter."""
+"""What a file contains: its parts with their names, what was left out, and what it says about its exporter."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Integer
@@ -16,33 +18,53 @@ LARGEST = 1e10
 """Largest coordinate, in the file's unit: that of UTM in millimetres. Damaged files have coordinates such as 1e30."""
 
 
+BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)  # Blender numbers copies: Wall, Wall.001, Wall.002
+
+
 @dataclass(frozen=True)
-class MeshPart:
-    """The triangles of one object that have one material."""
+class ImportedPart:
+    """The triangles of one object that have one material. They become an object of the scene."""
 
     # the node's name or, if the node has parts of several materials, "node/material". The same in each import.
     name: str
     mesh: Trimesh  # the triangles, in the file's own unit and axes, with the transforms of the nodes applied
-    # name of the node (glTF), of the object and group (OBJ) or of the solid (STL); empty if there is none
+    # name of the node (glTF), of the object and group (OBJ), of the solid (STL) or of the shape; empty if there is none
     node: str = ""
-    material: str | None = None  # name of the material in the file, or None
+    material: str | None = None  # name of the material in the file, or the id of a bsdf; None if the file has none
+    mesh_file: str | None = None  # name of the mesh file without its suffix, if a scene XML names one
+
+    def names(self) -> list[str]:
+        """Return all names that a material rule may use, without repetitions. Blender's numbers may be left out."""
+        node, material = self.node, self.material or ""
+        each = [self.name, node, material, material.removeprefix("mat-"), self.mesh_file or ""]
+        each += [short_name(name) for name in each]
+        if node and material:
+            each += [f"{node}/{material}", f"{short_name(node)}/{short_name(material)}"]
+        return list(dict.fromkeys(filter(None, each)))
 
 
 @dataclass(frozen=True)
-class MeshFile:
-    """The content of a mesh file."""
+class ImportedFile:
+    """The content of a mesh file or a scene XML."""
 
-    parts: list[MeshPart]  # in the order of their names
+    path: Path  # the file
+    parts: Sequence[ImportedPart]  # of a mesh file in the order of their names, of a scene XML in the order of the file
+    up: str  # "y" or "z", the vertical axis of this kind of file
     # a sentence for each thing in the file that was not read, or not in the only possible way
     left_out: tuple[str, ...] = ()
     header: str = ""  # what the file says about the program that wrote it; empty if it says nothing
 
 
-def parts_of_node(node: str, otherwise: str, meshes: Mapping[str | None, Trimesh]) -> list[MeshPart]:
+def short_name(name: str) -> str:
+    """Return a name without the number that Blender gives to a copy."""
+    return BLENDERS_NUMBER.sub("", name)
+
+
+def parts_of_node(node: str, otherwise: str, meshes: Mapping[str | None, Trimesh]) -> list[ImportedPart]:
     """Name the parts of a node."""
     name = node or otherwise
     return [
-        MeshPart(f"{name}/{material}" if material is not None and len(meshes) > 1 else name, mesh, node, material)
+        ImportedPart(f"{name}/{material}" if material is not None and len(meshes) > 1 else name, mesh, node, material)
         for material, mesh in meshes.items()
     ]
 

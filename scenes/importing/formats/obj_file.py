@@ -11,7 +11,7 @@ import numpy as np
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_few
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart, parts_of_node, require_few
 from scenes.importing.formats.polygons import Cut, cut_polygons
 from scenes.importing.formats.text_lines import comment_header, coordinates, text_lines, whole_numbers
 
@@ -90,7 +90,7 @@ class _Polygons:
         require_few(len(self.sizes), self.label)
 
 
-def read_obj(data: bytes, path: Path) -> MeshFile:
+def read_obj(data: bytes, path: Path) -> ImportedFile:
     """Read the polygons of an OBJ file, with a part for each object, group and material."""
     read = _Polygons(str(path))
     read.read(data)
@@ -98,8 +98,10 @@ def read_obj(data: bytes, path: Path) -> MeshFile:
     corners, sizes, owners = (np.frombuffer(each, np.int64) for each in (read.corners, read.sizes, read.owners))
     used = np.unique(corners)  # points of a cloud that no polygon uses are not checked
     cut = cut_polygons(vertices[used], np.searchsorted(used, corners), sizes, str(path))
-    return MeshFile(
+    return ImportedFile(
+        path,
         _parts(vertices[used], cut, owners, list(read.owner_numbers), path.stem),
+        "z",
         (*(f"{what} were left out: {count} in the file" for what, count in read.left_out.items()), *cut.remarks()),
         comment_header(read.comments),
     )
@@ -107,7 +109,7 @@ def read_obj(data: bytes, path: Path) -> MeshFile:
 
 def _parts(
     vertices: np.ndarray, cut: Cut, owners: np.ndarray, names: list[tuple[str, str, str]], stem: str
-) -> list[MeshPart]:
+) -> list[ImportedPart]:
     """Divide the triangles by object and group, and these by material."""
     owner = owners[cut.polygons]
     nodes: dict[tuple[str, str], dict[str | None, Trimesh]] = {}

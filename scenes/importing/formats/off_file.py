@@ -14,7 +14,7 @@ import numpy as np
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_part import MeshFile, parts_of_node, require_few
+from scenes.importing.formats.mesh_part import ImportedFile, parts_of_node, require_few
 from scenes.importing.formats.polygons import cut_polygons
 from scenes.importing.formats.text_lines import comment_header, coordinates, text_lines, whole_numbers
 
@@ -25,7 +25,7 @@ The files of ModelNet have the number of vertices in the same word.
 """
 
 
-def read_off(data: bytes, path: Path) -> MeshFile:
+def read_off(data: bytes, path: Path) -> ImportedFile:
     """Read the polygons of an OFF file as one part, named after the file."""
     label = str(path)
     comments: list[str] = []
@@ -62,7 +62,8 @@ def read_off(data: bytes, path: Path) -> MeshFile:
     left_out = [f"faces of fewer than three corners were left out: {others} in the file"] if others else []
     if further:
         left_out.append(f"lines after the {face_count} faces were left out: {len(further)}, from line {further[0]} on")
-    return MeshFile(parts_of_node("", path.stem, {None: mesh}), (*left_out, *cut.remarks()), comment_header(comments))
+    parts = parts_of_node("", path.stem, {None: mesh})
+    return ImportedFile(path, parts, "z", (*left_out, *cut.remarks()), comment_header(comments))
 
 
 def _rows(data: bytes, comments: list[str]) -> Iterator[tuple[int, list[str]]]:

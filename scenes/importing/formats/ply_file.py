@@ -16,7 +16,7 @@ from jaxtyping import Float, Integer
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, named, shown
-from scenes.importing.formats.mesh_part import MeshFile, parts_of_node
+from scenes.importing.formats.mesh_part import ImportedFile, parts_of_node
 from scenes.importing.formats.polygons import cut_polygons
 from scenes.importing.formats.text_lines import comment_header, decimals, text_lines, whole_numbers
 
@@ -59,7 +59,7 @@ class Element:
     columns: dict[str, Column] = field(default_factory=dict)
 
 
-def read_ply(data: bytes, path: Path) -> MeshFile:
+def read_ply(data: bytes, path: Path) -> ImportedFile:
     """Read the polygons of a PLY file as one part, named after the file."""
     label = str(path)
     elements, comments = _read_elements(data, label)
@@ -77,7 +77,8 @@ def read_ply(data: bytes, path: Path) -> MeshFile:
         left_out.append(f"faces of fewer than three corners were left out: {np.sum(~polygons)} in the file")
     cut = cut_polygons(vertices, corners[np.repeat(polygons, sizes)], sizes[polygons], label)
     mesh = Trimesh(vertices, cut.triangles, process=False)
-    return MeshFile(parts_of_node("", path.stem, {None: mesh}), (*left_out, *cut.remarks()), comment_header(comments))
+    parts = parts_of_node("", path.stem, {None: mesh})
+    return ImportedFile(path, parts, "z", (*left_out, *cut.remarks()), comment_header(comments))
 
 
 def _vertices(element: Element | None, label: str) -> Float[np.ndarray, "V 3"]:

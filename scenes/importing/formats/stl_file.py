@@ -9,7 +9,7 @@ import numpy as np
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node, require_few, require_ordinary
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart, parts_of_node, require_few, require_ordinary
 from scenes.importing.formats.polygons import cut_polygons
 from scenes.importing.formats.text_lines import coordinates, text_lines
 
@@ -17,7 +17,7 @@ HEADER = 80
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def read_stl(data: bytes, path: Path) -> MeshFile:
+def read_stl(data: bytes, path: Path) -> ImportedFile:
     """Read an STL file: a part for each solid of a text, named as in the file, or one named after a binary file."""
     count = int.from_bytes(data[HEADER : HEADER + 4], "little") if len(data) >= HEADER + 4 else -1
     size = HEADER + 4 + count * TRIANGLE.itemsize
@@ -33,16 +33,16 @@ def read_stl(data: bytes, path: Path) -> MeshFile:
     )
 
 
-def _read_binary(data: bytes, count: int, path: Path) -> MeshFile:
+def _read_binary(data: bytes, count: int, path: Path) -> ImportedFile:
     require_few(count, str(path))
     corners = np.frombuffer(data, TRIANGLE, count, HEADER + 4)["corners"].astype(float).reshape(-1, 3)
     require_ordinary(corners, str(path))
     mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
     header = data[:HEADER].decode("latin-1").strip("\0 ")
-    return MeshFile(parts_of_node("", path.stem, {None: mesh}), header=header)
+    return ImportedFile(path, parts_of_node("", path.stem, {None: mesh}), "z", header=header)
 
 
-def _read_text(data: bytes, path: Path) -> MeshFile:
+def _read_text(data: bytes, path: Path) -> ImportedFile:
     solids: list[tuple[str, array, array]] = []
     inside, header, corners, facets = False, "", 0, 0
     for number, line in text_lines(data):
@@ -69,7 +69,7 @@ def _read_text(data: bytes, path: Path) -> MeshFile:
             require_few(facets, str(path))
     if inside:
         raise InputError(f"{path}: expected endsolid, found the end of the file")
-    parts: list[MeshPart] = []
+    parts: list[ImportedPart] = []
     remarks: list[str] = []
     for name, positions, sizes in solids:
         vertices = np.frombuffer(positions).reshape(-1, 3)
@@ -77,4 +77,4 @@ def _read_text(data: bytes, path: Path) -> MeshFile:
             cut = cut_polygons(vertices, np.arange(len(vertices)), np.frombuffer(sizes, np.int64), str(path))
             parts += parts_of_node(name, path.stem, {None: Trimesh(vertices, cut.triangles, process=False)})
             remarks += cut.remarks()
-    return MeshFile(parts, tuple(remarks), header)
+    return ImportedFile(path, parts, "z", tuple(remarks), header)

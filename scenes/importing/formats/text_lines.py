@@ -26,7 +26,7 @@ def text_lines(data: bytes) -> Iterator[tuple[int, str]]:
 
 
 def comment_header(comments: Sequence[str]) -> str:
-    """Join the first comments of a file, in which its exporter usually names itself."""
+    """Join the first 20 comments of a file, in which its exporter usually names itself."""
     return "\n".join(comment.strip() for comment in comments[:20] if comment.strip())
 
 

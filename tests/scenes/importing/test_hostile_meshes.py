@@ -106,16 +106,13 @@ def test_many_defaults_are_replaced_soon(tmp_path):
     assert time.perf_counter() - began < AT_ONCE
 
 
-NAMES = ["", "a/b", "A/B", "a b", "line\nfeed", "\x1b[2J", "é", "x" * 500, "..", "CON", "wall_2", "wall", "wall", "!!!"]
+NAMES = ["", "a/b", "A/B", "a b", "line\nfeed", "é", "x" * 500, "..", "CON", "wall_2", "wall", "wall", "!!!"]
 
 
 def test_names_of_other_programs_become_names_that_a_scene_may_have(tmp_path):
-    shapes = [
-        f'<shape type="rectangle" id="{name.encode("ascii", "xmlcharrefreplace").decode()}">'
-        f'<bsdf type="diffuse" id="mat-itu_concrete"/></shape>'
-        for name in NAMES
-        if "\x1b" not in name
-    ]  # XML cannot hold it
+    names = [name.encode("ascii", "xmlcharrefreplace").decode() for name in NAMES]
+    concrete = '<bsdf type="diffuse" id="mat-itu_concrete"/>'
+    shapes = [f'<shape type="rectangle" id="{name}">{concrete}</shape>' for name in names]
     (tmp_path / "outdoors.xml").write_text(hostile.xml(*shapes).replace("\n", "&#10;"))
     names = [part.name for part in read_file(tmp_path / "outdoors.xml").parts]
     assert len(set(names)) == len(names)

@@ -29,22 +29,20 @@ def test_right_unit_is_not_doubted(unit):
     assert doubt(unit, unit) is None
 
 
-@pytest.mark.parametrize(("true", "read"), [("mm", "m"), ("mm", "ft"), ("m", "mm"), ("m", "cm"), ("ft", "mm")])
-def test_wrong_unit_is_impossible_and_the_right_one_is_named(true, read):
+IMPOSSIBLE = [("mm", "m"), ("mm", "ft"), ("m", "mm"), ("m", "cm"), ("ft", "mm")]
+
+
+@pytest.mark.parametrize(("true", "read"), [*IMPOSSIBLE, ("cm", "m"), ("cm", "mm")])
+def test_wrong_unit_is_impossible_or_doubted_and_the_right_one_is_named(true, read):
     found = doubt(true, read)
-    assert found.decisive and f"with the unit {true} it would be 5 x 4 x 3 m (in the others: " in found.sentence
-
-
-@pytest.mark.parametrize("read", ["m", "mm"])
-def test_centimetres_read_as_metres_or_millimetres_are_doubted(read):
-    found = doubt("cm", read)
-    assert not found.decisive and "with the unit cm it would be 5 x 4 x 3 m" in found.sentence
+    assert found.decisive == ((true, read) in IMPOSSIBLE)
+    assert f"with the unit {true} it would be 5 x 4 x 3 m" in found.sentence
 
 
 def test_place_smaller_than_the_wavelength_is_impossible():
     close = np.array([[0.05, 0.0, 0.0], [0.01, 0.02, 0.0]])
     found = unit_doubt(ROOM / 50, close, "m", 0.33)
-    assert found.decisive and found.sentence.startswith("expected a scene larger than the wavelength, 0.33 m")
+    assert found.decisive and "wavelength, 0.33 m" in found.sentence
     assert unit_doubt(ROOM / 50, close, "m", 0.01) is None
 
 
@@ -53,27 +51,23 @@ def test_built_in_places_are_not_doubted(name):
     place = BUILT_IN[name]()
     antennas = np.vstack([place.gateway.position, place.transmitter.corners()])
     assert unit_doubt(place.bounds, antennas, "m", place.wavelength) is None
+    assert antenna_warnings(place) == []
 
 
-def test_street_of_a_kilometre_is_not_doubted():
+@pytest.mark.filterwarnings("error")
+def test_street_of_a_kilometre_and_antennas_out_of_reach_are_not_doubted():
     street = np.array([[-427.0, -338.0, 0.0], [427.0, 338.0, 50.0]])  # Sionna RT's etoile
     assert unit_doubt(street, np.array([[0, -150, 30], [-50, -50, 1], [-20, -20, 2]]), "m", 0.086) is None
     assert unit_doubt(street, np.array([[0, 0, 10], [-15, -15, 1], [15, 15, 2]]), "m", 0.086) is None
+    assert unit_doubt(ROOM, ANTENNAS * 1e300, "m", 0.33) is None  # left to other checks
 
 
 def test_import_refuses_the_unit_before_it_looks_at_the_gateway(tmp_path):
     box((0, 0, 0), (5000, 4000, 3000)).export(tmp_path / "room.stl")
-    with pytest.raises(
-        InputError, match=r"room.stl: expected a scene about as large as .* with the unit mm it would be 5 x"
-    ):
+    with pytest.raises(InputError, match=r"room.stl: .* with the unit mm it would be 5 x"):
         import_scene(tmp_path / "room.stl", [("*", "brick")], gateway=GATEWAY, transmitter=REGION)
     _, report = import_scene(tmp_path / "room.stl", [("*", "brick")], unit="mm", gateway=GATEWAY, transmitter=REGION)
     assert report.warnings == ()
-
-
-@pytest.mark.filterwarnings("error")
-def test_antennas_out_of_reach_are_left_to_other_checks():
-    assert unit_doubt(ROOM, ANTENNAS * 1e300, "m", 0.33) is None
 
 
 WEST, EAST = facing((-1, 0, 0)), facing((1, 0, 0))
@@ -85,30 +79,21 @@ def scene(gateway, region, *meshes):
 
 
 WALLS = box((0, 0, 0), (5, 4, 3))
+ABOVE = Transmitter((1, 1, 3.5), (2, 3, 4))
 ODD = {
-    "the gateway is beside": (Gateway((5.5, 2, 1.8), WEST), REGION, "found the gateway outside it"),
-    "the region is beside": (GATEWAY, Transmitter((-3, 1, 0.8), (-1, 3, 1.7)), "found the transmitter region outside"),
-    "a part of the region is outside": (
-        GATEWAY,
-        Transmitter((-1, 1, 0.8), (2, 3, 1.7)),
-        "reaches from (-1, 1, 0.8) to",
-    ),
-    "the gateway is above the ceiling": (Gateway((4.7, 2, 3.8), WEST), REGION, "z = 3 m, found the gateway above it"),
-    "the region is above": (GATEWAY, Transmitter((1, 1, 3.5), (2, 3, 4)), "found the transmitter region above it"),
-    "both are above": (
-        Gateway((4.7, 2, 4), WEST),
-        Transmitter((1, 1, 3.5), (2, 3, 4)),
-        "found the gateway and the transmitter region above it",
-    ),
-    "the gateway is below": (Gateway((4.7, 2, -0.5), WEST), REGION, "z = 0 m, found the gateway below it"),
-    "the gateway looks away": (Gateway((4.7, 2, 1.8), EAST), REGION, "found the whole region behind it; the boresight"),
+    "the gateway outside": (Gateway((5.5, 2, 1.8), WEST), REGION),
+    "the transmitter region outside": (GATEWAY, Transmitter((-3, 1, 0.8), (-1, 3, 1.7))),
+    "reaches from (-1, 1, 0.8) to": (GATEWAY, Transmitter((-1, 1, 0.8), (2, 3, 1.7))),  # a part of it is outside
+    "the gateway above": (Gateway((4.7, 2, 3.8), WEST), REGION),
+    "the gateway and the transmitter region above": (Gateway((4.7, 2, 4), WEST), ABOVE),
+    "the gateway below": (Gateway((4.7, 2, -0.5), WEST), REGION),
+    "the whole region behind": (Gateway((4.7, 2, 1.8), EAST), REGION),
 }
 
 
-@pytest.mark.parametrize("case", ODD)
-def test_odd_places(case):
-    gateway, region, words = ODD[case]
-    (warning,) = antenna_warnings(scene(gateway, region, WALLS))
+@pytest.mark.parametrize("words", ODD)
+def test_odd_places(words):
+    (warning,) = antenna_warnings(scene(*ODD[words], WALLS))
     assert words in warning
 
 
@@ -127,8 +112,3 @@ USUAL = {
 def test_usual_places(case):
     gateway, region, meshes = USUAL[case]
     assert antenna_warnings(scene(gateway, region, *meshes)) == []
-
-
-@pytest.mark.parametrize("name", BUILT_IN)
-def test_built_in_places(name):
-    assert antenna_warnings(BUILT_IN[name]()) == []

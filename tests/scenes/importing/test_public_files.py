@@ -1,8 +1,6 @@
-"""Public files have the area, the volume and the bounds that an independent reader found, in the file's own axes.
+"""Public files, of Debian's assimp-testmodels and Sionna RT, have the area, volume and bounds that assimp or VTK found.
 
-public_files.json has what assimp or VTK found; benchmarks/product/public_files.py writes it. The files themselves come
-with Debian's package assimp-testmodels and with Sionna RT. A file that is not installed, or of another version, is
-skipped.
+benchmarks/product/public_files.py writes public_files.json. What is not installed, or of another version, is skipped.
 """
 
 import hashlib

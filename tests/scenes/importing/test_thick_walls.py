@@ -64,10 +64,8 @@ def test_inner_walls_become_sheets_in_the_middle_however_they_are_turned():
 
 def test_openings_stay_open():
     outline = sheet((1, 1, 0), (2, 0, 0), (0, 2, 0), openings=[(0.5, 1.2, 0.4, 1.6)])
-    slab = prism(outline, 0.15).apply_translation((0, 0, 1.0))
-    found = made(SceneObject("hatch", slab, "concrete"))["hatch"]
-    assert found.mesh.area == pytest.approx(outline.area) == pytest.approx(4 - 0.84)
-    np.testing.assert_allclose(found.mesh.bounds[:, 2], 1.075)
+    hatch = made(SceneObject("hatch", prism(outline, 0.15).apply_translation((0, 0, 1.0)), "concrete"))["hatch"].mesh
+    assert hatch.area == pytest.approx(4 - 0.84) and hatch.bounds[:, 2] == pytest.approx([1.075] * 2)
 
 
 def test_boxes_without_ends_and_mitred_walls_are_plates():
@@ -103,12 +101,8 @@ def test_table_top_and_what_is_drawn_thinner_than_its_slab():
 
 
 def test_other_parts_and_other_thicknesses_become_objects_of_their_own():
-    parts = union(
-        box((3, 1, 0), (3.2, 3, 2)),
-        box((2, 1, 0), (2.12, 3, 2)),
-        box((1, 1, 0), (1.12, 3, 2)),
-        box((4, 3.2, 0), (4.4, 3.6, 0.4)),
-    )
+    walls = [box((x, 1, 0), (x + thickness, 3, 2)) for x, thickness in ((3, 0.2), (2, 0.12), (1, 0.12))]
+    parts = union(*walls, box((4, 3.2, 0), (4.4, 3.6, 0.4)))
     scene, sheets = walls_as_sheets(room(SceneObject("inside", parts, "concrete")))
     assert sheets == {"walls": T, "inside, 0.2 m thick": 0.2, "inside, 0.12 m thick": 0.12}
     found = {item.name: item for item in scene.objects}
@@ -122,13 +116,11 @@ def test_house_in_one_body_is_divided_into_its_walls():
     house = prism(sheet((-T, -T, 0), (X + 2 * T, 0, 0), (0, Y + 2 * T, 0), openings=rooms), Z)
     assert house.is_watertight
     scene, sheets = walls_as_sheets(replace(room(), objects=(SceneObject("house", house, "concrete"),)))
-    assert (
-        sheets == {"house, 0.2 m thick": 0.2, "house, 0.1 m thick": 0.1} == {o.name: o.thickness for o in scene.objects}
-    )
+    assert sheets == {"house, 0.2 m thick": 0.2, "house, 0.1 m thick": 0.1}
+    assert sheets == {item.name: item.thickness for item in scene.objects}
     outer, inner = (item.mesh for item in scene.objects)
-    planes = {
-        (axis, round(float(t[0, axis]), 3)) for t in outer.triangles for axis in (0, 1) if np.ptp(t[:, axis]) < 1e-9
-    }
+    flat = [(axis, t[:, axis]) for t in outer.triangles for axis in (0, 1)]
+    planes = {(axis, round(float(places[0]), 3)) for axis, places in flat if np.ptp(places) < 1e-9}
     assert planes == {(0, 0.0), (0, X), (1, 0.0), (1, Y)}  # their inner faces, which meet in the corners of the rooms
     assert inner.area == pytest.approx(3 * Z)
     np.testing.assert_allclose(inner.bounds[:, 0], 3.05)

@@ -7,7 +7,7 @@ import pytest
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.imported_file import ImportedFile, ImportedPart
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.mesh_import import import_scene
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_doubt, up_evidence
 from scenes.places.built_in import BUILT_IN
@@ -38,19 +38,12 @@ def doubt(parts, up=None, header="", suffix=".obj", antennas=ANTENNAS):
     return up_doubt(ImportedFile(Path(f"room{suffix}"), parts, "z", header=header), up, antennas, 1.0)
 
 
-def test_floors_that_stand_upright_are_decisive():
-    found = doubt(room(NAMED, y_up=True))
-    assert found.decisive and "Floor, Ceiling.001 are level with y up, but upright with z up" in found.sentence
-    assert found.sentence.endswith("add --up y if y points up, else --up z")
-
-
-def test_what_the_user_states_is_only_doubted():
-    found = doubt(room(NAMED, y_up=True), up="z")
-    assert not found.decisive and found.sentence.endswith("should it be --up y?")
+def test_floors_that_stand_upright_are_decisive_unless_the_user_states_the_axis():
+    found, stated = (doubt(room(NAMED, y_up=True), up=up) for up in (None, "z"))
+    assert found.decisive and "Floor, Ceiling.001" in found.sentence and "--up y" in found.sentence
+    assert not stated.decisive and "--up y" in stated.sentence
     assert doubt(room(NAMED, y_up=True), up="y") is None
-    assert doubt(room(NAMED), up="y").sentence.startswith(
-        "the up axis is y, but Floor, Ceiling.001 are level with z up"
-    )
+    assert not doubt(room(NAMED), up="y").decisive
 
 
 def test_upright_rooms_are_not_doubted():
@@ -78,8 +71,7 @@ def test_antennas_outweigh_areas():
 @pytest.mark.parametrize("name", ["floor lamp", "Ground floor wall", "floor_2_window", "Flooring", "groundwater"])
 def test_words_that_are_part_of_other_names(name):
     upright = ImportedPart(name, sheet((0, 0, 0), (3, 0, 0), (0, 0, 3)), name)
-    rest = room([f"part {k}" for k in range(6)])
-    assert doubt([upright, *rest]) is None
+    assert doubt([upright, *room(UNNAMED)]) is None
 
 
 def test_a_roof_may_slope_and_a_slab_may_be_thick():
@@ -108,16 +100,12 @@ def test_import_refuses_a_room_on_its_side_and_takes_the_stated_axis(tmp_path):
     faces = {"Floor": "1 2 6 5", "Ceiling": "4 3 7 8", "Wall": "1 2 3 4", "Wall_N": "5 6 7 8"}
     corners = "v 0 0 0\nv 6 0 0\nv 6 2.8 0\nv 0 2.8 0\nv 0 0 -5\nv 6 0 -5\nv 6 2.8 -5\nv 0 2.8 -5\n"
     (tmp_path / "room.obj").write_text(corners + "".join(f"o {name}\nf {face}\n" for name, face in faces.items()))
-    antennas = {
-        "gateway": Gateway((1, 1, 1.5), facing((1, 0, 0))),
-        "transmitter": Transmitter((3, 1, 0.8), (5, 4, 1.6)),
-    }
-    with pytest.raises(
-        InputError, match=r"room.obj: expected z to point up, as usual for OBJ, found that Ceiling, Floor"
-    ):
-        import_scene(tmp_path / "room.obj", [("*", "brick")], **antennas)
-    scene, report = import_scene(tmp_path / "room.obj", [("*", "brick")], up="y", **antennas)
+    gateway, region = Gateway((1, 1, 1.5), facing((1, 0, 0))), Transmitter((3, 1, 0.8), (5, 4, 1.6))
+    given = {"materials": [("*", "brick")], "gateway": gateway, "transmitter": region}
+    with pytest.raises(InputError, match=r"room.obj: expected z to point up, .* found that Ceiling, Floor"):
+        import_scene(tmp_path / "room.obj", **given)
+    scene, report = import_scene(tmp_path / "room.obj", up="y", **given)
     np.testing.assert_allclose(scene.bounds, [[0, 0, 0], [6, 5, 2.8]], atol=1e-12)
-    assert report.warnings == () and report.assumed[0].endswith("room.obj: read with up axis y and unit m")
-    _, report = import_scene(tmp_path / "room.obj", [("*", "brick")], up="z", **antennas)
-    assert "the up axis is z, but Ceiling, Floor are level with y up" in report.warnings[0]
+    assert report.warnings == () and "up axis y" in report.assumed[0]
+    _, report = import_scene(tmp_path / "room.obj", up="z", **given)
+    assert "the up axis is z, but Ceiling, Floor" in report.warnings[0]

@@ -16,23 +16,16 @@ def test_one_subcarrier_is_the_carrier(subcarriers):
 
 
 @pytest.mark.parametrize(
-    ("bandwidth", "subcarriers", "message"),
-    [
-        (20e6, None, "expected their number beside the bandwidth"),
-        (None, 64, "expected a bandwidth beside it"),
-        ("20 megahertz", 64, "expected hertz"),
-        (0, 64, "expected hertz, at least 1"),
-        (20e6, 1, "expected a whole number of at least 2"),
-        (20e6, 10_000, "expected a whole number of at most 4096"),
-    ],
+    ("bandwidth", "subcarriers"),
+    [(20e6, None), (None, 64), ("20 megahertz", 64), (0, 64), (20e6, 1), (20e6, 10_000)],
 )
-def test_band_that_is_none_is_refused(bandwidth, subcarriers, message):
-    with pytest.raises(ParameterError, match=message):
+def test_band_that_is_none_is_refused(bandwidth, subcarriers):
+    with pytest.raises(ParameterError, match=r"(bandwidth|subcarriers): expected"):
         stated_band(bandwidth, subcarriers)
 
 
 def test_band_that_is_too_wide_is_refused():
-    with pytest.raises(ParameterError, match="at most 20% of the carrier frequency, 183 MHz, found 200 MHz"):
+    with pytest.raises(ParameterError, match=r"bandwidth: .* 183 MHz, found 200 MHz"):
         Band(200e6, 64).frequencies(915e6)
 
 

@@ -11,23 +11,19 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.compiled_beamformer import compiled_beamformer
 from simulate.spectra.element_array import ElementArray
 from simulate.spectra.spectrum import normalise
+from tests.simulate.spectra.random_spectra import random_responses
 
 FREQUENCY = 2.4e9
-ARRAYS = {
-    "one": PlanarArray(1, 1),
-    "line": PlanarArray(1, 8),
-    "column": PlanarArray(5, 1, 0.7),
-    "square": PlanarArray(),
-    "wide": PlanarArray(3, 6, 1.3),
-    "circle": ElementArray.circle(7, 0.08).at(FREQUENCY),
-    "plane": ElementArray(np.random.default_rng(1).uniform(-0.1, 0.1, (6, 3)) * [1, 1, 0]).at(FREQUENCY),
-    "cloud": ElementArray(np.random.default_rng(3).uniform(-0.06, 0.06, (12, 3))).at(FREQUENCY),
-}
+ARRAYS = [
+    *(PlanarArray(1, 1), PlanarArray(1, 8), PlanarArray(5, 1, 0.7), PlanarArray(), PlanarArray(3, 6, 1.3)),
+    ElementArray.circle(7, 0.08).at(FREQUENCY),
+    ElementArray(np.random.default_rng(1).uniform(-0.1, 0.1, (6, 3)) * [1, 1, 0]).at(FREQUENCY),
+    ElementArray(np.random.default_rng(3).uniform(-0.06, 0.06, (12, 3))).at(FREQUENCY),
+]
 
 
-def responses_of(array, count, seed=0):
-    values = np.random.default_rng(seed).standard_normal((count, array.elements, 2)) @ [1, 1j]
-    return values.astype(np.complex64)
+def responses_of(array, count):
+    return random_responses(count, array.elements).astype(np.complex64)
 
 
 def written(beamformer, responses, dtype=np.float32):
@@ -36,18 +32,15 @@ def written(beamformer, responses, dtype=np.float32):
     return spectra
 
 
-@pytest.mark.parametrize("array", ARRAYS.values(), ids=ARRAYS)
-def test_they_are_those_of_the_beamformer(array):
-    beamformer, responses = Beamformer(array), responses_of(array, 3)
-    expected = normalise(beamformer.spectrum(responses.astype(complex))) if array.elements > 1 else np.zeros((90, 360))
-    np.testing.assert_allclose(written(beamformer, responses), np.broadcast_to(expected, (3, 90, 360)), atol=2e-6)
+GRIDS = [AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid(5.0, 0.8, -1.0)]
+BEAMFORMERS = [*map(Beamformer, ARRAYS), *(Beamformer(PlanarArray(2, 3), grid) for grid in GRIDS)]
 
 
-@pytest.mark.parametrize("grid", [AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid(5.0, 0.8, -1.0)])
-def test_of_any_elevations_and_either_sense_of_azimuth(grid):
-    beamformer = Beamformer(PlanarArray(2, 3), grid)
-    responses = responses_of(beamformer.array, 2)
+@pytest.mark.parametrize("beamformer", BEAMFORMERS)
+def test_they_are_those_of_the_beamformer(beamformer):
+    responses = responses_of(beamformer.array, 3)
     expected = normalise(beamformer.spectrum(responses.astype(complex)))
+    expected = expected if beamformer.array.elements > 1 else np.zeros((3, 90, 360))
     np.testing.assert_allclose(written(beamformer, responses), expected, atol=2e-6)
 
 
@@ -90,10 +83,3 @@ def test_responses_of_zero_are_black_and_others_that_are_not_finite_are_named():
         assert compiled_beamformer(beamformer).write(responses, spectra).tolist() == [True, True, False, False]
         assert not spectra[1].any() and spectra[0].max() == (1 if dtype == np.float32 else 255)
         assert np.isnan(spectra[2:]).all() if dtype == np.float32 else not spectra[2:].any()
-
-
-def test_an_array_in_metres_has_as_few_functions_as_the_planar_array():
-    planar = PlanarArray(4, 4, 0.5)
-    metres = ElementArray(planar.positions * 0.125).at(299_792_458 / 0.125)
-    pair = [compiled_beamformer(Beamformer(array))._functions.shape[1] for array in (planar, metres)]
-    assert pair == [16, 16]

