@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import trimesh
@@ -22,10 +21,6 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import ParameterError, check_array, require_instance, require_within
-
-if TYPE_CHECKING:
-    from trimesh import Trimesh
-
 
 Vector3 = Sequence[float] | np.ndarray
 
