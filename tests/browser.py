@@ -20,8 +20,7 @@ QUIET = (
 """No GPU, no sandbox (root has none), nothing that looks for servers elsewhere."""
 
 
-PATIENCE = 180_000
-"""Milliseconds; WebGL in software on a busy machine is slow."""
+PATIENCE = 180_000  # Milliseconds; WebGL in software on a busy machine is slow
 
 
 class Served:

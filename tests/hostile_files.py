@@ -10,8 +10,7 @@ import numpy as np
 
 from tests import corpus
 
-CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-"""Of one triangle."""
+CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # Of one triangle
 
 JSON = {
     "empty": "",

@@ -8,14 +8,11 @@ import sys
 import psutil
 import pytest
 
-MUCH = 200_000_000
-"""Bytes."""
+MUCH = 200_000_000  # Bytes
 
-LEFT = pytest.StashKey[int]()
-"""Bytes of memory after it was last given back."""
+LEFT = pytest.StashKey[int]()  # Bytes of memory after it was last given back
 
-PEAKS = pytest.StashKey[dict[str, int]]()
-"""Bytes by the name of a process."""
+PEAKS = pytest.StashKey[dict[str, int]]()  # Bytes by the name of a process
 
 
 def _resident() -> int:

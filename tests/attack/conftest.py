@@ -16,15 +16,13 @@ from hypothesis import strategies as st
 from tests.attack.fork_server import ForkServer
 from tests.attack.workplace import Workplace
 
-TABLE = "attack"
-"""Name of the property of a test that holds its counts."""
+TABLE = "attack"  # Name of the property of a test that holds its counts
 
 FIELD = Path(__file__).parents[1] / "data" / "closet"
 
 OUTCOMES = ("refused", "accepted", "failed")
 
-EXAMPLES = int(os.environ.get("BISPLAT_ATTACKS", "25"))
-"""Number of attacks of each group."""
+EXAMPLES = int(os.environ.get("BISPLAT_ATTACKS", "25"))  # Number of attacks of each group
 
 settings.register_profile(
     "attack",

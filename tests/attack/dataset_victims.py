@@ -20,8 +20,7 @@ NPY: Ways = (changes.damaged, changes.npy_of, changes.npy_of)
 MAT: Ways = (changes.damaged, changes.mat_of, changes.mat_of)
 H5: Ways = (changes.damaged, changes.h5_of, changes.h5_of)
 
-COUNT = 12
-"""Positions of each dataset."""
+COUNT = 12  # Positions of each dataset
 
 BANDS = victims_of(
     "band",

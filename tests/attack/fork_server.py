@@ -20,8 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-LONGEST = 10.0
-"""Seconds of the processor in which a command has to refuse."""
+LONGEST = 10.0  # Seconds of the processor in which a command has to refuse
 
 LONGEST_WORK = 3 * LONGEST
 """Seconds of the processor after which a command counts as hanging. An export to ONNX alone takes 7 to 10."""
@@ -29,8 +28,7 @@ LONGEST_WORK = 3 * LONGEST
 PATIENCE = 2 * LONGEST_WORK
 """Seconds after which a command counts as hanging even if it waits; other programs may take the processor meanwhile."""
 
-MOST_MEMORY = 4096
-"""Megabytes that a command may take."""
+MOST_MEMORY = 4096  # Megabytes that a command may take
 
 
 MODULES = """

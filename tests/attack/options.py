@@ -46,11 +46,9 @@ OUTPUTS = (
 )
 """Names of outputs; none is outside of the workplace."""
 
-STARTS_PROCESSES = ("workers", "ray", "gpu")
-"""Options whose valid values start other processes."""
+STARTS_PROCESSES = ("workers", "ray", "gpu")  # Options whose valid values start other processes
 
-ABSURD = ("", "0", "-1", "nan", "1e9", "9" * 20, "9" * 400, "x", "\x1b[2J", "[]")
-"""Their values here."""
+ABSURD = ("", "0", "-1", "nan", "1e9", "9" * 20, "9" * 400, "x", "\x1b[2J", "[]")  # Their values here
 
 
 def options_of(command: str) -> dict[str, Any]:

@@ -22,8 +22,7 @@ class Shape(NamedTuple):
     area: float | None  # of its faces, in its own unit squared; None: it means no area, or may be refused
 
 
-CENTRE = np.array([1.5, 3.0, 1.0])
-"""In front of the gateway of ``victims.PLACE``."""
+CENTRE = np.array([1.5, 3.0, 1.0])  # In front of the gateway of ``victims.PLACE``
 
 
 @st.composite

@@ -14,8 +14,7 @@ from tests.attack.victims import PLACE, Victim
 
 pytestmark = pytest.mark.attack
 
-SAME = 1e-6
-"""Largest relative difference of areas."""
+SAME = 1e-6  # Largest relative difference of areas
 
 OPTIONS = st.tuples(
     st.sampled_from([("--unit", unit) for unit in METRES]),

@@ -15,8 +15,7 @@ from tests.attack.dataset_victims import make_kinds
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
 from tests.attack.victims import Victim, make_files
 
-OF_ANOTHER_PLACE = Path(__file__).parents[1] / "data" / "workshop"
-"""A field of another place."""
+OF_ANOTHER_PLACE = Path(__file__).parents[1] / "data" / "workshop"  # A field of another place
 
 VALID = (
     "simulate closet -n 8 -o data --engine fullwave --field field",

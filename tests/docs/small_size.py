@@ -22,8 +22,7 @@ SPECTRA = 40
 FITS = ("train", "compare", "ablate", "sweep", "evaluate", "plan", "demo")
 """Commands that fit covariances; only these import what they need for it."""
 
-COARSE = {"max_depth": 1, "rays": 20_000, "diffraction": False}
-"""How rays are traced."""
+COARSE = {"max_depth": 1, "rays": 20_000, "diffraction": False}  # How rays are traced
 
 
 def smaller(arguments: list[str]) -> list[str]:

@@ -48,8 +48,7 @@ from tests.docs.pages import blocks
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 
-INSTANT = 1e-6
-"""Minutes that hold one step."""
+INSTANT = 1e-6  # Minutes that hold one step
 
 
 @pytest.fixture

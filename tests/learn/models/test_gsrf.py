@@ -12,8 +12,7 @@ from learn.models.peers.gsrf import DEGREE, GSRF, legendre_fourier
 from simulate.spectra.beamformer import Beamformer
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
-AZIMUTH, ELEVATION = 100, 40
-"""The pixel that is computed by hand, degrees."""
+AZIMUTH, ELEVATION = 100, 40  # The pixel that is computed by hand, degrees
 
 
 @pytest.fixture

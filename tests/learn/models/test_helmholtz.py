@@ -17,8 +17,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import spectrum_of
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of, plane_waves
 
-SIDE = 0.5
-"""Metres; of the cube of positions."""
+SIDE = 0.5  # Metres; of the cube of positions
 
 
 def unfitted(of: str = "responses") -> KrigedField:

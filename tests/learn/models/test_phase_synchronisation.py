@@ -7,8 +7,7 @@ from learn.models.kriging.retrieved_field import flipped, synchronised
 from simulate.spectra.beamformer import Beamformer
 
 WAVELENGTH = 0.33
-RATIO = 0.01
-"""Variance of the noise relative to that of the field."""
+RATIO = 0.01  # Variance of the noise relative to that of the field
 
 
 @pytest.fixture(scope="module")

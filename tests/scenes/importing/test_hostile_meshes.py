@@ -19,8 +19,7 @@ from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import read_scene
 from tests import hostile_files as hostile
 
-AT_ONCE = 5.0
-"""Seconds, on a machine that is busy."""
+AT_ONCE = 5.0  # Seconds, on a machine that is busy
 
 
 def refusal(read, *arguments) -> str:

@@ -16,8 +16,7 @@ from scenes.importing.mesh_files import read_mesh_file
 from scenes.importing.mitsuba_xml import SIONNA, sionna_scene
 
 TABLE = json.loads(Path(__file__).with_name("public_files.json").read_text())
-SINGLE = 2e-5
-"""Relative difference that the single precision of the other reader may make."""
+SINGLE = 2e-5  # Relative difference that the single precision of the other reader may make
 
 
 def place(name: str) -> Path:

@@ -15,8 +15,7 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, rotate, sheet, union
 
-T, X, Y, Z = 0.2, 6.0, 4.0, 2.8
-"""Thickness of the walls, and size of a room, metres."""
+T, X, Y, Z = 0.2, 6.0, 4.0, 2.8  # Thickness of the walls, and size of a room, metres
 
 
 def room(*objects: SceneObject) -> Scene:

@@ -12,8 +12,7 @@ from scenes.places.furniture import KINDS
 from scenes.places.random_room import CLEARANCE, GAP, RASTER, random_room
 from scenes.scene.shapes import bounding_box
 
-WALLS = 6
-"""Floor, ceiling and walls come first."""
+WALLS = 6  # Floor, ceiling and walls come first
 
 
 @pytest.mark.parametrize("seed", range(20))

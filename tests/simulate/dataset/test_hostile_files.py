@@ -17,8 +17,7 @@ from simulate.positions import positions as given_positions
 from simulate.positions.positions import FARTHEST, check_points, read_points
 from tests import corpus
 
-MEMORY = 60e6
-"""Bytes that refusing a file may take."""
+MEMORY = 60e6  # Bytes that refusing a file may take
 
 
 def refused(read, word: str) -> None:

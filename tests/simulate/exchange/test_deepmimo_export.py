@@ -22,8 +22,7 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from tests.small_scene import small_scene
 
-SCREEN = 1.5
-"""Metres: x of a sheet that hides one of the positions from the gateway."""
+SCREEN = 1.5  # Metres: x of a sheet that hides one of the positions from the gateway
 
 POSITIONS = np.array([[2.0, -0.5, 1.0], [2.5, 0.4, 1.2], [3.0, 0.1, 1.6]])
 

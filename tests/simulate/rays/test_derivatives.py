@@ -14,8 +14,7 @@ from simulate.rays.tracer import Tracer
 from tests.small_scene import small_scene
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
-STEP = 1e-3
-"""Metres and radians: paths change by less than a hundredth of a wavelength."""
+STEP = 1e-3  # Metres and radians: paths change by less than a hundredth of a wavelength
 
 AMPLITUDES = 0.06
 """What the change of amplitudes, which the derivatives leave out, adds to those of the phases over 2 m."""

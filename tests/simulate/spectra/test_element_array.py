@@ -21,8 +21,7 @@ from tests.simulate.spectra.random_spectra import random_responses
 FREQUENCY = 2.4e9
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY
 PLANAR = PlanarArray(3, 4, 0.48)
-SAME = ElementArray(PLANAR.positions * WAVELENGTH, FREQUENCY)
-"""The elements of ``PLANAR``, in metres."""
+SAME = ElementArray(PLANAR.positions * WAVELENGTH, FREQUENCY)  # The elements of ``PLANAR``, in metres
 
 LINE = ElementArray(np.linspace(-0.1, 0.1, 5)[:, None] * [0.8, 0.5, 0.3], FREQUENCY)
 CLOUD = ElementArray(np.random.default_rng(3).uniform(-0.06, 0.06, (12, 3)), FREQUENCY)

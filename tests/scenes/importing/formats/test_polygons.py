@@ -9,8 +9,7 @@ from scenes.importing.formats.polygons import Cut, cut_polygons
 from scenes.scene.shapes import box
 
 DOORWAY = [(0, 0), (2.5, 0), (2.5, 2.1), (3.5, 2.1), (3.5, 0), (6, 0), (6, 2.7), (0, 2.7)]
-ARROW = [(0, 0), (2, -1), (0, 3), (-2, -1)]
-"""A quadrilateral with a notch at its first corner."""
+ARROW = [(0, 0), (2, -1), (0, 3), (-2, -1)]  # A quadrilateral with a notch at its first corner
 WINDOW = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 2), (2, 2), (2, 1), (1, 1)]
 """A square hole, joined to the outline by an edge that is passed twice."""
 MIDPOINTS = [(1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1), (0, 0)]
