@@ -15,7 +15,7 @@ import pytest
 
 import bisplat
 from simulate.dataset.dataset_writer import write_positions
-from tests.csi_folders import write_links
+from tests.folders import write_links
 
 AT_ONCE = 2.0
 """Seconds that a refusal may take. It may read a small dataset, but neither train nor trace."""

@@ -7,8 +7,7 @@ import pytest
 
 import bisplat
 from bisplat.__main__ import main
-from tests.csi_folders import paths, write_index, write_links
-from tests.rssi_folders import write_hall
+from tests.folders import paths, write_hall, write_index, write_links
 
 GATEWAYS = {"door": (0.0, 0, 2), "window": (9.0, 0, 2)}
 

@@ -9,7 +9,7 @@ import pytest
 import bisplat
 from learn.channels.channel_scores import correlation, score_channels, snr_db
 from simulate.spectra.band import delay_spread
-from tests.csi_folders import write_links
+from tests.folders import write_links
 
 
 def test_scores_by_hand():

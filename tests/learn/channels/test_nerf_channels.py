@@ -7,7 +7,7 @@ from learn.channels.channel_scores import snr_db
 from learn.channels.known_channels import KnownChannels
 from learn.channels.nerf_channels import NerfChannels
 from learn.models.peers.nerf2 import RaySize
-from tests.csi_folders import paths
+from tests.folders import paths
 
 SMALL = RaySize(4, 2, 4, width=16, layers=4)
 ANTENNAS = np.array([[0.0, 0.06 * number, 2] for number in range(4)])
