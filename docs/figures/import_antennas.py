@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 from matplotlib.patches import Rectangle
 
 import bisplat
-from scenes.importing.import_doubts import antenna_warnings
+from scenes.importing.plausibility import antenna_warnings
 
 room = bisplat.SceneObject("room", bisplat.shapes.box((0, 0, 0), (5, 4, 3)), "concrete")
 concrete = bisplat.p2040_materials(["concrete"], 2.4e9)

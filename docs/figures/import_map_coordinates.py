@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from scenes.importing.import_doubts import COARSE
+from scenes.importing.plausibility import COARSE
 from scenes.scene.description import FARTHEST
 
 coordinates = np.geomspace(1, 2e7, 400)

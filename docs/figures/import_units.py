@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from scenes.importing.import_doubts import DOUBTED, REFUSED, unit_doubt
 from scenes.importing.lengths import METRES
+from scenes.importing.plausibility import DOUBTED, REFUSED, unit_doubt
 
 room = np.array([[0, 0, 0], [5.0, 4.0, 3.0]])
 antennas = np.array([[4.7, 2, 1.8], [1, 1, 0.8], [2.5, 3, 1.7]])

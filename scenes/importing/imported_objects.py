@@ -12,10 +12,10 @@ from trimesh import Trimesh
 
 from scenes.files.errors import InputError, named
 from scenes.importing.formats.mesh_part import ImportedFile
-from scenes.importing.import_doubts import rounding_warnings
 from scenes.importing.imported_file import plain_name, read_file
 from scenes.importing.lengths import METRES
 from scenes.importing.material_rules import Rule, choose_materials, require_materials, rule_warnings, stated_materials
+from scenes.importing.plausibility import rounding_warnings
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_evidence
 from scenes.scene.description import SceneObject
 from scenes.scene.materials import RadioMaterial

@@ -14,8 +14,8 @@ from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.importing.formats.mesh_part import ImportedFile
-from scenes.importing.import_doubts import Doubt
 from scenes.importing.material_rules import listed
+from scenes.importing.plausibility import Doubt
 from scenes.scene.shapes import bounding_box
 
 Axis = Literal["y", "z"]

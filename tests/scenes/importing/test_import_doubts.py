@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.importing.import_doubts import antenna_warnings, unit_doubt
 from scenes.importing.lengths import METRES
 from scenes.importing.mesh_import import import_scene
+from scenes.importing.plausibility import antenna_warnings, unit_doubt
 from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
