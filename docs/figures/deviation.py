@@ -18,7 +18,7 @@ between = kappa(line[:, None] - known)
 among = kappa(known[:, None] - known) + 1e-3 * np.eye(len(known))
 variance = np.clip(1 - np.einsum("pk,kl,pl->p", between, np.linalg.inv(among), between), 0, None)
 curve = {"gaps": [0.0, 0.1, 0.4, 1.0], "errors": [0.0, 0.03, 0.08, 0.13]}
-deviation = Deviation(constant=0.01, growth=1.0, **curve).at(variance, len(line))
+deviation = Deviation(constant=0.01, growth=1.0, spectra=0, **curve).at(variance, len(line))
 
 figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.8, 4.2), sharex=True, layout="constrained")
 upper.plot(line, variance)
