@@ -1,4 +1,4 @@
-"""Doubts about an imported file: its unit, where its antennas are, and coordinates of a map, far from the origin.
+"""Whether an imported file is plausible: its unit, where its antennas are, and coordinates far from the origin.
 
 The gateway and the transmitter region are in metres, whatever the file's unit. The scene should be about as large as
 the space between them: a room in millimetres that is read as metres is a thousand times too large.
