@@ -126,10 +126,10 @@ def reciprocity(scene: Scene, positions: Float[np.ndarray, "K 3"], diffraction: 
 
 def from_target_to_source(found: Found) -> Found:
     """The same chains, followed from their targets to their sources."""
-    from simulate.rays.core.reflection_chains import reversed_chains
+    from simulate.rays.core.shooting import reversed_sequences
 
     assert found.reflected is not None
-    reflected, diffracted = np.ascontiguousarray(reversed_chains(found.reflected)), found.diffracted
+    reflected, diffracted = np.ascontiguousarray(reversed_sequences(found.reflected)), found.diffracted
     if diffracted is None:
         return found._replace(reflected=reflected)
     links = diffracted.links

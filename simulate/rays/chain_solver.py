@@ -11,15 +11,19 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from scenes.scene.description import SPEED_OF_LIGHT
+from scenes.scene.shapes import bounding_box
 from simulate.parallel.compiled import ONE_KERNEL, compiled
+from simulate.positions.placement import free_positions
 from simulate.rays.core.multipath import Multipath, Paths, Solution
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflection_chains import Chains, find_chains, reflected
-from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.shooting import explore
+from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 from simulate.rays.core.surfaces import Surfaces
+from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.diffraction.search import EdgeScene, diffracted, find_diffracted_chains
+from simulate.rays.diffraction.search import MOST_REFLECTIONS, find_diffracted_chains
 from simulate.spectra.band import chebyshev_points
 
 
@@ -34,6 +38,11 @@ class Found(NamedTuple):
     edges: Edges | None = None
 
 
+TRIALS = 200
+"""Number of positions at which a chain is tried, from every element. The number is large, since some chains carry power
+only within centimetres of one place in the region, or only to one column of the array."""
+
+
 class ChainSolver:
     """The chains in a scene, of reflections first and then with diffractions, and the paths that they give."""
 
@@ -46,17 +55,32 @@ class ChainSolver:
         found: Found | None,
     ):
         self._ray_scene, self._surfaces = ray_scene, Surfaces(ray_scene)
-        given = Found(None, None) if found is None else found
-        self._reflected = find_chains(ray_scene, region, seed, report) if given.reflected is None else given.reflected
-        self._diffracted: DiffractedChains | None = None
-        self.found, self.chains = Found(self._reflected, None), len(self._reflected)
-        if ray_scene.propagation.diffraction and ray_scene.propagation.max_depth > 0:
-            self._edge_scene = EdgeScene(ray_scene, given.edges)
-            self._diffracted = given.diffracted
-            if self._diffracted is None:
-                self._diffracted = find_diffracted_chains(self._edge_scene, self._reflected, region, seed, report)
-            self.found = Found(self._reflected, self._diffracted, self._edge_scene.edges)
-            self.chains += len(self._diffracted)
+        propagation = ray_scene.propagation
+        diffracts = propagation.diffraction and propagation.max_depth > 0
+        self._edge_scene = EdgeScene(ray_scene, None if found is None else found.edges) if diffracts else None
+        self._reflected, self._diffracted = found[:2] if found else (None, None)
+        if found is None:
+            self._reflected, self._diffracted = self._search(region, seed, report)
+        self.found = Found(self._reflected, self._diffracted, self._edge_scene.edges if self._edge_scene else None)
+        self.chains = len(self._reflected) + (len(self._diffracted) if self._diffracted else 0)
+
+    def _search(
+        self, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
+    ) -> tuple[Chains, DiffractedChains | None]:
+        """The chains that carry power from the gateway to anywhere in a region."""
+        ray_scene = self._ray_scene
+        scene, generator = ray_scene.description, np.random.default_rng(seed)
+        elements = gateway_antennas(scene)
+        trials = transmitter_antennas(scene, free_positions(scene, region, TRIALS, generator))
+        forth, back = (
+            explore(ray_scene, self._surfaces, antennas.positions, box, MOST_REFLECTIONS, generator)
+            for antennas, box in ((elements, region), (trials, bounding_box(elements.positions)))
+        )
+        chains = find_chains(ray_scene, elements, trials, forth.arriving, back.arriving, report)
+        if self._edge_scene is None:
+            return chains, None
+        short = forth.short, back.short
+        return chains, find_diffracted_chains(self._edge_scene, elements, trials, short, chains, report)
 
     def paths(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
         """The paths between all sources and targets, in batches: the chain of each path, and the paths."""
@@ -90,7 +114,7 @@ class ChainSolver:
     def _solved(self, sources: Antennas, targets: Antennas, surfaces: Sequence[Surfaces]) -> Iterator[Solution]:
         """The paths of all chains, of reflections first, with each of some sets of materials."""
         yield from reflected(self._ray_scene, self._reflected, sources, targets, surfaces)
-        if self._diffracted is not None:
+        if self._edge_scene is not None and self._diffracted is not None:
             for solution in diffracted(self._edge_scene, self._diffracted, sources, targets, surfaces):
                 yield solution._replace(chain=len(self._reflected) + solution.chain)
 

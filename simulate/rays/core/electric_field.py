@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Complex, Float, Float32, UInt32
+from jaxtyping import Complex
 
 from simulate.rays.core.propagation import MOST_PASSES
 from simulate.rays.core.ray_scene import NEAR
@@ -106,32 +106,17 @@ def pass_through(
 
 @dataclass(frozen=True)
 class Ways:
-    """The ways of paths with equal numbers of interactions, in single precision."""
+    """The ways of paths with equal numbers of interactions."""
 
-    sources: UInt32[np.ndarray, " paths"]  # index of each path's source
-    targets: UInt32[np.ndarray, " paths"]  # index of each path's target
-    # places of the interactions, in the order from source to target, metres
-    vertices: Float32[np.ndarray, "interactions 3 paths"]
-    # number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge
-    faces: UInt32[np.ndarray, "interactions paths"]
+    sources: mi.UInt  # index of each path's source
+    targets: mi.UInt  # index of each path's target
+    vertices: list[mi.Point3f]  # places of the interactions, in the order from source to target, metres
+    faces: list[mi.UInt]  # number of the triangle of each reflection, counted through the scene's objects; any at edges
     # length of each path, metres; in double precision, since a path is many wavelengths long
-    travelled: Float[np.ndarray, " paths"]
+    travelled: mi.Float64
     # what is left of the amplitude of a wave behind its antenna and edges, per metre: 1 / length for a path without
     # edges
-    spreading: Float[np.ndarray, " paths"]
-
-
-ALIGNMENT = 64
-"""Bytes. Dr.Jit uses NumPy's memory directly, and compiles a kernel again for arrays with another alignment."""
-
-
-def aligned(kind: type, *shape: int) -> np.ndarray:
-    """An array of four-byte numbers whose rows all begin at a multiple of ``ALIGNMENT``."""
-    columns = -(-shape[-1] * 4 // ALIGNMENT) * ALIGNMENT
-    size = int(np.prod(shape[:-1])) * columns
-    memory = np.empty(size + ALIGNMENT, np.uint8)
-    start = -memory.ctypes.data % ALIGNMENT
-    return memory[start : start + size].view(kind).reshape(*shape[:-1], columns // 4)[..., : shape[-1]]
+    spreading: mi.Float64
 
 
 SHORT = 0.05
@@ -149,19 +134,18 @@ def path_amplitudes(
     targets: Antennas,
     ways: Ways,
     at_edges: Mapping[int, AtEdge] = {},
-) -> Complex[np.ndarray, " paths"]:
-    """The amplitude of each path between its source and its target, 0 if it is blocked."""
+) -> tuple[mi.Float64, mi.Float64]:
+    """Real and imaginary part of the amplitude of each path between its source and its target, 0 if it is blocked."""
     interactions = len(ways.vertices)
     passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
-    points = [dr.gather(mi.Point3f, sources.points, mi.UInt(ways.sources))]
-    points += [mi.Point3f(*(mi.Float(axis) for axis in vertex)) for vertex in ways.vertices]
-    points += [dr.gather(mi.Point3f, targets.points, mi.UInt(ways.targets))]
+    points = [dr.gather(mi.Point3f, sources.points, ways.sources), *ways.vertices]
+    points += [dr.gather(mi.Point3f, targets.points, ways.targets)]
     steps = [mi.Vector3f(after - before) for before, after in pairwise(points)]
     lengths = [mi.Float(dr.norm(step)) for step in steps]
     directions = [mi.Vector3f(step / length) for step, length in zip(steps, lengths, strict=True)]
     for number in range(interactions):
         if number not in at_edges:
-            mirrored = _mirrored(directions[number], surfaces.normal(mi.UInt(ways.faces[number])))
+            mirrored = _mirrored(directions[number], surfaces.normal(ways.faces[number]))
             directions[number + 1] = dr.select(lengths[number + 1] < SHORT, mirrored, directions[number + 1])
 
     field, blocked = pattern(sources, directions[0]), mi.Bool(False)
@@ -170,17 +154,60 @@ def path_amplitudes(
         if number in at_edges:
             field = at_edges[number](field, way, directions[number + 1])
         elif number < interactions:
-            face = mi.UInt(ways.faces[number])
+            face = ways.faces[number]
             te, tm, _, _ = surfaces.coefficients(face, way)
             smooth = dr.sqrt(1 - surfaces.scattering(face) ** 2)  # the rest is scattered
             field = slab(field, way, directions[number + 1], surfaces.normal(face), smooth * te, smooth * tm)
     received = pattern(targets, -directions[-1])
     real = dr.dot(received[0], field[0]) + dr.dot(received[1], field[1])
     imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
-    amplitude = dr.select(blocked, mi.Complex2f(0), mi.Complex2f(real, imaginary))
-    dr.eval(amplitude)
-    spreading = surfaces.wavelength / (4 * np.pi) * ways.spreading
-    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * spreading
+    free_space = dr.opaque(mi.Float64, surfaces.wavelength / (4 * np.pi))
+    spreading = dr.select(blocked, 0, free_space * ways.spreading)
+    return spreading * real, spreading * imaginary
+
+
+def solved(
+    surfaces: Sequence[Surfaces],
+    sources: Antennas,
+    targets: Antennas,
+    ways: Ways,
+    at_edges: Callable[[Surfaces], Mapping[int, AtEdge]] = lambda surfaces: {},
+) -> list[Complex[np.ndarray, " paths"]]:
+    """The amplitudes of paths with each of some sets of materials."""
+    if len(surfaces) > 1:
+        dr.eval(ways)
+    parts = [path_amplitudes(each, sources, targets, ways, at_edges(each)) for each in surfaces]
+    dr.eval(parts, ways.travelled)
+    return [real.numpy() + 1j * imaginary.numpy() for real, imaginary in parts]
+
+
+@dr.syntax
+def surviving(surfaces: Surfaces, points: Sequence[mi.Point3f], faces: Sequence[mi.UInt]) -> mi.Float:
+    """The share of the amplitude that surfaces leave on ways over reflections, at most; 0 if a conductor blocks them."""
+    strength, passes = mi.Float(1), mi.UInt(MOST_PASSES if surfaces.refraction else 0)
+    for number in range(len(points) - 1):
+        start, step = points[number], mi.Vector3f(points[number + 1] - points[number])
+        length = mi.Float(dr.norm(step))
+        direction = mi.Vector3f(step / length)
+        travelled, active = mi.Float(NEAR), (length > 2 * NEAR) & (strength > 0)
+        while active:
+            ray = mi.Ray3f(start + travelled * direction, direction)
+            ray.maxt = length - NEAR - travelled
+            hit = surfaces.scene.ray_intersect_preliminary(ray, active=active)
+            active &= hit.is_valid()
+            face = surfaces.face(hit, active)
+            _, _, te, tm = surfaces.coefficients(face, direction, active)
+            left = strength * dr.maximum(dr.abs(te), dr.abs(tm))
+            blocked = surfaces.conducts(face, active) | (passes == 0)
+            strength = dr.select(active, dr.select(blocked, 0, left), strength)
+            active &= ~blocked
+            passes -= dr.select(active, 1, 0)
+            travelled += hit.t + NEAR
+            active &= travelled < length - NEAR
+        if dr.hint(number < len(faces), mode="scalar"):
+            te, tm, _, _ = surfaces.coefficients(faces[number], direction)
+            strength *= dr.maximum(dr.abs(te), dr.abs(tm))
+    return strength
 
 
 def _mirrored(direction: mi.Vector3f, normal: mi.Vector3f) -> mi.Vector3f:

@@ -3,140 +3,164 @@
 The source, mirrored at the planes of a chain in turn, gives its images I_1 … I_n. Going backwards from the target
 p_{n+1}, reflection k lies where the line from p_{k+1} to I_k meets plane k. If no triangle of that plane is there, the
 chain is not a path between the two. Whether something blocks a path is tested later.
+
+Places are in double precision here, since a path is many wavelengths long.
 """
 
 from __future__ import annotations
 
-import numba
+from collections.abc import Iterator
+from typing import NamedTuple
+
 import numpy as np
 from jaxtyping import Float, Int
 
-from simulate.parallel.compiled import ONE_KERNEL, compiled
-from simulate.rays.core.electric_field import Ways, aligned
 from simulate.rays.core.planes import BLOCK, Planes
+from simulate.rays.core.ray_tracer import dr, mi
 
 MARGIN = 1e-6  # Metres by which triangles are enlarged, so that no point is lost between two of them
 
-AT_ONCE = 50_000_000  # Combinations tested at a time, one byte each
+AT_ONCE = 20_000_000  # Combinations of target, chain and source examined at a time. This bounds the memory.
+
+
+class Combination(NamedTuple):
+    """A target, a chain and a source for each lane."""
+
+    target: mi.UInt
+    chain: mi.UInt
+    source: mi.UInt
+
+    @classmethod
+    def of(cls, lane: mi.UInt, chains: int, sources: int) -> Combination:
+        """The combination of each lane's number, in the order of targets, chains and sources."""
+        # Sizes that are constants would be part of the kernel, and compile it again. Whole numbers divide slowly.
+        sources_, both = dr.opaque(mi.Float64, sources), dr.opaque(mi.Float64, chains * sources)
+        number = mi.Float64(lane) + 0.5
+        target, pair = mi.UInt(number / both), mi.UInt(number / sources_)
+        count, of_chain = dr.opaque(mi.UInt, chains), dr.opaque(mi.UInt, sources)
+        return cls(target, pair - target * count, lane - pair * of_chain)
+
+
+def batches(targets: int, chains: int, sources: int) -> Iterator[tuple[int, int]]:
+    """The first and the last target, plus one, of batches whose combinations do not exceed ``AT_ONCE``."""
+    size = max(1, AT_ONCE // max(1, chains * sources))
+    for start in range(0, targets if chains and sources else 0, size):
+        yield start, min(start + size, targets)
+
+
+def on_device(points: Float[np.ndarray, "... 3"]) -> mi.Point3d:
+    """Points as the ray tracer's arrays in double precision, in the order of memory."""
+    return mi.Point3d(np.ascontiguousarray(points.reshape(-1, 3).T))
+
+
+class Mirrors:
+    """The planes of a scene, and the triangles in each of them, on the ray tracer's device."""
+
+    def __init__(self, planes: Planes):
+        self.planes = planes
+        self._normals, self._offsets = on_device(planes.normals), mi.Float64(planes.offsets)
+        self._first, self._first_box = mi.UInt(planes.first), mi.UInt(planes.first_box)
+        self._low, self._high = on_device(planes.boxes[:, 0] - MARGIN), on_device(planes.boxes[:, 1] + MARGIN)
+        self._inwards = [on_device(planes.sides[:, side, :3]) for side in range(3)]
+        self._least = [mi.Float64(planes.sides[:, side, 3] - MARGIN) for side in range(3)]
+        self._faces = mi.UInt(planes.faces)
+
+    def reflection(
+        self, plane: mi.UInt, image: mi.Point3d, point: mi.Point3d, nearest: float, active: mi.Bool
+    ) -> tuple[mi.Bool, mi.UInt, mi.Point3d]:
+        """Whether a plane has a surface that reflects the wave from an image to a point, its triangle, and where.
+
+        A point that is nearer to the plane than ``nearest``, metres, sees no reflection.
+        """
+        normal = dr.gather(mi.Point3d, self._normals, plane, active)
+        way = image - point
+        towards = dr.dot(normal, way)
+        distance = dr.gather(mi.Float64, self._offsets, plane, active) - dr.dot(normal, point)
+        # The plane must lie between the point and the image.
+        active = active & (distance * towards > 0) & (dr.abs(distance) < dr.abs(towards))
+        active &= dr.abs(distance) >= nearest
+        place = mi.Point3d(point + dr.select(active, distance / towards, 0) * way)
+        face, found = self._on_surface(plane, place, active)
+        return found, face, place
+
+    @dr.syntax
+    def _on_surface(self, plane: mi.UInt, point: mi.Point3d, active: mi.Bool) -> tuple[mi.UInt, mi.Bool]:
+        """The first triangle of a plane that contains a point of the plane, to within ``MARGIN``, if there is one."""
+        triangle = dr.gather(mi.UInt, self._first, plane, active)
+        stop = dr.gather(mi.UInt, self._first, plane + 1, active)
+        box = dr.gather(mi.UInt, self._first_box, plane, active)
+        step, found, running = mi.UInt(0), mi.Bool(False), mi.Bool(active)
+        while running:
+            begins = running & (step % BLOCK == 0)
+            low, high = (dr.gather(mi.Point3d, corner, box, begins) for corner in (self._low, self._high))
+            outside = begins & (dr.any(point < low) | dr.any(point > high))
+            inside = running & ~outside
+            for inwards, least in zip(self._inwards, self._least, strict=True):
+                side = dr.dot(dr.gather(mi.Point3d, inwards, triangle, inside), point)
+                inside &= side >= dr.gather(mi.Float64, least, triangle, inside)
+            found |= inside
+            running &= ~found
+            ahead = dr.select(outside, BLOCK, 1)
+            step = dr.select(running, step + ahead, step)
+            triangle = dr.select(running, triangle + ahead, triangle)
+            box = dr.select(running & (step % BLOCK == 0), box + 1, box)
+            running &= triangle < stop
+        return dr.gather(mi.UInt, self._faces, triangle, found), found
+
+
+def mirrored(
+    planes: Planes, sequences: Int[np.ndarray, "sequences most"], sources: Float[np.ndarray, "sources 3"]
+) -> Float[np.ndarray, "most+1 sources sequences 3"]:
+    """Sources mirrored at no plane, the first plane, the first two planes, and so on; after the last one as before."""
+    images = np.empty((sequences.shape[1] + 1, len(sources), len(sequences), 3))
+    images[0] = sources[:, None]
+    for k, plane in enumerate(sequences.T):
+        normals, offsets = planes.normals[plane], planes.offsets[plane]
+        distance = ((images[k] * normals).sum(axis=-1) - offsets) * (plane >= 0)
+        images[k + 1] = images[k] - 2 * distance[..., None] * normals
+    return images
 
 
 class Images:
     """The images of sources by chains with equal numbers of reflections."""
 
     def __init__(
-        self,
-        planes: Planes,
-        chains: Int[np.ndarray, "chains reflections"],
-        sources: Float[np.ndarray, "sources 3"],
+        self, mirrors: Mirrors, chains: Int[np.ndarray, "chains reflections"], sources: Float[np.ndarray, "sources 3"]
     ):
-        self._planes, self._chains, self._sources = planes, chains, sources
-        self._images = np.empty((len(chains), len(sources), chains.shape[1], 3))
-        count = np.full(len(chains), chains.shape[1])
-        mirror(planes.normals, planes.offsets, chains, count, sources, self._images)
-        self._arrays = planes.arrays, chains, self._images
+        self._mirrors, self._chains, self._sources = mirrors, len(chains), len(sources)
+        self._planes = [mi.UInt(plane) for plane in chains.T]
+        self._images = [on_device(each) for each in mirrored(mirrors.planes, chains, sources)]
 
-    def possible_paths(self, targets: Float[np.ndarray, "targets 3"]) -> Int[np.ndarray, "3 paths"]:
-        """Combinations (target, chain, source) whose reflections all lie on a surface, in lexical order."""
-        batch = max(1, AT_ONCE // max(1, len(self._chains) * len(self._sources)))
-        found = [np.zeros((3, 0), np.int64)]
-        for start in range(0, len(targets), batch):
-            some = targets[start : start + batch]
-            possible = np.zeros((len(some), len(self._chains), len(self._sources)), dtype=np.bool_)
-            with ONE_KERNEL:
-                _mark(*self._arrays, some, possible)  # type: ignore[call-arg]
-            target, chain, source = np.nonzero(possible)
-            found.append(np.stack([target + start, chain, source]))
-        return np.concatenate(found, axis=1)
+    def possible(self, targets: mi.Point3d, count: int) -> mi.UInt:
+        """Numbers of the combinations whose reflections all lie on a surface."""
+        lane = dr.arange(mi.UInt, count * self._chains * self._sources)
+        found, _, _, _ = self._reflections(targets, Combination.of(lane, self._chains, self._sources))
+        return dr.compress(found)
 
-    def ways(self, paths: Int[np.ndarray, "3 paths"], targets: Float[np.ndarray, "targets 3"]) -> Ways:
-        """The ways of some of the possible paths."""
-        count, reflections = paths.shape[1], self._chains.shape[1]
-        vertices, faces = aligned(np.float32, reflections, 3, count), aligned(np.uint32, reflections, count)
-        with ONE_KERNEL:
-            _place(*self._arrays, targets, paths, vertices, faces)  # type: ignore[call-arg]
-        target, chain, source = paths
-        last = self._images[chain, source, -1] if reflections else self._sources[source]
-        length = np.linalg.norm(targets[target] - last, axis=1)
-        sources_, targets_ = aligned(np.uint32, count), aligned(np.uint32, count)
-        sources_[:], targets_[:] = source, target
-        return Ways(sources_, targets_, vertices, faces, length, 1 / length)
+    def combination(self, lane: mi.UInt) -> Combination:
+        """The target, chain and source of a combination's number."""
+        return Combination.of(lane, self._chains, self._sources)
 
+    def ways(
+        self, targets: mi.Point3d, combination: Combination
+    ) -> tuple[list[mi.Point3d], list[mi.UInt], mi.Float64]:
+        """The places and triangles of the reflections of possible combinations, and the lengths of the ways, metres."""
+        _, places, faces, length = self._reflections(targets, combination)
+        return places, faces, length
 
-@compiled
-def mirror(normals, offsets, chains, count, sources, images):
-    """Fill ``images`` [chains, sources, depth, 3]: image k is image k − 1 mirrored at plane k."""
-    for chain in range(len(chains)):
-        for source in range(len(sources)):
-            x, y, z = sources[source]
-            for k in range(count[chain]):
-                plane = chains[chain, k]
-                nx, ny, nz = normals[plane]
-                twice = 2 * (nx * x + ny * y + nz * z - offsets[plane])
-                x, y, z = x - twice * nx, y - twice * ny, z - twice * nz
-                images[chain, source, k] = x, y, z
-
-
-@compiled(inline="always")
-def on_surface(surfaces, plane, x, y, z):
-    """The first triangle of a plane that contains a point of the plane, to within ``MARGIN``; −1 if there is none."""
-    for box in range(surfaces.first_box[plane], surfaces.first_box[plane + 1]):
-        (x0, y0, z0), (x1, y1, z1) = surfaces.boxes[box]
-        if not (
-            x0 - MARGIN <= x <= x1 + MARGIN and y0 - MARGIN <= y <= y1 + MARGIN and z0 - MARGIN <= z <= z1 + MARGIN
-        ):
-            continue
-        begin = surfaces.first[plane] + BLOCK * (box - surfaces.first_box[plane])
-        for triangle in range(begin, min(begin + BLOCK, surfaces.first[plane + 1])):
-            inside = True
-            for side in range(3):
-                ex, ey, ez, least = surfaces.sides[triangle, side]
-                inside = inside and ex * x + ey * y + ez * z >= least - MARGIN
-            if inside:
-                return triangle
-    return -1
-
-
-@compiled(inline="always")
-def reflection(surfaces, plane, image, x, y, z, nearest):
-    """The triangle that reflects the wave from an image to a point, −1 if there is none, and where it does.
-
-    A point that is nearer to the plane than ``nearest``, metres, sees no reflection.
-    """
-    nx, ny, nz = surfaces.normals[plane]
-    ix, iy, iz = image
-    dx, dy, dz = ix - x, iy - y, iz - z
-    towards = nx * dx + ny * dy + nz * dz
-    distance = surfaces.offsets[plane] - (nx * x + ny * y + nz * z)
-    # The plane must lie between the point and the image.
-    if distance * towards <= 0 or abs(distance) >= abs(towards) or abs(distance) < nearest:
-        return -1, x, y, z
-    share = distance / towards
-    x, y, z = x + share * dx, y + share * dy, z + share * dz
-    return on_surface(surfaces, plane, x, y, z), x, y, z
-
-
-@compiled(parallel=True)
-def _mark(surfaces, chains, images, targets, possible):
-    """Fill ``possible`` [targets, chains, sources]."""
-    for target in numba.prange(len(targets)):
-        for chain in range(len(chains)):
-            for source in range(images.shape[1]):
-                x, y, z = targets[target]
-                triangle = 0
-                for k in range(chains.shape[1] - 1, -1, -1):
-                    triangle, x, y, z = reflection(surfaces, chains[chain, k], images[chain, source, k], x, y, z, 0.0)
-                    if triangle < 0:
-                        break
-                possible[target, chain, source] = triangle >= 0
-
-
-@compiled(parallel=True)
-def _place(surfaces, chains, images, targets, paths, vertices, hit):
-    """Fill ``vertices`` [reflections, 3, paths] and ``hit`` [reflections, paths]."""
-    for path in numba.prange(paths.shape[1]):
-        target, chain, source = paths[0, path], paths[1, path], paths[2, path]
-        x, y, z = targets[target]
-        for k in range(chains.shape[1] - 1, -1, -1):
-            triangle, x, y, z = reflection(surfaces, chains[chain, k], images[chain, source, k], x, y, z, 0.0)
-            vertices[k, 0, path], vertices[k, 1, path], vertices[k, 2, path] = x, y, z
-            hit[k, path] = surfaces.faces[triangle]
+    def _reflections(
+        self, targets: mi.Point3d, combination: Combination
+    ) -> tuple[mi.Bool, list[mi.Point3d], list[mi.UInt], mi.Float64]:
+        target, chain, source = combination
+        image = source * dr.opaque(mi.UInt, self._chains) + chain
+        point = dr.gather(mi.Point3d, targets, target)
+        length = dr.norm(point - dr.gather(mi.Point3d, self._images[-1], image))
+        found, places, faces = mi.Bool(True), [], []
+        for k in range(len(self._planes) - 1, -1, -1):
+            plane = dr.gather(mi.UInt, self._planes[k], chain)
+            found, face, point = self._mirrors.reflection(
+                plane, dr.gather(mi.Point3d, self._images[k + 1], image), point, 0.0, found
+            )
+            places.insert(0, point)
+            faces.insert(0, face)
+        return found & (length > 0), places, faces, length

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Float, Int, UInt32
 from scipy.sparse import coo_array
@@ -17,18 +15,6 @@ TOLERANCE = 1e-4
 
 BLOCK = 64
 """Triangles of a plane are searched in blocks of this many, each with a box around it. A fine mesh has thousands."""
-
-
-class PlaneArrays(NamedTuple):
-    """The arrays of ``Planes`` that compiled kernels need."""
-
-    normals: np.ndarray
-    offsets: np.ndarray
-    first: np.ndarray
-    sides: np.ndarray
-    first_box: np.ndarray
-    boxes: np.ndarray
-    faces: np.ndarray
 
 
 class Planes:
@@ -59,11 +45,10 @@ class Planes:
         begins = np.repeat(self.first[:-1] - BLOCK * self.first_box[:-1], blocks) + BLOCK * np.arange(blocks.sum())
         low, high = np.minimum.reduceat(corners.min(axis=1), begins), np.maximum.reduceat(corners.max(axis=1), begins)
         self.boxes = np.stack([low, high], axis=1)
-
-    @property
-    def arrays(self) -> PlaneArrays:
-        """The planes for compiled kernels."""
-        return PlaneArrays(*(getattr(self, name) for name in PlaneArrays._fields))
+        self.low, self.high = (
+            np.minimum.reduceat(low, self.first_box[:-1]),
+            np.maximum.reduceat(high, self.first_box[:-1]),
+        )
 
     def of(self, shapes: UInt32[np.ndarray, " n"], triangles: UInt32[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
         """Index of each triangle's plane."""

@@ -15,6 +15,7 @@ from jaxtyping import Float, Int
 
 from scenes.scene.description import Scene, shifted
 from scenes.scene.shapes import bounding_box
+from simulate.rays.core.image_method import Mirrors
 from simulate.rays.core.multipath import STRAIGHT, Interaction, Multipath
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import MOST_PASSES, Propagation
@@ -72,6 +73,11 @@ class RayScene:
     def planes(self) -> Planes:
         """The planes that the objects' triangles lie in."""
         return Planes(self.description, self.identifiers.tolist())
+
+    @cached_property
+    def mirrors(self) -> Mirrors:
+        """These planes on the ray tracer's device."""
+        return Mirrors(self.planes)
 
 
 NEAR = 1e-4

@@ -69,7 +69,7 @@ class Antennas:
     def __len__(self) -> int:
         return len(self.positions)
 
-    def subset(self, index: Int[np.ndarray, " k"]) -> Antennas:
+    def subset(self, index: Int[np.ndarray, " k"] | slice) -> Antennas:
         """The antennas with these indices."""
         return replace(self, positions=self.positions[index])
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numba
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from simulate.parallel.compiled import ONE_KERNEL, compiled
-from simulate.rays.core.image_method import mirror, reflection
+from simulate.rays.core.electric_field import surviving
+from simulate.rays.core.image_method import Combination, Mirrors, batches, mirrored, on_device
 from simulate.rays.core.planes import Planes
+from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.surfaces import Surfaces
+from simulate.rays.diffraction.diffraction_points import TOO_NEAR
 from simulate.rays.diffraction.edges import Edges
 
 
@@ -35,92 +38,183 @@ class Arms:
         return (self.planes >= 0).sum(axis=1)
 
 
-TOO_NEAR = 1e-4
-"""Metres and radians. The wave of an antenna that is nearer to an edge, or to the plane of its face, is not diffracted
-there."""
-
 POINTS = 16  # Number of points of an edge at which an arm is tried
 
 
-@dataclass(frozen=True)
 class Ends:
-    """The images of antennas by arms, seen from the arms' edges."""
+    """The images of antennas by arms with equal numbers of reflections, seen from the arms' edges.
 
-    # antenna mirrored at the first plane, the first two planes and so on of each arm, metres
-    images: Float[np.ndarray, "antennas arms most 3"]
-    last: Float[np.ndarray, "antennas arms 3"]  # image by all planes, metres
-    angle: Float[np.ndarray, "antennas arms"]  # φ of the last image about the edge, from face 0 on, radians
-    # whether the direction of the last image is in the open space around the edge
-    open: Bool[np.ndarray, "antennas arms"]
-
-
-def ends_of(planes: Planes, edges: Edges, arms: Arms, antennas: Float[np.ndarray, "antennas 3"]) -> Ends:
-    """Mirror antennas at the planes of arms."""
-    images = np.empty((len(arms), len(antennas), arms.planes.shape[1], 3))
-    mirror(planes.normals, planes.offsets, arms.planes, arms.reflections, antennas, images)
-    last = np.broadcast_to(antennas[:, None], (len(antennas), len(arms), 3)).copy()
-    images = np.ascontiguousarray(images.swapaxes(0, 1))
-    for count in range(1, arms.planes.shape[1] + 1):
-        of = arms.reflections == count
-        last[:, of] = images[:, of, count - 1]
-    own = edges.subset(arms.edges)
-    offset = last - own.starts
-    x, y = (offset * own.tangents).sum(axis=-1), (offset * own.normals).sum(axis=-1)
-    angle = np.arctan2(y, x) % (2 * np.pi)
-    open_space = (angle > TOO_NEAR) & (angle < own.exterior - TOO_NEAR) & (np.hypot(x, y) > TOO_NEAR)
-    return Ends(images, last, angle, open_space)
-
-
-def reaches(planes: Planes, edges: Edges, arms: Arms, ends: Ends) -> Bool[np.ndarray, " arms"]:
-    """Whether the reflections of each arm are on surfaces, for one of the antennas and some point of the arm's edge."""
-    points = edges.points((np.arange(POINTS) + 0.5) / POINTS)[arms.edges]
-    found = np.zeros(len(arms), np.bool_)
-    with ONE_KERNEL:
-        _try(planes.arrays, legs_of(arms, ends), points, found)
-    return found
-
-
-class Legs(NamedTuple):
-    """Arrays of ``Arms`` and ``Ends`` that the kernels need."""
-
-    planes: np.ndarray
-    reflections: np.ndarray
-    images: np.ndarray
-    last: np.ndarray
-    angle: np.ndarray
-    open: np.ndarray
-
-
-def legs_of(arms: Arms, ends: Ends) -> Legs:
-    """Arms, and the images by them, for the kernels."""
-    return Legs(arms.planes, arms.reflections, ends.images, ends.last, ends.angle, ends.open)
-
-
-@compiled(inline="always")
-def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
-    """Follow an arm from a point on its edge to the antenna; False if a reflection is on no surface.
-
-    Unless ``step`` is 0, this fills ``vertices`` and ``hit`` at ``where``, ``where + step`` and so on.
+    The images are numbered through the arms of the first antenna, those of the second one, and so on.
     """
-    for k in range(legs.reflections[arm] - 1, -1, -1):
-        # An edge is not on a plane whose reflection it sees.
-        triangle, x, y, z = reflection(surfaces, legs.planes[arm, k], legs.images[antenna, arm, k], x, y, z, TOO_NEAR)
-        if triangle < 0:
-            return False
-        if step != 0:
-            vertices[where, 0], vertices[where, 1], vertices[where, 2] = x, y, z
-            hit[where] = surfaces.faces[triangle]
-            where += step
-    return True
+
+    def __init__(self, mirrors: Mirrors, edges: Edges, arms: Arms, antennas: Float[np.ndarray, "antennas 3"]):
+        count = int(arms.reflections.max(initial=0))
+        images = mirrored(mirrors.planes, arms.planes[:, :count], antennas)
+        own = edges.subset(arms.edges)
+        offset = images[-1] - own.starts
+        along, x, y = ((offset * axis).sum(axis=-1) for axis in (own.directions, own.tangents, own.normals))
+        rho, angle = np.hypot(x, y), np.arctan2(y, x) % (2 * np.pi)
+        open_space = (angle > TOO_NEAR) & (angle < own.exterior - TOO_NEAR) & (rho > TOO_NEAR)
+        self._mirrors, self._arms = mirrors, len(arms)
+        self._planes = [mi.UInt(plane) for plane in arms.planes.T[:count]]
+        self._images = [on_device(each) for each in images]
+        self._z, self._rho, self._angle = (mi.Float64(each.ravel()) for each in (along, rho, angle))
+        # whether the direction of the last image is in the open space around the edge
+        self._open = mi.Bool(open_space.ravel())
+
+    def number(self, antenna: mi.UInt, arm: mi.UInt) -> mi.UInt:
+        """The number of an antenna's last image."""
+        return antenna * dr.opaque(mi.UInt, self._arms) + arm
+
+    def open(self, number: mi.UInt) -> mi.Bool:
+        """Whether the direction of an image is in the open space around the edge."""
+        return dr.gather(mi.Bool, self._open, number)
+
+    def place(self, number: mi.UInt) -> mi.Point3d:
+        """Where an image is, metres."""
+        return dr.gather(mi.Point3d, self._images[-1], number)
+
+    def about(self, number: mi.UInt) -> tuple[mi.Float64, mi.Float64]:
+        """Cylindrical coordinates of an image about the edge: z from the edge's start along it, and ρ, metres."""
+        return dr.gather(mi.Float64, self._z, number), dr.gather(mi.Float64, self._rho, number)
+
+    def angle(self, number: mi.UInt) -> mi.Float64:
+        """φ of an image about the edge, from face 0 on, radians."""
+        return dr.gather(mi.Float64, self._angle, number)
+
+    def follow(
+        self, number: mi.UInt, arm: mi.UInt, point: mi.Point3d, active: mi.Bool
+    ) -> tuple[mi.Bool, list[mi.Point3d], list[mi.UInt]]:
+        """Follow an arm from a point on its edge: whether all reflections are on surfaces, their places, their triangles.
+
+        The places are in the order from the antenna on.
+        """
+        places: list[mi.Point3d] = []
+        faces: list[mi.UInt] = []
+        for k in range(len(self._planes) - 1, -1, -1):
+            plane = dr.gather(mi.UInt, self._planes[k], arm)
+            image = dr.gather(mi.Point3d, self._images[k + 1], number)
+            # An edge is not on a plane whose reflection it sees.
+            active, face, point = self._mirrors.reflection(plane, image, point, TOO_NEAR, active)
+            places.insert(0, point)
+            faces.insert(0, face)
+        return active, places, faces
+
+
+@dataclass(frozen=True)
+class FoundArms:
+    """Arms that lead from some antenna to some point of their edges, and are not blocked by conductors."""
+
+    arms: Arms
+    strengths: Float[np.ndarray, " arms"]  # what surfaces leave of the amplitude, at most
+    lengths: Float[np.ndarray, " arms"]  # of the shortest way, metres
+
+
+def find_arms(
+    surfaces: Surfaces,
+    mirrors: Mirrors,
+    edges: Edges,
+    sequences: Int[np.ndarray, "sequences most"],
+    antennas: Float[np.ndarray, "antennas 3"],
+) -> FoundArms:
+    """The arms that some sequences of reflections make between some antennas and the edges."""
+    tried = _in_beams(mirrors.planes, edges, sequences, antennas)
+    strengths, lengths = np.zeros(len(tried)), np.full(len(tried), np.inf)
+    places, points = on_device(antennas), on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS))
+    for count in np.unique(tried.reflections):
+        number = np.flatnonzero(tried.reflections == count)
+        for start, stop in batches(len(number), len(antennas), POINTS):
+            some = number[start:stop]
+            arms = tried.subset(some)
+            ends = Ends(mirrors, edges, arms, antennas)
+            lane = dr.arange(mi.UInt, len(some) * len(antennas) * POINTS)
+            arm, antenna, point = Combination.of(lane, len(antennas), POINTS)
+            image, edge = ends.number(antenna, arm), dr.gather(mi.UInt, mi.UInt(arms.edges), arm)
+            place = dr.gather(mi.Point3d, points, edge * POINTS + point)
+            found, vertices, faces = ends.follow(image, arm, place, ends.open(image))
+            lane = dr.compress(found)
+            if not dr.width(lane):
+                continue
+            arm, antenna, point = Combination.of(lane, len(antennas), POINTS)
+            image, edge = ends.number(antenna, arm), dr.gather(mi.UInt, mi.UInt(arms.edges), arm)
+            place = dr.gather(mi.Point3d, points, edge * POINTS + point)
+            _, vertices, faces = ends.follow(image, arm, place, mi.Bool(True))
+            way = [mi.Point3f(each) for each in (dr.gather(mi.Point3d, places, antenna), *vertices, place)]
+            strength, length = surviving(surfaces, way, faces), dr.norm(ends.place(image) - place)
+            dr.eval(strength, length, arm)
+            of, strong = some[arm.numpy()], strength.numpy()
+            np.maximum.at(strengths, of, strong)
+            np.minimum.at(lengths, of[strong > 0], length.numpy()[strong > 0])
+    kept = strengths > 0
+    return FoundArms(tried.subset(kept), strengths[kept], lengths[kept])
+
+
+def _in_beams(
+    planes: Planes,
+    edges: Edges,
+    sequences: Int[np.ndarray, "sequences most"],
+    antennas: Float[np.ndarray, "antennas 3"],
+) -> Arms:
+    """The sequences and edges for which the wave of some antenna, off the box of the last plane, may meet the edge."""
+    middle = antennas.mean(axis=0)
+    radius = float(np.linalg.norm(antennas - middle, axis=1).max())
+    last = mirrored(planes, sequences, middle[None])[-1, 0]
+    count = (sequences >= 0).sum(axis=1)
+    padded = np.column_stack([np.full(len(sequences), -1), sequences])
+    plane = padded[np.arange(len(sequences)), count]
+    found = np.zeros(len(sequences), np.int64)
+    arrays = planes.normals, planes.offsets, planes.low, planes.high, *edges.points(np.array([0.0, 1.0])).transpose(1, 0, 2), last, plane, radius
+    nothing = np.zeros(0, np.int64)
+    with ONE_KERNEL:
+        _meet_beams(*arrays, found, found, nothing)
+        edge = np.empty(found.sum(), np.int64)
+        _meet_beams(*arrays, found, np.cumsum(found) - found, edge)
+    return Arms(np.repeat(sequences, found, axis=0), edge)
 
 
 @compiled(parallel=True)
-def _try(surfaces, legs, points, found):
-    """Fill ``found`` [arms]."""
-    nothing, none = np.empty((0, 3), np.float32), np.empty(0, np.uint32)
-    for arm in numba.prange(len(found)):
-        for antenna in range(len(legs.last)):
-            for point in range(points.shape[1]):
-                x, y, z = points[arm, point]
-                if not found[arm] and legs.open[antenna, arm]:
-                    found[arm] = follow(surfaces, legs, antenna, arm, x, y, z, nothing, none, 0, 0)
+def _meet_beams(normals, offsets, low, high, starts, ends, images, planes, radius, counts, places, edges):
+    """Count the edges that each beam may meet, or write them into ``edges`` from ``places`` on, if it is not empty."""
+    for beam in numba.prange(len(images)):
+        count = 0
+        for edge in range(len(starts)):
+            plane = planes[beam]
+            if plane < 0 or _in_beam(
+                normals[plane], offsets[plane], low[plane], high[plane], starts[edge], ends[edge], images[beam], radius
+            ):
+                if len(edges):
+                    edges[places[beam] + count] = edge
+                count += 1
+        counts[beam] = count
+
+
+@compiled
+def _in_beam(normal, offset, low, high, start, end, image, radius):
+    """Whether the triangle of an image and an edge meets the box of a plane, enlarged by the antennas' radius."""
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    image_side = nx * image[0] + ny * image[1] + nz * image[2] - offset
+    side = 1.0 if image_side > 0 else -1.0
+    depth = abs(image_side)
+    first = -side * (nx * start[0] + ny * start[1] + nz * start[2] - offset)
+    second = -side * (nx * end[0] + ny * end[1] + nz * end[2] - offset)
+    if depth <= radius:  # the plane is between the antennas
+        return True
+    if first < TOO_NEAR and second < TOO_NEAR:  # behind the mirror
+        return False
+    far = 0.0
+    for axis in range(3):
+        far = max(far, abs(start[axis] - image[axis]), abs(end[axis] - image[axis]))
+    # How far the other antennas' waves meet the plane from that of their middle, at most.
+    margin = radius * (1 + 2 * far / (depth - radius + max(min(first, second), 0.0)))
+    for axis in range(3):
+        a, b = start[axis], end[axis]
+        # The part of the edge that is before the mirror.
+        if first < 0:
+            a = b + (a - b) * second / (second - first)
+        elif second < 0:
+            b = a + (b - a) * first / (first - second)
+        a = image[axis] + (a - image[axis]) * depth / (depth + max(first, 0.0))
+        b = image[axis] + (b - image[axis]) * depth / (depth + max(second, 0.0))
+        if max(a, b) < low[axis] - margin or min(a, b) > high[axis] + margin:
+            return False
+    return True

@@ -19,6 +19,7 @@ from simulate.rays.diffraction.edges import Edges
 def behind_edge(
     surfaces: Surfaces,
     edges: Edges,
+    sheets: bool,
     geometry: PathGeometry,
     number: int,
     field: Field,
@@ -26,12 +27,10 @@ def behind_edge(
     way_out: mi.Vector3f,
 ) -> Field:
     """The field behind an edge, without the phase and the spreading on the way."""
-    which = geometry.edges[number]
-    edge = mi.UInt(which.astype(np.uint32))
+    edge, around = geometry.edges[number], geometry.around[number]
     k = surfaces.wavenumber
     n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
-    angle_in, angle_out = (mi.Float(angle) for angle in geometry.angles[number])
-    length, sin_beta = mi.Float(geometry.length[number]), mi.Float(geometry.sin_beta[number])
+    angle_in, angle_out, _, _, sin_beta, *detours, excess, length = (mi.Float(each) for each in around)
     direct, reflected = transition_pairs(angle_out, angle_in, n, length, k)
     # Unit vectors perpendicular to the plane of edge and ray, before and behind the edge.
     along = dr.gather(mi.Vector3f, _vectors(edges.directions), edge)
@@ -42,7 +41,7 @@ def behind_edge(
         -(direct + reflected) * component(field, phi_in),
         phi_out,
     )
-    if edges.sheets[which].any():
+    if sheets:
         normal = dr.gather(mi.Vector3f, _vectors(edges.normals), edge)
         face = dr.gather(mi.UInt, mi.UInt(edges.faces.astype(np.uint32)), edge)
         driven, sending = (
@@ -56,7 +55,6 @@ def behind_edge(
         sheet = turned(sheet, dr.exp(mi.Complex2f(0, k * middle)))
         is_sheet = dr.gather(mi.Bool, mi.Bool(edges.sheets), edge)
         found = dr.select(is_sheet, sheet[0], found[0]), dr.select(is_sheet, sheet[1], found[1])
-    detours, excess = [mi.Float(detour) for detour in geometry.detours[number]], mi.Float(geometry.excess[number])
     weight = end_weight(detours, excess, k) * common_factor(n, sin_beta, k)
     return turned(found, weight)
 

@@ -20,7 +20,7 @@ from simulate.generation.reciprocity import element_offsets, reciprocal
 from simulate.generation.simulation import simulate
 from simulate.rays.chain_solver import Found
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.reflection_chains import reversed_chains
+from simulate.rays.core.shooting import reversed_sequences
 from simulate.rays.tracer import Tracer
 from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
@@ -206,7 +206,7 @@ def test_moving_array_receives_what_a_fixed_one_does(scene, pattern, received, s
     )
     propagation = Propagation(max_depth=2, diffraction=False, rays=20_000)
     moves, offsets = Tracer(reciprocal(scene), propagation), element_offsets(scene.gateway, scene.wavelength)
-    found = Found(np.ascontiguousarray(reversed_chains(moves.found.reflected)), None)
+    found = Found(np.ascontiguousarray(reversed_sequences(moves.found.reflected)), None)
     place = np.array([[2.4, 0.1, 1.3]])
     stands = Tracer(replace(scene, gateway=replace(scene.gateway, position=tuple(place[0]))), propagation, found=found)
     expected = stands.responses(np.array([scene.gateway.position]))[0]
