@@ -14,11 +14,12 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.shapes import bounding_box
 from simulate.parallel.compiled import ONE_KERNEL, compiled
 from simulate.positions.placement import free_positions
-from simulate.rays.core.multipath import Multipath, Paths, Solution
+from simulate.rays.core.multipath import Multipath, Paths
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflection_chains import Chains, find_chains, reflected
 from simulate.rays.core.shooting import explore
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
+from simulate.rays.core.solution import Solution
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
@@ -79,8 +80,7 @@ class ChainSolver:
         chains = find_chains(ray_scene, elements, trials, forth.arriving, back.arriving, report)
         if self._edge_scene is None:
             return chains, None
-        short = forth.short, back.short
-        return chains, find_diffracted_chains(self._edge_scene, elements, trials, short, chains, report)
+        return chains, find_diffracted_chains(self._edge_scene, elements, trials, (forth, back), chains, report)
 
     def paths(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
         """The paths between all sources and targets, in batches: the chain of each path, and the paths."""
@@ -180,12 +180,13 @@ class BandSum:
         targets = solution.targets
         if not len(targets):
             return
-        delays = solution.travelled / SPEED_OF_LIGHT
+        amplitudes = tuple(solution.amplitudes)
+        delays = solution.travelled.numpy() / SPEED_OF_LIGHT
         begins = np.flatnonzero(np.diff(targets, prepend=-1))  # the paths are ordered by target
         bounds = np.append(begins, len(targets))
         with ONE_KERNEL:
             _add(  # type: ignore[call-arg]
-                *(bounds, targets, solution.sources, delays, tuple(solution.amplitudes), self._weights),
+                *(bounds, targets, solution.sources, delays, amplitudes, self._weights),
                 *(self._first, self._step, self._sums),
             )
 

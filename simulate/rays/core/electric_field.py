@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Complex
 
 from simulate.rays.core.propagation import MOST_PASSES
 from simulate.rays.core.ray_scene import NEAR
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.solution import Amplitude
 from simulate.rays.core.surfaces import Surfaces
 
 Field = tuple[mi.Vector3f, mi.Vector3f]  # Real and imaginary parts of the electric field, world frame
@@ -134,8 +134,8 @@ def path_amplitudes(
     targets: Antennas,
     ways: Ways,
     at_edges: Mapping[int, AtEdge] = {},
-) -> tuple[mi.Float64, mi.Float64]:
-    """Real and imaginary part of the amplitude of each path between its source and its target, 0 if it is blocked."""
+) -> Amplitude:
+    """The amplitude of each path between its source and its target, 0 if it is blocked."""
     interactions = len(ways.vertices)
     passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
     points = [dr.gather(mi.Point3f, sources.points, ways.sources), *ways.vertices]
@@ -172,18 +172,16 @@ def solved(
     targets: Antennas,
     ways: Ways,
     at_edges: Callable[[Surfaces], Mapping[int, AtEdge]] = lambda surfaces: {},
-) -> list[Complex[np.ndarray, " paths"]]:
+) -> list[Amplitude]:
     """The amplitudes of paths with each of some sets of materials."""
     if len(surfaces) > 1:
         dr.eval(ways)
-    parts = [path_amplitudes(each, sources, targets, ways, at_edges(each)) for each in surfaces]
-    dr.eval(parts, ways.travelled)
-    return [real.numpy() + 1j * imaginary.numpy() for real, imaginary in parts]
+    return [path_amplitudes(each, sources, targets, ways, at_edges(each)) for each in surfaces]
 
 
 @dr.syntax
 def surviving(surfaces: Surfaces, points: Sequence[mi.Point3f], faces: Sequence[mi.UInt]) -> mi.Float:
-    """The share of the amplitude that surfaces leave on ways over reflections, at most; 0 if a conductor blocks them."""
+    """The share of the amplitude that surfaces leave on ways over reflections, at most; 0 if a conductor blocks."""
     strength, passes = mi.Float(1), mi.UInt(MOST_PASSES if surfaces.refraction else 0)
     for number in range(len(points) - 1):
         start, step = points[number], mi.Vector3f(points[number + 1] - points[number])

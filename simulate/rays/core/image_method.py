@@ -50,7 +50,7 @@ def batches(targets: int, chains: int, sources: int) -> Iterator[tuple[int, int]
 
 def on_device(points: Float[np.ndarray, "... 3"]) -> mi.Point3d:
     """Points as the ray tracer's arrays in double precision, in the order of memory."""
-    return mi.Point3d(np.ascontiguousarray(points.reshape(-1, 3).T))
+    return mi.Point3d(*(mi.Float64(np.ascontiguousarray(axis)) for axis in points.reshape(-1, 3).T))
 
 
 class Mirrors:
@@ -116,7 +116,7 @@ def mirrored(
     images[0] = sources[:, None]
     for k, plane in enumerate(sequences.T):
         normals, offsets = planes.normals[plane], planes.offsets[plane]
-        distance = ((images[k] * normals).sum(axis=-1) - offsets) * (plane >= 0)
+        distance = (np.einsum("nsi,si->ns", images[k], normals) - offsets) * (plane >= 0)
         images[k + 1] = images[k] - 2 * distance[..., None] * normals
     return images
 

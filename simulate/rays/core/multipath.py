@@ -8,15 +8,12 @@ path is stationary there (Fermat). The amplitude a changes little over a fractio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from enum import IntEnum
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from jaxtyping import Complex, Float, Int
-
-from simulate.parallel.compiled import ONE_KERNEL, compiled
 
 STRAIGHT = -1  # Stands for no object: nothing changes the direction of the wave here
 
@@ -42,7 +39,10 @@ class Paths(NamedTuple):
 
     def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:
         """Add every path to the response between its target and its source, one after another."""
-        np.add.at(total, (self.targets, self.sources), self.responses)
+        place = self.targets * total.shape[1] + self.sources
+        sums = (np.bincount(place, part, total.size) for part in (self.responses.real, self.responses.imag))
+        total.real += next(sums).reshape(total.shape)
+        total.imag += next(sums).reshape(total.shape)
 
 
 class Multipath(NamedTuple):
@@ -91,67 +91,3 @@ def strongest_first(batches: Iterable[Multipath]) -> list[TracedPath]:
             moved = np.append(True, (np.diff(vertices, axis=0) != 0).any(axis=1))
             found.append(TracedPath(vertices[moved], response))
     return sorted(found, key=lambda path: -abs(path.response))
-
-
-Course = tuple[Float[np.ndarray, "paths n+2 3"], Int[np.ndarray, "paths n"], Int[np.ndarray, "paths n"]]
-"""Where paths run: ``vertices``, ``objects`` and ``kinds`` of ``Multipath``."""
-
-
-class Solution(NamedTuple):
-    """A batch of paths. The paths of one target do not depend on the other targets."""
-
-    chain: Int[np.ndarray, " paths"]  # index of each path's chain
-    targets: Int[np.ndarray, " paths"]  # index of each path's target
-    sources: Int[np.ndarray, " paths"]  # index of each path's source
-    travelled: Float[np.ndarray, " paths"]  # length of each path, metres
-    # amplitude a of each path with each of several sets of materials, or at several frequencies, 0 if the path is
-    # blocked. Its contribution to the response is a e^{−j2πfτ}.
-    amplitudes: Sequence[Complex[np.ndarray, " paths"]]
-    wavelengths: Sequence[float]  # that of each of these sets, metres
-    course: Callable[[], Course]  # computes where the paths run
-
-    @property
-    def paths(self) -> list[Paths]:
-        """The contributions of the paths, with each set of materials."""
-        with ONE_KERNEL:
-            responses = [
-                _delayed(amplitudes, self.travelled, wavelength)  # type: ignore[call-arg]
-                for amplitudes, wavelength in zip(self.amplitudes, self.wavelengths, strict=True)
-            ]
-        return [Paths(self.targets, self.sources, each) for each in responses]
-
-    def arriving(self) -> tuple[Int[np.ndarray, " arriving"], Paths]:
-        """The chains and the paths, with the first set of materials, without blocked ones."""
-        kept = self.amplitudes[0] != 0
-        return self.chain[kept], Paths(*(each[kept] for each in self.paths[0]))
-
-    def multipath(self) -> Multipath:
-        """The paths of ``arriving`` with their vertices."""
-        kept = self.amplitudes[0] != 0
-        return Multipath(*(each[kept] for each in (*self.paths[0], *self.course())))
-
-
-@compiled(parallel=True)
-def _delayed(amplitudes, travelled, wavelength):
-    """a e^{−j2πL/λ}; whole turns are taken out, or the phase would lose digits."""
-    responses = np.empty(len(amplitudes), np.complex128)
-    for path in numba.prange(len(amplitudes)):
-        angle = -2 * np.pi * (travelled[path] / wavelength % 1)
-        responses[path] = amplitudes[path] * complex(np.cos(angle), np.sin(angle))
-    return responses
-
-
-def largest_shares(
-    solutions: Iterable[Solution], chains: int, others: Float[np.ndarray, "targets sources"]
-) -> Float[np.ndarray, " chains"]:
-    """The largest share of the power between two antennas that each chain carries."""
-    whole, found = others.copy(), []
-    for solution in solutions:
-        chain, paths = solution.arriving()
-        power = np.abs(paths.responses) ** 2
-        np.add.at(whole, (paths.targets, paths.sources), power)
-        found.append((chain, paths, power))
-    result = np.zeros(chains)
-    for chain, paths, power in found:
-        np.maximum.at(result, chain, power / np.maximum(whole[paths.targets, paths.sources], 1e-30))
-    return result

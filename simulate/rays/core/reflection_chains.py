@@ -19,12 +19,13 @@ from jaxtyping import Float, Int
 
 from simulate.rays.core.electric_field import Ways, solved
 from simulate.rays.core.image_method import Images, batches, on_device
-from simulate.rays.core.multipath import STRAIGHT, Course, Interaction, Solution, largest_shares
+from simulate.rays.core.multipath import STRAIGHT, Interaction
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.shooting import reversed_sequences
 from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.solution import Course, Solution, largest_shares
 from simulate.rays.core.surfaces import Surfaces
 
 Chains = Int[np.ndarray, "chains depth"]
@@ -49,7 +50,7 @@ def find_chains(
     back: Chains,
     report: Callable[[str], None],
 ) -> Chains:
-    """The chains that carry power from the gateway to one of some positions, of those that rays from both ends found."""
+    """The chains that carry power from the gateway to some position, of those that rays from both ends found."""
     propagation = ray_scene.propagation
     if not propagation.specular or not propagation.max_depth:
         return line_of_sight(propagation)
@@ -86,11 +87,9 @@ def reflected(
                 ways = Ways(combination.source, combination.target, points, faces, length, 1 / length)
                 amplitudes = solved(surfaces, sources, some, ways)
                 target, chain, source = (each.numpy().astype(np.int64) for each in combination)
-                course = partial(
-                    _course, ways, sources.positions[source], some.positions[target], ray_scene, chains.shape[1]
-                )
-                lengths = length.numpy()
-                yield Solution(number[chain], start + target, source, lengths, amplitudes, wavelengths, course)
+                antennas = sources.positions[source], some.positions[target]
+                course = partial(_course, ways, *antennas, ray_scene, chains.shape[1])
+                yield Solution(number[chain], start + target, source, length, amplitudes, wavelengths, course)
 
 
 def _course(

@@ -98,6 +98,12 @@ class Explored(NamedTuple):
 
     arriving: Int[np.ndarray, "n depth"]  # after which a ray passes the box of the other antennas
     short: Int[np.ndarray, "m short"]  # all with few reflections
+    strengths: Float32[np.ndarray, " m"]  # what the surfaces left of the amplitude of the strongest ray of each of these
+
+    def shorter(self, most: int) -> Explored:
+        """Without the short sequences of more than some number of reflections."""
+        kept = (self.short >= 0).sum(axis=1) <= most
+        return self._replace(short=self.short[kept], strengths=self.strengths[kept])
 
 
 def explore(
@@ -110,13 +116,16 @@ def explore(
 ) -> Explored:
     """Find the sequences of planes that reflect waves from some antennas, and those that reflect them into a box."""
     most = ray_scene.propagation.max_depth if ray_scene.propagation.specular else 0
-    sequences, arriving, few = Sequences(), [], []
+    sequences, arriving, strengths = Sequences(), [], np.ones(1, np.float32)
     for flights in _shoot(ray_scene, surfaces, antennas, most, sequences, generator):
         arriving.append(np.unique(flights.sequences[flights.near(others)]))
-        few.append(np.unique(flights.sequences[flights.reflections <= short]))
-    found, beginnings = (np.unique(np.concatenate([[0], *each])) for each in (arriving, few))
+        strengths = np.pad(strengths, (0, len(sequences) - len(strengths)))
+        few = flights.reflections <= short
+        np.maximum.at(strengths, flights.sequences[few], flights.strengths[few])
+    found, beginnings = np.unique(np.concatenate([[0], *arriving])), np.flatnonzero(strengths)
+    depth = ray_scene.propagation.max_depth
     return Explored(
-        sequences.planes(found, ray_scene.propagation.max_depth), sequences.planes(beginnings, min(most, short))
+        sequences.planes(found, depth), sequences.planes(beginnings, min(most, short)), strengths[beginnings]
     )
 
 

@@ -13,9 +13,12 @@ from simulate.rays.core.electric_field import surviving
 from simulate.rays.core.image_method import Combination, Mirrors, batches, mirrored, on_device
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.shooting import Explored
+from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.diffraction_points import TOO_NEAR
 from simulate.rays.diffraction.edges import Edges
+from simulate.spectra.spectrum import evenly
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,12 @@ class Arms:
 
 POINTS = 16  # Number of points of an edge at which an arm is tried
 
+MOST, LEAST = 30_000_000, 8
+"""Most ways along which arms are tried, all antennas and points of edges together, and the least number of antennas."""
+
+MOST_ARMS = 60_000
+"""Most arms that are tried from either end, those that promise the strongest waves."""
+
 
 class Ends:
     """The images of antennas by arms with equal numbers of reflections, seen from the arms' edges.
@@ -52,7 +61,7 @@ class Ends:
         images = mirrored(mirrors.planes, arms.planes[:, :count], antennas)
         own = edges.subset(arms.edges)
         offset = images[-1] - own.starts
-        along, x, y = ((offset * axis).sum(axis=-1) for axis in (own.directions, own.tangents, own.normals))
+        along, x, y = (np.einsum("nai,ai->na", offset, axis) for axis in (own.directions, own.tangents, own.normals))
         rho, angle = np.hypot(x, y), np.arctan2(y, x) % (2 * np.pi)
         open_space = (angle > TOO_NEAR) & (angle < own.exterior - TOO_NEAR) & (rho > TOO_NEAR)
         self._mirrors, self._arms = mirrors, len(arms)
@@ -85,7 +94,7 @@ class Ends:
     def follow(
         self, number: mi.UInt, arm: mi.UInt, point: mi.Point3d, active: mi.Bool
     ) -> tuple[mi.Bool, list[mi.Point3d], list[mi.UInt]]:
-        """Follow an arm from a point on its edge: whether all reflections are on surfaces, their places, their triangles.
+        """Follow an arm from a point on its edge: whether all reflections are on surfaces, their places and triangles.
 
         The places are in the order from the antenna on.
         """
@@ -114,33 +123,43 @@ def find_arms(
     surfaces: Surfaces,
     mirrors: Mirrors,
     edges: Edges,
-    sequences: Int[np.ndarray, "sequences most"],
-    antennas: Float[np.ndarray, "antennas 3"],
+    explored: Explored,
+    antennas: Antennas,
+    others: Antennas,
+    least: float,
 ) -> FoundArms:
-    """The arms that some sequences of reflections make between some antennas and the edges."""
-    tried = _in_beams(mirrors.planes, edges, sequences, antennas)
+    """The arms from some antennas to the edges, of which ``others`` are at the other end of the chains.
+
+    An arm whose wave promises to be weaker than ``least`` is left out.
+    """
+    middle = edges.points(np.array([0.5]))[:, 0]
+    behind = np.linalg.norm(middle[:, None] - others.positions[:: -(-len(others) // LEAST)], axis=2).min(axis=1)
+    tried, promise = _in_beams(surfaces.wavelength, mirrors.planes, edges, explored, antennas.positions, behind, least)
+    tried = tried.subset(np.sort(np.argsort(-promise, kind="stable")[:MOST_ARMS]))
+    fewer = max(LEAST, MOST // (POINTS * max(1, len(tried))))
+    chosen = antennas.positions[evenly(np.arange(len(antennas)), fewer)]
     strengths, lengths = np.zeros(len(tried)), np.full(len(tried), np.inf)
-    places, points = on_device(antennas), on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS))
+    places, points = on_device(chosen), on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS))
     for count in np.unique(tried.reflections):
         number = np.flatnonzero(tried.reflections == count)
-        for start, stop in batches(len(number), len(antennas), POINTS):
+        for start, stop in batches(len(number), len(chosen), POINTS):
             some = number[start:stop]
             arms = tried.subset(some)
-            ends = Ends(mirrors, edges, arms, antennas)
-            lane = dr.arange(mi.UInt, len(some) * len(antennas) * POINTS)
-            arm, antenna, point = Combination.of(lane, len(antennas), POINTS)
-            image, edge = ends.number(antenna, arm), dr.gather(mi.UInt, mi.UInt(arms.edges), arm)
-            place = dr.gather(mi.Point3d, points, edge * POINTS + point)
-            found, vertices, faces = ends.follow(image, arm, place, ends.open(image))
-            lane = dr.compress(found)
+            ends, edge = Ends(mirrors, edges, arms, chosen), mi.UInt(arms.edges)
+
+            def way(lane: mi.UInt, ends: Ends = ends, edge: mi.UInt = edge) -> tuple:
+                arm, antenna, point = Combination.of(lane, len(chosen), POINTS)
+                image = ends.number(antenna, arm)
+                place = dr.gather(mi.Point3d, points, dr.gather(mi.UInt, edge, arm) * POINTS + point)
+                found, vertices, faces = ends.follow(image, arm, place, ends.open(image))
+                corners = dr.gather(mi.Point3d, places, antenna), *vertices, place
+                return arm, found, corners, faces, dr.norm(ends.place(image) - place)
+
+            lane = dr.compress(way(dr.arange(mi.UInt, len(some) * len(chosen) * POINTS))[1])
             if not dr.width(lane):
                 continue
-            arm, antenna, point = Combination.of(lane, len(antennas), POINTS)
-            image, edge = ends.number(antenna, arm), dr.gather(mi.UInt, mi.UInt(arms.edges), arm)
-            place = dr.gather(mi.Point3d, points, edge * POINTS + point)
-            _, vertices, faces = ends.follow(image, arm, place, mi.Bool(True))
-            way = [mi.Point3f(each) for each in (dr.gather(mi.Point3d, places, antenna), *vertices, place)]
-            strength, length = surviving(surfaces, way, faces), dr.norm(ends.place(image) - place)
+            arm, _, corners, faces, length = way(lane)
+            strength = surviving(surfaces, [mi.Point3f(each) for each in corners], faces)
             dr.eval(strength, length, arm)
             of, strong = some[arm.numpy()], strength.numpy()
             np.maximum.at(strengths, of, strong)
@@ -149,41 +168,65 @@ def find_arms(
     return FoundArms(tried.subset(kept), strengths[kept], lengths[kept])
 
 
+@compiled
+def promise_of(wavelength, before, behind):
+    """About how strong a wave is behind an edge, at given distances (metres) from it, over λ/4π.
+
+    It is about √λ/2π / √(d₁ d₂ (d₁ + d₂)) with the edge's distances d₁ and d₂ from the antennas.
+    """
+    first, second = np.maximum(before, wavelength), np.maximum(behind, wavelength)
+    return np.sqrt(wavelength / (first * second * (first + second))) / (2 * np.pi)
+
+
 def _in_beams(
+    wavelength: float,
     planes: Planes,
     edges: Edges,
-    sequences: Int[np.ndarray, "sequences most"],
+    explored: Explored,
     antennas: Float[np.ndarray, "antennas 3"],
-) -> Arms:
-    """The sequences and edges for which the wave of some antenna, off the box of the last plane, may meet the edge."""
+    behind: Float[np.ndarray, " edges"],
+    least: float,
+) -> tuple[Arms, Float[np.ndarray, " arms"]]:
+    """The arms for which some antenna's wave, off the box of the last plane, may meet the edge, and their promise."""
+    sequences = explored.short
     middle = antennas.mean(axis=0)
     radius = float(np.linalg.norm(antennas - middle, axis=1).max())
     last = mirrored(planes, sequences, middle[None])[-1, 0]
-    count = (sequences >= 0).sum(axis=1)
     padded = np.column_stack([np.full(len(sequences), -1), sequences])
-    plane = padded[np.arange(len(sequences)), count]
-    found = np.zeros(len(sequences), np.int64)
-    arrays = planes.normals, planes.offsets, planes.low, planes.high, *edges.points(np.array([0.0, 1.0])).transpose(1, 0, 2), last, plane, radius
-    nothing = np.zeros(0, np.int64)
+    plane = padded[np.arange(len(sequences)), (sequences >= 0).sum(axis=1)]
+    starts, ends = edges.points(np.array([0.0, 1.0])).transpose(1, 0, 2)
+    beams = last, plane, explored.strengths.astype(float), radius, planes.normals, planes.offsets, planes.low, planes.high
+    given = *beams, starts, ends, edges.directions, edges.lengths, behind, wavelength, least
+    found, nothing = np.zeros(len(sequences), np.int64), np.zeros(0, np.int64)
     with ONE_KERNEL:
-        _meet_beams(*arrays, found, found, nothing)
-        edge = np.empty(found.sum(), np.int64)
-        _meet_beams(*arrays, found, np.cumsum(found) - found, edge)
-    return Arms(np.repeat(sequences, found, axis=0), edge)
+        _meet_beams(*given, found, nothing, nothing, np.zeros(0))
+        edge, promise = np.empty(found.sum(), np.int64), np.empty(found.sum())
+        _meet_beams(*given, found, np.cumsum(found) - found, edge, promise)
+    return Arms(np.repeat(sequences, found, axis=0), edge), promise
 
 
 @compiled(parallel=True)
-def _meet_beams(normals, offsets, low, high, starts, ends, images, planes, radius, counts, places, edges):
-    """Count the edges that each beam may meet, or write them into ``edges`` from ``places`` on, if it is not empty."""
+def _meet_beams(
+    images, planes, strengths, radius, normals, offsets, low, high, starts, ends, directions, lengths, behind,
+    wavelength, least, counts, places, edges, promises
+):
+    """Count the edges that each beam may meet; write them and their promises from ``places`` on, if there are any."""
     for beam in numba.prange(len(images)):
         count = 0
         for edge in range(len(starts)):
+            x, y, z = images[beam, 0] - starts[edge, 0], images[beam, 1] - starts[edge, 1], images[beam, 2] - starts[edge, 2]
+            along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
+            beyond = along - min(max(along, 0.0), lengths[edge])
+            before = np.sqrt(max(x * x + y * y + z * z - along * along, 0.0) + beyond * beyond)
+            promise = strengths[beam] * promise_of(wavelength, max(before - radius, 0.0), behind[edge])
+            if promise < least:
+                continue
             plane = planes[beam]
             if plane < 0 or _in_beam(
                 normals[plane], offsets[plane], low[plane], high[plane], starts[edge], ends[edge], images[beam], radius
             ):
-                if len(edges):
-                    edges[places[beam] + count] = edge
+                if len(places):
+                    edges[places[beam] + count], promises[places[beam] + count] = edge, promise
                 count += 1
         counts[beam] = count
 

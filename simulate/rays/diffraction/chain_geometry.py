@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from simulate.rays.core.electric_field import Ways
 from simulate.rays.core.image_method import Combination, Mirrors, on_device
@@ -62,7 +63,14 @@ class _Lanes(NamedTuple):
 class Combinations:
     """Every combination of a target, a chain and a source, for chains of one shape."""
 
-    def __init__(self, mirrors: Mirrors, edges: Edges, chains: DiffractedChains, sources: np.ndarray, wavelength: float):
+    def __init__(
+        self,
+        mirrors: Mirrors,
+        edges: Edges,
+        chains: DiffractedChains,
+        sources: Float[np.ndarray, "sources 3"],
+        wavelength: float,
+    ):
         self._mirrors, self._edges, self._chains = mirrors, edges, chains
         self._twice = bool(chains.link[0] != NO_LINK)
         self._near, self._sources = Ends(mirrors, edges, chains.near, sources), len(sources)
@@ -75,7 +83,7 @@ class Combinations:
         self._faces = [mi.Float64(each.astype(float)) for each in faces.T]
         self._lifts = [on_device(lift_of(edges.subset(of[:, end]), faces[:, end])) for end in (0, 1)]
 
-    def ends_of(self, targets: np.ndarray) -> Ends:
+    def ends_of(self, targets: Float[np.ndarray, "targets 3"]) -> Ends:
         """The images of targets by the far arms."""
         return Ends(self._mirrors, self._edges, self._chains.far, targets)
 

@@ -10,10 +10,11 @@ from jaxtyping import Float
 
 from simulate.rays.core.electric_field import AtEdge, solved
 from simulate.rays.core.image_method import batches
-from simulate.rays.core.multipath import Course, Interaction, Solution
+from simulate.rays.core.multipath import Interaction
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr
 from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.solution import Course, Solution
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
@@ -61,11 +62,11 @@ def diffracted(
                 at_edges = partial(_at_edges, edges, geometry, before, sheets)
                 amplitudes = solved(surfaces, sources, some, geometry, at_edges)
                 target, chain, source = (each.numpy().astype(np.int64) for each in combination)
-                course = partial(
-                    _course, geometry, sources.positions[source], some.positions[target], edge_scene, before, diffractions
+                antennas = sources.positions[source], some.positions[target]
+                course = partial(_course, geometry, *antennas, edge_scene, before, diffractions)
+                yield Solution(
+                    number[chain], start + target, source, geometry.travelled, amplitudes, wavelengths, course
                 )
-                travelled = geometry.travelled.numpy()
-                yield Solution(number[chain], start + target, source, travelled, amplitudes, wavelengths, course)
 
 
 def _at_edges(

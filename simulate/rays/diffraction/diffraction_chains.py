@@ -68,16 +68,24 @@ def _pairs(
     near: Arms, far: Arms, edges: Int[np.ndarray, "n 2"], most_reflections: int
 ) -> tuple[Int[np.ndarray, "pairs 2"], Int[np.ndarray, " pairs"]]:
     """Pairs of arms at some pairs of edges, in lexical order, and the pair of edges that each belongs to."""
-    found, where = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)]
-    for number, (begin, end) in enumerate(edges):
-        a, b = np.nonzero(near.edges == begin)[0], np.nonzero(far.edges == end)[0]
-        pairs = np.stack(np.meshgrid(a, b, indexing="ij"), axis=-1).reshape(-1, 2)
-        total = near.reflections[pairs[:, 0]] + far.reflections[pairs[:, 1]]
-        found.append(pairs[total <= most_reflections])
-        where.append(np.full(len(found[-1]), number))
-    pairs, which = np.concatenate(found), np.concatenate(where)
+    which, first = _joined(edges[:, 0], near.edges)
+    of_first, second = _joined(edges[which, 1], far.edges)
+    which, first = which[of_first], first[of_first]
+    kept = near.reflections[first] + far.reflections[second] <= most_reflections
+    pairs, which = np.column_stack([first, second])[kept], which[kept]
     order = np.lexsort((which, pairs[:, 1], pairs[:, 0]))
     return pairs[order], which[order]
+
+
+def _joined(
+    values: Int[np.ndarray, " n"], others: Int[np.ndarray, " m"]
+) -> tuple[Int[np.ndarray, " pairs"], Int[np.ndarray, " pairs"]]:
+    """Indices of all pairs of equal numbers."""
+    order = np.argsort(others, kind="stable")
+    begin, end = (np.searchsorted(others[order], values, side) for side in ("left", "right"))
+    index = np.repeat(np.arange(len(values)), end - begin)
+    place = np.arange(len(index)) - np.repeat(np.cumsum(end - begin) - (end - begin), end - begin)
+    return index, order[begin[index] + place]
 
 
 THROUGH_SPACE = -1  # Stands for the face of a link that runs along no face
@@ -111,10 +119,10 @@ class Links:
 NO_LINKS = Links(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
 
 
-def links_between(edges: Edges, ray_scene: RayScene) -> Links:
-    """The links between conductors' edges that see each other at some point; those of sheets are too weak to matter."""
+def links_between(edges: Edges, some: Int[np.ndarray, " k"], ray_scene: RayScene) -> Links:
+    """The links between some conductors' edges that see each other at some point."""
     found = [NO_LINKS]
-    conductors = np.nonzero(~edges.sheets)[0]
+    conductors = some[~edges.sheets[some]]
     block = max(1, PAIRS_AT_ONCE // max(1, len(conductors)))
     for start in range(0, len(conductors), block):
         begins = conductors[start : start + block]

@@ -11,14 +11,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from simulate.rays.core.multipath import largest_shares
+from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflection_chains import Chains, reflected
+from simulate.rays.core.shooting import Explored
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.diffraction.arms import FoundArms, find_arms
+from simulate.rays.core.solution import largest_shares
+from simulate.rays.core.surfaces import Surfaces
+from simulate.rays.diffraction.arms import FoundArms, find_arms, promise_of
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, NO_LINKS, DiffractedChains, chains_of, links_between
+from simulate.rays.diffraction.edges import Edges
 from simulate.spectra.spectrum import evenly
 
 MOST_REFLECTIONS = 2
@@ -26,50 +30,69 @@ MOST_REFLECTIONS = 2
 
 MOST_REFLECTIONS_TWICE = 1  # Most reflections of a chain with two diffractions
 
-TRIALS = 64  # Number of positions in the region at which candidates are tried
+MOST = 300_000  # Most candidates that are tried, those that promise the strongest waves
 
-ELEMENTS = 4
-"""Number of elements at which candidates with two diffractions are tried. Those with one are tried at all elements."""
+MOST_LINKED = 300  # Most edges between which a wave that is diffracted twice is followed
+
+ELEMENTS = 4  # Number of elements between which the trial positions are shared
 
 NEGLIGIBLE = 5e-5
 """A chain is dropped if its share of the power is smaller than this at every trial and every element."""
 
-GAIN = 10  # The most by which the patterns of two antennas may favour one path over the others, as a power
+STRONGER = 100
+"""The most by which a diffracted wave's power may exceed what it promises: near a boundary, or by antennas' patterns."""
+
+SHADOWED = 0.1
+"""The share of the positions with the weakest reflected waves. Beside these, weak diffracted waves are left out."""
 
 
 def find_diffracted_chains(
     edge_scene: EdgeScene,
     elements: Antennas,
     trials: Antennas,
-    sequences: tuple[Chains, Chains],
+    explored: tuple[Explored, Explored],
     reflecting: Chains,
     report: Callable[[str], None],
 ) -> DiffractedChains:
     """The chains with diffractions that carry power from the gateway to one of some positions.
 
-    ``sequences`` are those of the planes that reflect waves from the elements, and from the positions.
+    ``explored`` is what rays from the elements found, and rays from the positions.
     """
     ray_scene, edges, surfaces = edge_scene.ray_scene, edge_scene.edges, edge_scene.surfaces
     propagation = ray_scene.propagation
     most = max(0, min(MOST_REFLECTIONS, propagation.max_depth - 1)) if propagation.specular else 0
-    trials = trials.subset(evenly(np.arange(len(trials)), TRIALS))
     some = elements.subset(evenly(np.arange(len(elements)), ELEMENTS))
-    near, far = (
-        find_arms(surfaces, ray_scene.mirrors, edges, planes[(planes >= 0).sum(axis=1) <= most], antennas.positions)
-        for planes, antennas in zip(sequences, (some, trials), strict=True)
-    )
-    links = links_between(edges, ray_scene) if propagation.max_depth >= 2 else NO_LINKS
+    import time
+    t=time.time(); c=time.process_time()
+    def lap(w):
+        nonlocal t,c
+        print('   ',w,'%.2f wall %.2f cpu'%(time.time()-t,time.process_time()-c),flush=True); t=time.time(); c=time.process_time()
+    # Each element is tried with its share of the positions.
+    pairs = [
+        (some.subset(np.array([number])), trials.subset(np.arange(number, len(trials), len(some))))
+        for number in range(len(some))
+    ]
+    others = [_powers(ray_scene, reflecting, *pair, surfaces) for pair in pairs]
+    least = _least(np.concatenate(others), surfaces)
+    lap(f'others {least}')
+    forth, back = (each.shorter(most) for each in explored)
+    near = find_arms(surfaces, ray_scene.mirrors, edges, forth, some, trials, least)
+    far = find_arms(surfaces, ray_scene.mirrors, edges, back, trials, some, least)
+    lap(f'arms {len(near.arms)} {len(far.arms)} of sequences {len(explored[0].short)} {len(explored[1].short)}')
+    links = links_between(edges, _linked(near, far), ray_scene) if propagation.max_depth >= 2 else NO_LINKS
+    lap(f'links {len(links)}')
     most_twice = max(0, min(MOST_REFLECTIONS_TWICE, propagation.max_depth - 2, most))
     candidates = chains_of(near.arms, far.arms, links, (most, most_twice))
-    print('arms', len(near.arms), len(far.arms), 'links', len(links), 'candidates', len(candidates))
-    others = np.zeros((len(trials), len(some)))
-    for solution in reflected(ray_scene, reflecting, some, trials, [surfaces]):
-        _, paths = solution.arriving()
-        np.add.at(others, (paths.targets, paths.sources), np.abs(paths.responses) ** 2)
-    bound = _bounds(candidates, near, far) * (surfaces.wavelength / (4 * np.pi)) ** 2
-    print('bound/w', np.quantile(bound/others.max(1).min(), [0,.1,.25,.5,.75,.9,1]))
-    shares = largest_shares(diffracted(edge_scene, candidates, some, trials, [surfaces]), len(candidates), others)
-    print('max shares', (shares>NEGLIGIBLE/10).sum(), (shares>NEGLIGIBLE).sum())
+    lap(f'candidates {len(candidates)}')
+    bounds = _promises(candidates, near, far, edges, surfaces)
+    strongest = np.sort(np.argsort(-bounds, kind="stable")[:MOST])
+    candidates = candidates.subset(strongest[bounds[strongest] >= least])
+    lap(f'candidates {len(candidates)}')
+    shares = np.zeros(len(candidates))
+    for pair, power in zip(pairs, others, strict=True):
+        solutions = diffracted(edge_scene, candidates, *pair, [surfaces])
+        np.maximum(shares, largest_shares(solutions, len(candidates), power), out=shares)
+    lap('solve')
     kept = shares >= NEGLIGIBLE
     chains = candidates.subset(kept)
     twice = int((chains.link != NO_LINK).sum())
@@ -80,6 +103,47 @@ def find_diffracted_chains(
     return chains
 
 
-def _bounds(candidates: DiffractedChains, near: FoundArms, far: FoundArms) -> Float[np.ndarray, " chains"]:
+def _powers(
+    ray_scene: RayScene, reflecting: Chains, element: Antennas, trials: Antennas, surfaces: Surfaces
+) -> Float[np.ndarray, "trials 1"]:
+    """The power of reflected waves between an element and some positions."""
+    powers = np.zeros((len(trials), 1))
+    for solution in reflected(ray_scene, reflecting, element, trials, [surfaces]):
+        _, paths = solution.arriving()
+        np.add.at(powers, (paths.targets, paths.sources), np.abs(paths.responses) ** 2)
+    return powers
+
+
+def _least(powers: Float[np.ndarray, "trials 1"], surfaces: Surfaces) -> float:
+    """The weakest promise of a wave that may matter beside those of some powers."""
+    received = powers[powers > 0]
+    if not len(received):
+        return 0.0
+    weak = np.quantile(received, SHADOWED) / (surfaces.wavelength / (4 * np.pi)) ** 2
+    return float(np.sqrt(NEGLIGIBLE / STRONGER * weak))
+
+
+def _linked(near: FoundArms, far: FoundArms) -> Int[np.ndarray, " k"]:
+    """The edges to which waves come from both ends, at most ``MOST_LINKED``, those with the strongest waves."""
+    edges = np.intersect1d(near.arms.edges, far.arms.edges)
+    strongest = np.ones(edges.max(initial=0) + 1)
+    for found in (near, far):
+        best = np.zeros(max(len(strongest), found.arms.edges.max(initial=0) + 1))
+        np.maximum.at(best, found.arms.edges, found.strengths / found.lengths)
+        strongest *= best[: len(strongest)]
+    return np.sort(edges[np.argsort(-strongest[edges], kind="stable")[:MOST_LINKED]])
+
+
+def _promises(
+    candidates: DiffractedChains, near: FoundArms, far: FoundArms, edges: Edges, surfaces: Surfaces
+) -> Float[np.ndarray, " chains"]:
+    """About how strong each chain can be."""
     first, second = candidates.pairs.T
-    return (near.strengths[first] * far.strengths[second] / (near.lengths[first] + far.lengths[second])) ** 2
+    begin, end = candidates.edges.T
+    middle = edges.points(np.array([0.5]))[:, 0]
+    between = np.linalg.norm(middle[begin] - middle[end], axis=1)
+    strengths = near.strengths[first] * far.strengths[second]
+    before, behind = near.lengths[first], far.lengths[second]
+    once = promise_of(surfaces.wavelength, before, between + behind)
+    twice = np.maximum(once, promise_of(surfaces.wavelength, before + between, behind))
+    return strengths * np.where(candidates.link == NO_LINK, once, twice)
