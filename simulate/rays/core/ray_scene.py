@@ -98,6 +98,7 @@ def first_hits(
     lines = mi.Ray3f(mi.Point3f(points), mi.Vector3f(directions))
     lines.maxt = mi.Float(reach)  # type: ignore[assignment]
     hit = ray_scene.sionna.mi_scene.ray_intersect_preliminary(lines)
+    dr.eval(hit)  # otherwise the lines are traced for each of the arrays below
     shape = mi.UInt(dr.reinterpret_array(mi.UInt, hit.shape)).numpy()
     face = ray_scene.planes.first_face[shape] + hit.prim_index.numpy()
     return np.where(hit.is_valid().numpy(), face, -1), hit.t.numpy()
