@@ -271,12 +271,15 @@ def with_same_array(scene: Scene, frequency: float) -> Scene:
 
 def shifted(scene: Scene, step: Float[np.ndarray, " 3"]) -> Scene:
     """Return a scene in which everything is moved by the same step: gateways, transmitter region and objects."""
+    from trimesh import Trimesh
 
     def gateway(old: Gateway) -> Gateway:
         return replace(old, position=tuple(np.asarray(old.position) + step))
 
     def item(old: SceneObject) -> SceneObject:
-        return replace(old, mesh=old.mesh.copy().apply_translation(step))
+        new = replace(old, mesh=Trimesh(old.mesh.vertices + step, old.mesh.faces, process=False))
+        vars(new)["parts"] = old.parts  # the same triangles are connected
+        return new
 
     low, high = scene.transmitter.region + step
     return replace(

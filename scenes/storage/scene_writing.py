@@ -14,7 +14,7 @@ import yaml
 from trimesh import Trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.atomic import write_atomically
+from scenes.files.atomic import write_atomically, write_together
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.input_file import require_regular
 from scenes.files.json_yaml_xml import PlainDumper
@@ -71,9 +71,7 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
                 f"{in_the_way[0]}: expected no file of this name, found one{others}; existing files are never "
                 "overwritten, so give another folder"
             )
-        for file, mesh in meshes.items():
-            if file not in kept:
-                write_atomically(file, _ply_of(mesh))
+        write_together(((file, _ply_of(mesh)) for file, mesh in meshes.items() if file not in kept), folder)
         write_atomically(path, _yaml_of(scene))
     return path
 
