@@ -187,8 +187,8 @@ def row_of(name: str, folder: Path, limit: float, rays: int) -> dict[str, Any]:
     found["import"], _ = took(limit, "-m", "bisplat", "scene", file, "-o", str(folder / "scene"), *options)
     row: dict[str, Any] = {}
     if found["import"]:
-        objects = load_scene(scene).objects
-        row = {"triangles": sum(len(item.mesh.faces) for item in objects), "objects": len(objects)}
+        read = load_scene(scene)
+        row = {"triangles": read.triangles, "objects": len(read.objects)}
         for heading, function, more in (("first five", by_bisplat, data), ("Sionna", by_sionna, xml)):
             code = f"from {MODULE} import {function.__name__} as run; run({scene!r}, {more!r}, {rays})"
             _, found[heading] = took(limit, "-c", code)

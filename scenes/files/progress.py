@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from rich.progress import (
@@ -16,11 +17,14 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from scenes.files.plain_text import plain_console, say
+from scenes.files.long_work import doing, tell
+from scenes.files.plain_text import plain_console
 
 UNLIMITED = 10_000  # Characters per line where there is no terminal, so that none is cut
 
 LINES = 10  # Lines of a task where there is no terminal
+
+APART = 2.0  # Seconds between lines that tell how far a task is whose end is not known
 
 
 class RateColumn(ProgressColumn):
@@ -31,11 +35,17 @@ class RateColumn(ProgressColumn):
 
 
 class ProgressLines(Progress):
-    """Progress where there is no terminal: a line for each tenth of a task."""
+    """Progress where there is no terminal: a line for each tenth of a task, or for what is said of one without end."""
 
     def __init__(self) -> None:
         super().__init__(disable=True, console=plain_console(stderr=True, width=UNLIMITED))
         self._said: dict[TaskID, int] = {}  # tenths
+        self._last = -APART  # when a line was said
+
+    def add_task(self, *given: Any, **options: Any) -> TaskID:
+        task_id = super().add_task(*given, **options)
+        doing(_sentence(self._tasks[task_id]))
+        return task_id
 
     def update(self, task_id: TaskID, **changes: Any) -> None:
         super().update(task_id, **changes)
@@ -47,19 +57,30 @@ class ProgressLines(Progress):
 
     def _say(self, task_id: TaskID) -> None:
         task = self._tasks[task_id]
-        if not task.total:  # it has no end that is known; the line comes when it is over
-            return
-        part = int(LINES * task.completed / task.total)
-        if part > self._said.get(task_id, 0):
-            self._said[task_id] = part
-            whole = task.total == task.completed == 1
-            count = "" if whole else f": {task.completed:.0f} of {task.total:.0f}"
-            figures = task.fields.get("figures")
-            say(f"{task.description}{count}{f', {figures}' if figures else ''}")
+        sentence = _sentence(task)
+        if task.total:
+            part = int(LINES * task.completed / task.total)
+            due = part > self._said.get(task_id, 0)
+            self._said[task_id] = max(part, self._said.get(task_id, 0))
+        else:
+            due = time.monotonic() - self._last > APART
+            doing(sentence)  # it is said later if it stays
+        if due:
+            doing("")
+            tell(sentence)
+            self._last = time.monotonic()
+
+
+def _sentence(task: Task) -> str:
+    """What is being done, and how far it is."""
+    whole = not task.total or task.total == task.completed == 1
+    count = "" if whole else f": {task.completed:.0f} of {task.total:.0f}"
+    return ", ".join(filter(None, [f"{task.description}{count}", task.fields.get("figures")]))
 
 
 def progress_bar(*columns: ProgressColumn) -> Progress:
     """Return progress on stderr with a description, count and remaining time."""
+    doing("")
     console = plain_console(stderr=True)
     if not (console.is_terminal or console.is_jupyter):
         return ProgressLines()

@@ -20,6 +20,7 @@ from scenes.files.errors import (
     require_word,
     shown,
 )
+from scenes.files.long_work import doing
 from scenes.importing.drawn_walls import Walls, drawn_walls
 from scenes.importing.formats.mesh_part import LARGEST, ImportedFile
 from scenes.importing.imported_file import plain_name, read_file
@@ -121,7 +122,11 @@ def import_scene(
     if np.abs(moved).max() > LARGEST:
         raise ParameterError("shift", f"expected at most {LARGEST:g} m, found {shown(moved.tolist())}")
     _check_materials(materials, own_materials)
+    doing(f"{path}: reading the file")
     file = read_file(path)
+    count = sum(len(part.mesh.faces) for part in file.parts)
+    seconds = 20e-6 * count + 2e-3 * len(file.parts)
+    doing(f"{path}: importing {count:,} triangles in {len(file.parts):,} objects", seconds)
     label = str(file.path)
     doubt = up_doubt(file, up, np.vstack([gateway.position, transmitter.corners()]), METRES[unit])
     if doubt is not None and doubt.decisive:
@@ -154,6 +159,7 @@ def import_scene(
         assumed=(*assumed, *report.assumed),
         sheets=found.sheets,
     )
+    doing("")
     return found.scene, report
 
 

@@ -242,6 +242,11 @@ class Scene:
         """
         return self.materials[item.material].thickness if item.thickness is None else item.thickness
 
+    @property
+    def triangles(self) -> int:
+        """Number of triangles of all objects."""
+        return sum(len(item.mesh.faces) for item in self.objects)
+
     @cached_property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Lowest and highest corner of the box around all objects, [2, 3], metres, world frame."""
