@@ -11,11 +11,11 @@ from scenes.files.plain_text import say
 
 SHORT = 0.5  # Seconds; what should take less is not told, even on a busy machine
 
-AFTER = 2.0  # Seconds after which it is told. What takes less is not worth a line.
+AFTER = 2.0  # Seconds of silence after which it is told
 
 _now = ""  # What is being done; empty while nothing takes long, or a progress bar tells
 
-_last = ""  # What was told last
+_last, _when = "", 0.0  # What was told last, and when
 
 
 def doing(sentence: str, seconds: float | None = None) -> None:
@@ -26,24 +26,23 @@ def doing(sentence: str, seconds: float | None = None) -> None:
 
 def tell(sentence: str) -> None:
     """Say what is being done, unless that was told last."""
-    global _last
+    global _last, _when
     if sentence != _last:
-        _last = sentence
+        _last, _when = sentence, time.monotonic()
         say(sentence)
 
 
 @contextmanager
 def told() -> Iterator[None]:
-    """Say within a block what ``doing`` named, once for each sentence that stays for ``AFTER`` seconds."""
+    """Say within a block what ``doing`` named, when nothing of this kind was said for ``AFTER`` seconds."""
+    global _when
+    _when = time.monotonic()
     ended = threading.Event()
 
     def watch() -> None:
-        current, since = "", 0.0
         while not ended.wait(AFTER / 8):
-            if _now != current:
-                current, since = _now, time.monotonic()
-            elif current and time.monotonic() - since > AFTER:
-                tell(current)
+            if _now and time.monotonic() - _when > AFTER:
+                tell(_now)
 
     threading.Thread(target=watch, daemon=True).start()
     try:

@@ -64,7 +64,7 @@ class ProgressLines(Progress):
             self._said[task_id] = max(part, self._said.get(task_id, 0))
         else:
             due = time.monotonic() - self._last > APART
-            doing(sentence)  # it is said later if it stays
+            doing(sentence)  # it is said later if it is not due
         if due:
             doing("")
             tell(sentence)
