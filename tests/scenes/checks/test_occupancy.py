@@ -8,7 +8,14 @@ import trimesh
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.checks.occupancy import blocking_object, element_positions, inside_object, obstruction, winding_number
+from scenes.checks.occupancy import (
+    blocking_object,
+    element_positions,
+    inside_object,
+    obstruction,
+    rough_winding_number,
+    winding_number,
+)
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
@@ -62,6 +69,7 @@ def test_winding_number_against_a_sphere():
     clear = np.abs(radius - 1) > 0.02  # the facets are that far from the sphere
     wound = winding_number(points, ball.triangles)
     np.testing.assert_allclose(wound[clear], (radius < 1)[clear], atol=1e-9)
+    np.testing.assert_allclose(rough_winding_number(points, ball.triangles), wound, atol=0.1)
 
 
 def test_triangles_that_face_both_ways(scene):
