@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Bool, Float
 from trimesh import Trimesh
-from trimesh.graph import connected_component_labels
 from trimesh.grouping import group_rows
 from trimesh.intersections import mesh_plane
 
 from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
 from scenes.drawing.doors import Leaf, closed_doors
-from scenes.scene.closed_parts import merge_corners
+from scenes.scene.closed_parts import parts_of
 from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -153,14 +152,11 @@ def _above_a_section(mesh: Trimesh, height: float) -> Bool[np.ndarray, " faces"]
     """Whether a face is hidden above a section: it is of a part that is cut, and upright or of a closed part."""
     if not mesh.bounds[0, 2] < height < mesh.bounds[1, 2]:
         return np.zeros(len(mesh.faces), bool)
-    merged = merge_corners(mesh)
-    part = connected_component_labels(merged.face_adjacency, node_count=len(merged.faces))
+    part, closed, _ = parts_of(mesh)
     upright = np.abs(mesh.face_normals[:, 2]) < 0.02
     low, high = np.full(part.max() + 1, np.inf), np.full(part.max() + 1, -np.inf)
     np.minimum.at(low, part, mesh.triangles[:, :, 2].min(axis=1))
     np.maximum.at(high, part, mesh.triangles[:, :, 2].max(axis=1))
-    closed = np.ones(len(low), bool)
-    closed[part[merged.edges_face[group_rows(merged.edges_sorted, require_count=1)]]] = False
     return ((low < height) & (height < high))[part] & (upright | closed[part])
 
 

@@ -85,7 +85,7 @@ def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
 
 def _is_closed(item: SceneObject) -> bool:
     """Whether every triangle belongs to a closed part."""
-    return sum(len(part.faces) for part in item.closed_parts) == len(item.mesh.faces)
+    return bool(item.parts.closed.all())
 
 
 def _array_in_title(gateway: Gateway) -> str:

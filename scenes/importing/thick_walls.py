@@ -16,7 +16,7 @@ from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH, barycentric, beyond, outline
-from scenes.scene.closed_parts import merge_corners
+from scenes.scene.closed_parts import part_meshes
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.materials import is_conductor
 
@@ -90,14 +90,7 @@ def _divided(scene: Scene, item: SceneObject) -> tuple[list[MidSurface], Float[n
 
 def _bodies(item: SceneObject) -> list[Trimesh]:
     """The connected parts of an object, wound consistently."""
-    closed = item.closed_parts
-    if sum(len(part.faces) for part in closed) == len(item.mesh.faces):
-        return closed
-    parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)
-    others = [part for part in parts if not part.is_watertight]
-    for part in others:
-        trimesh.repair.fix_winding(part)
-    return [*closed, *others]
+    return [*item.closed_parts, *part_meshes(item.mesh, item.parts, closed=False)]
 
 
 def _placed(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 
 from scenes.scene.half_edges import connected, half_edges, shared_corners, turned
 
@@ -14,31 +14,27 @@ if TYPE_CHECKING:
 
 DECIMALS = 8  # Corners are one if their coordinates agree in so many, metres
 
-FEWEST = 4  # No body has fewer triangles, and a town has thousands of such walls
+FEWEST = 4  # No body has fewer triangles
 
 
 class Parts(NamedTuple):
-    """The triangles of a mesh by connected parts. Indices are in rising order."""
+    """The triangles of a mesh by connected parts."""
 
-    closed: list[Int[np.ndarray, " k"]]  # indices of the triangles of each closed part
-    others: Int[np.ndarray, " n"]  # indices of the triangles of all other parts
+    of_face: Int[np.ndarray, " faces"]  # number of each triangle's part
+    closed: Bool[np.ndarray, " parts"]  # whether each part is closed
     faces: Int[np.ndarray, "faces 3"]  # the vertices of all triangles: one for each place, each part wound consistently
 
-
-def merge_corners(mesh: Trimesh) -> Trimesh:
-    """Return a copy whose faces share corners. If a file repeats them for each face or normal, no part is closed."""
-    from trimesh import Trimesh  # slow to import
-
-    copy = Trimesh(mesh.vertices, mesh.faces, process=False)
-    copy.merge_vertices()
-    return copy
+    def members(self, closed: bool = True) -> list[Int[np.ndarray, " k"]]:
+        """Return the indices of the triangles of each closed part, or of each other one, in rising order."""
+        chosen = np.flatnonzero(self.closed[self.of_face] == closed)
+        by_part = chosen[np.argsort(self.of_face[chosen], kind="stable")]
+        sizes = np.bincount(self.of_face)[self.closed == closed]
+        return np.split(by_part, np.cumsum(sizes)[:-1]) if len(chosen) else []
 
 
 def parts_of(mesh: Trimesh) -> Parts:
-    """Divide a mesh into its connected parts."""
+    """Divide a mesh into its connected parts, also where the file repeats corners for each face or normal."""
     faces = shared_corners(np.asarray(mesh.vertices), DECIMALS)[np.asarray(mesh.faces)]
-    if len(faces) < FEWEST:
-        return Parts([], np.arange(len(faces)), faces)
     edges = half_edges(faces)
     part = connected(edges)
     sizes = np.bincount(part)
@@ -47,21 +43,18 @@ def parts_of(mesh: Trimesh) -> Parts:
     other = edges.faces[edge] != 2
     key, of_part = np.unique(edge[other] * len(sizes) + part[edges.order[other] // 3], return_counts=True)
     closed = sizes >= FEWEST
-    closed[key[of_part != 2] % len(sizes)] = False
+    closed[key[of_part != 2] % max(1, len(sizes))] = False
     reverse = turned(edges, part)
     faces[reverse] = faces[reverse, ::-1]
-    inside = np.flatnonzero(closed[part])
-    by_part = inside[np.argsort(part[inside], kind="stable")]
-    divided = np.split(by_part, np.cumsum(sizes[closed])[:-1]) if len(inside) else []
-    return Parts(divided, np.flatnonzero(~closed[part]), faces)
+    return Parts(part, closed, faces)
 
 
-def closed_parts(mesh: Trimesh, parts: Parts) -> list[Trimesh]:
-    """Return the closed parts of a mesh, wound consistently. ``SceneObject.closed_parts`` keeps those of an object."""
-    from trimesh import Trimesh
+def part_meshes(mesh: Trimesh, parts: Parts, closed: bool = True) -> list[Trimesh]:
+    """Return the closed parts of a mesh, or the others, wound consistently."""
+    from trimesh import Trimesh  # slow to import
 
     found = []
-    for faces in parts.closed:
+    for faces in parts.members(closed):
         used, index = np.unique(parts.faces[faces], return_inverse=True)
         found.append(Trimesh(np.asarray(mesh.vertices)[used], index.reshape(-1, 3), process=False))
     return found

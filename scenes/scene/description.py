@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from scenes.scene.antennas import Gateway, Transmitter, as_positions
-from scenes.scene.closed_parts import Parts, closed_parts, parts_of
+from scenes.scene.closed_parts import Parts, part_meshes, parts_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, is_conductor, p2040_material, p2040_source
 
@@ -62,7 +62,7 @@ class SceneObject:
     @cached_property
     def closed_parts(self) -> list[Trimesh]:
         """The closed parts of the mesh, such as boxes. Nothing can be inside of the other parts, which are sheets."""
-        return closed_parts(self.mesh, self.parts)
+        return part_meshes(self.mesh, self.parts)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SceneObject):

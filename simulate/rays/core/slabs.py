@@ -64,7 +64,7 @@ def _slabs_of(scene: Scene, item: SceneObject, around: Float[np.ndarray, "n 3"])
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
     start = np.where(outer, 0.0, -thickness / 2)
-    for part, faces in zip(item.closed_parts, item.parts.closed, strict=True):
+    for part, faces in zip(item.closed_parts, item.parts.members(), strict=True):
         room = holds_antennas(scene, part)  # its slab is behind the surface, that of a body under it
         normals[faces] = part.face_normals * np.sign(part.volume)
         start[faces], outer[faces] = 0.0 if room else -thickness, room
