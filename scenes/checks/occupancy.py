@@ -72,23 +72,20 @@ def rough_winding_number(
     return total
 
 
-def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray, " n"]:
-    low, high = part.bounds
-    inside = np.all((points > low) & (points < high), axis=1)
-    inside[inside] = np.abs(rough_winding_number(points[inside], part.triangles)) > 0.5
-    return inside
-
-
 def holds_antennas(scene: Scene, part: Trimesh) -> bool:
     """Whether a closed part is the room: it contains the gateway and the whole transmitter region."""
     # The region is shrunk by a thousandth. A region that reaches the walls is still inside the room.
     corners = scene.transmitter.corners()
     corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
     antennas = np.vstack([corners, scene.gateway.position])
-    low, high = part.bounds
-    if not ((antennas > low) & (antennas < high)).all():  # as for furniture and most buildings
+    if not _in_box(antennas, part).all():  # as for furniture and most buildings
         return False
-    return bool(_inside(antennas, part).all())
+    return bool((np.abs(rough_winding_number(antennas, part.triangles)) > 0.5).all())
+
+
+def _in_box(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray, " n"]:
+    low, high = part.bounds
+    return ((points > low) & (points < high)).all(axis=1)
 
 
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
@@ -97,10 +94,10 @@ def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str 
     blocker: list[str | None] = [None] * len(points)
     for item in scene.objects:
         for part in item.closed_parts:
-            inside = np.flatnonzero(_inside(points, part))
-            if not len(inside) or holds_antennas(scene, part):
+            near = np.flatnonzero(_in_box(points, part))
+            if not len(near) or holds_antennas(scene, part):
                 continue
-            for index in inside:
+            for index in near[np.abs(rough_winding_number(points[near], part.triangles)) > 0.5]:
                 blocker[index] = item.name
     return blocker
 

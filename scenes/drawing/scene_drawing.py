@@ -17,7 +17,7 @@ from scenes.files.errors import InputError, reason, require_instance, require_pa
 from scenes.files.long_work import doing
 from scenes.files.plain_text import in_figure
 from scenes.scene.antennas import Gateway
-from scenes.scene.description import Scene, SceneObject
+from scenes.scene.description import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
                 "thickness": scene.thickness(item),
                 "size": _round(item.mesh.extents),
                 "triangles": len(item.mesh.faces),
-                "closed": _is_closed(item),
+                "closed": bool(item.parts.closed.all()),
             }
             for item in scene.objects
         ],
@@ -81,11 +81,6 @@ def _describe_array(gateway: Gateway) -> dict[str, Any]:
 
 def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
     return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
-
-
-def _is_closed(item: SceneObject) -> bool:
-    """Whether every triangle belongs to a closed part."""
-    return bool(item.parts.closed.all())
 
 
 def _array_in_title(gateway: Gateway) -> str:

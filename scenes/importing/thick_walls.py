@@ -81,16 +81,11 @@ def _divided(scene: Scene, item: SceneObject) -> tuple[list[MidSurface], Float[n
     if is_conductor(scene.materials[item.material], scene.frequency) or len(item.mesh.faces) < LEAST_TRIANGLES:
         return found, item.mesh.triangles
     rest = [np.zeros((0, 3, 3))]
-    for body in _bodies(item):
+    for body in [*item.closed_parts, *part_meshes(item.mesh, item.parts, closed=False)]:
         of_body = mid_surfaces(body, SOLID * scene.thickness(item)) if len(body.faces) >= LEAST_TRIANGLES else []
         found += of_body
         rest += [] if of_body else [body.triangles]
     return found, np.concatenate(rest) if found else item.mesh.triangles
-
-
-def _bodies(item: SceneObject) -> list[Trimesh]:
-    """The connected parts of an object, wound consistently."""
-    return [*item.closed_parts, *part_meshes(item.mesh, item.parts, closed=False)]
 
 
 def _placed(
