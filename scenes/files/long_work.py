@@ -24,10 +24,10 @@ def doing(sentence: str, seconds: float | None = None) -> None:
     _now = sentence if seconds is None else f"{sentence}{about(seconds)}" if seconds > SHORT else ""
 
 
-def tell(sentence: str) -> None:
-    """Say what is being done, unless that was told last."""
+def tell(sentence: str, apart: float = 0.0) -> None:
+    """Say what is being done, unless that was told last, or anything less than some seconds ago."""
     global _last, _when
-    if sentence != _last:
+    if sentence != _last and time.monotonic() - _when >= apart:
         _last, _when = sentence, time.monotonic()
         say(sentence)
 
@@ -41,8 +41,8 @@ def told() -> Iterator[None]:
 
     def watch() -> None:
         while not ended.wait(AFTER / 8):
-            if _now and time.monotonic() - _when > AFTER:
-                tell(_now)
+            if _now:
+                tell(_now, AFTER)
 
     threading.Thread(target=watch, daemon=True).start()
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 from rich.progress import (
@@ -17,14 +16,12 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from scenes.files.long_work import doing, tell
+from scenes.files.long_work import AFTER, doing, tell
 from scenes.files.plain_text import plain_console
 
 UNLIMITED = 10_000  # Characters per line where there is no terminal, so that none is cut
 
 LINES = 10  # Lines of a task where there is no terminal
-
-APART = 2.0  # Seconds between lines that tell how far a task is whose end is not known
 
 
 class RateColumn(ProgressColumn):
@@ -40,7 +37,6 @@ class ProgressLines(Progress):
     def __init__(self) -> None:
         super().__init__(disable=True, console=plain_console(stderr=True, width=UNLIMITED))
         self._said: dict[TaskID, int] = {}  # tenths
-        self._last = -APART  # when a line was said
 
     def add_task(self, *given: Any, **options: Any) -> TaskID:
         task_id = super().add_task(*given, **options)
@@ -58,17 +54,14 @@ class ProgressLines(Progress):
     def _say(self, task_id: TaskID) -> None:
         task = self._tasks[task_id]
         sentence = _sentence(task)
-        if task.total:
-            part = int(LINES * task.completed / task.total)
-            due = part > self._said.get(task_id, 0)
-            self._said[task_id] = max(part, self._said.get(task_id, 0))
-        else:
-            due = time.monotonic() - self._last > APART
-            doing(sentence)  # it is said later if it is not due
-        if due:
+        part = int(LINES * task.completed / task.total) if task.total else 0
+        if part > self._said.get(task_id, 0):
+            self._said[task_id] = part
             doing("")
             tell(sentence)
-            self._last = time.monotonic()
+        elif not task.total:
+            doing(sentence)  # it is told later if it is not told now
+            tell(sentence, AFTER)
 
 
 def _sentence(task: Task) -> str:
