@@ -116,12 +116,8 @@ def simulate_rooms(
 
 def _room(number: int, facts: dict[str, Any]) -> Scene:
     """The room of a number, as the setting says."""
-    own, shape = facts["seed"] + number, facts["shape"]
-    first = facts["seed"]
-    pieces = facts["pieces"][0], facts["pieces"][1]
-    if facts["setting"] == "layout":
-        outline: Any = ("rectangle", "l")[number % 2] if shape == "both" else shape
-        return random_room(own, pieces, shape=outline, large=facts["large"])
-    outline = ("rectangle", "l")[first % 2] if shape == "both" else shape
-    furniture = own if facts["setting"] == "furniture" else None
-    return random_room(first, pieces, furniture=furniture, shape=outline, large=facts["large"])
+    first, shape, layout = facts["seed"], facts["shape"], facts["setting"] == "layout"
+    outline: Any = ("rectangle", "l")[(number if layout else first) % 2] if shape == "both" else shape
+    furniture = first + number if facts["setting"] == "furniture" else None
+    seed, pieces = first + number if layout else first, tuple(facts["pieces"])
+    return random_room(seed, pieces, furniture=furniture, shape=outline, large=facts["large"])
