@@ -131,6 +131,8 @@ def scene(
             raise InputError(
                 f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
             )
+        if no_flatten and flatten is not None:
+            raise InputError("--no-flatten: expected it without --flatten, found both")
         own_array = array_option(array or "4x4")
         with new_folder(output, force) as unfinished:
             place, report = import_scene(
@@ -143,7 +145,7 @@ def scene(
             )
             write_scene(place, unfinished)
             record = {name: options[name] for name in ("unit", "frequency", "shift")}
-            record = {"file": scene, "up": report.up, **record, "walls": walls}
+            record = {"file": scene, "up": report.up, **record, "walls": walls, "flatten": 0 if no_flatten else flatten}
             (unfinished / "import.json").write_text(json_format.dumps(record, indent=2) + "\n")
         for name, count in report.degenerate.items():
             say(f"{name}: dropped {count} triangles without area")

@@ -51,7 +51,9 @@ def flattened(scene: Scene, tolerance: float | None) -> Flattened | None:
     if max(len(item.mesh.faces) for item in scene.objects) < LEAST_TRIANGLES:
         return None
     surface = _joined(scene)
-    if len(surface.faces) > MANY:
+    limit = f"{plain(1000 * within)} mm" + (f" (λ/{scene.wavelength / within:.3g})" if tolerance is None else "")
+    many = len(surface.faces) > MANY
+    if many:
         say(f"{scene.name}: looking for flat regions in {len(surface.faces):,} triangles")
     regions = flat_regions(surface, within)
     filled, regions, centres = _filled(surface, regions, max(SMALL_HOLE, (NARROW * within) ** 2))
@@ -59,6 +61,8 @@ def flattened(scene: Scene, tolerance: float | None) -> Flattened | None:
     reach = NARROW * within + 2 * float(np.median(sides))
     places, planes = as_planes(filled, regions, reach, NARROW * within / 2, centres)
     if not planes:
+        if many:
+            say(f"{scene.name}: found none within {limit} that is not exactly flat; --flatten sets another limit")
         return None
 
     labels, owners, fans = regions.labels, filled.owners, np.arange(len(filled.faces)) >= len(surface.faces)
@@ -72,7 +76,6 @@ def flattened(scene: Scene, tolerance: float | None) -> Flattened | None:
         objects[number] = replace(objects[number], mesh=_mesh(places[np.concatenate(parts)]))
     flat, holes_filled = np.concatenate(list(planes.values())), filled.faces[fans & (kept | (labels >= 0))]
     area, rest, of_holes = (_area(places[faces]) for faces in (flat, filled.faces[kept], holes_filled))
-    limit = f"{plain(1000 * within)} mm" + (f" (λ/{scene.wavelength / within:.3g})" if tolerance is None else "")
     sentence = (
         f"flattened {np.count_nonzero(labels[~fans] >= 0):,} triangles to {len(flat):,} in {len(planes)} planes within "
         f"{limit}: {plain(area)} of {plain(area + rest)} m²; {len(np.unique(holes_filled.max(axis=1)))} holes of "
