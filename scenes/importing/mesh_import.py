@@ -21,6 +21,7 @@ from scenes.files.errors import (
     require_word,
     shown,
 )
+from scenes.files.long_work import doing
 from scenes.importing.drawn_walls import Walls, drawn_walls
 from scenes.importing.flattening import flattened
 from scenes.importing.formats.mesh_part import LARGEST, ImportedFile
@@ -128,7 +129,11 @@ def import_scene(
     if flatten is not None:
         require_within(0, 1, "metres", flatten=flatten)
     _check_materials(materials, own_materials)
+    doing(f"{path}: reading the file")
     file = read_file(path)
+    count = sum(len(part.mesh.faces) for part in file.parts)
+    seconds = 20e-6 * count + 2e-3 * len(file.parts)
+    doing(f"{path}: importing {count:,} triangles in {len(file.parts):,} objects", seconds)
     label = str(file.path)
     doubt = up_doubt(file, up, np.vstack([gateway.position, transmitter.corners()]), METRES[unit])
     if doubt is not None and doubt.decisive:
@@ -166,6 +171,7 @@ def import_scene(
         sheets=found.sheets,
         flattened=None if flat is None else flat.shown,
     )
+    doing("")
     return found.scene, report
 
 
