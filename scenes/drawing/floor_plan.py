@@ -132,7 +132,7 @@ def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, doors: Container[
             lower = cut(item.mesh.triangles[above], [(np.array([0, 0, height]), np.array([0.0, 0.0, -1.0]))])
             triangles = np.concatenate([triangles, lower])
         outlines = _outlines(item.mesh, above, height)
-        outlines = outlines[outlines[:, :, 2].max(axis=1) < ceiling]
+        outlines = outlines[outlines[:, :, 2].max(axis=1) < ceiling - UNDER_CEILING]
         for parts, color in ((triangles, scene.materials[item.material].color), (outlines, INK)):
             shapes.append(parts[:, [0, 1, -1]])  # an outline as a triangle, since shapes of one size are drawn faster
             colors.append(np.tile(color, (len(parts), 1)))

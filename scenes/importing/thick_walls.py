@@ -145,7 +145,7 @@ class Face:
 def mid_surfaces(body: Trimesh, thickest: float) -> list[MidSurface]:
     """Divide a body into plates. They may be turned, have openings, meet in corners, and lack parts of their rims."""
     faces = _faces(body)
-    pairs = _pairs(faces, thickest) if 2 <= len(faces) <= MOST_FACES else {}
+    pairs = _pairs(faces, thickest) if len(faces) >= 2 else {}
     groups = [
         (thickness, members)
         for thickness in dict.fromkeys(pairs.values())
@@ -178,8 +178,11 @@ def _connected(pairs: list[tuple[int, int]], count: int) -> list[list[int]]:
 
 
 def _faces(body: Trimesh) -> list[Face]:
+    """Return the faces of a body that has few enough of them to be divided."""
     flat = body.face_adjacency[body.face_adjacency_angles < PARALLEL]
     labels = trimesh.graph.connected_component_labels(flat, node_count=len(body.faces))
+    if labels.max() >= MOST_FACES:
+        return []
     areas, centres, normals = body.area_faces, body.triangles_center, body.face_normals
     middle = np.average(centres, axis=0, weights=areas)
     # Three times the volume, with the sign of the winding. It needs no closed body.
