@@ -21,6 +21,7 @@ from simulate.rays.core.shooting import explore
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 from simulate.rays.core.solution import Solution
 from simulate.rays.core.surfaces import Surfaces
+from simulate.rays.diffraction.arms import PassingRays
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
@@ -59,11 +60,12 @@ class ChainSolver:
         propagation = ray_scene.propagation
         diffracts = propagation.diffraction and propagation.max_depth > 0
         self._edge_scene = EdgeScene(ray_scene, None if found is None else found.edges) if diffracts else None
-        self._reflected, self._diffracted = found[:2] if found else (None, None)
-        if found is None:
+        if found is not None and found.reflected is not None:
+            self._reflected, self._diffracted = found.reflected, found.diffracted
+        else:
             self._reflected, self._diffracted = self._search(region, seed, report)
         self.found = Found(self._reflected, self._diffracted, self._edge_scene.edges if self._edge_scene else None)
-        self.chains = len(self._reflected) + (len(self._diffracted) if self._diffracted else 0)
+        self.chains = len(self._reflected) + (len(self._diffracted) if self._diffracted is not None else 0)
 
     def _search(
         self, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
@@ -73,14 +75,21 @@ class ChainSolver:
         scene, generator = ray_scene.description, np.random.default_rng(seed)
         elements = gateway_antennas(scene)
         trials = transmitter_antennas(scene, free_positions(scene, region, TRIALS, generator))
+        ends = (elements, region), (trials, bounding_box(elements.positions))
+        rays = []
+        if self._edge_scene is not None:
+            rays = [PassingRays(ray_scene.planes, self._edge_scene.edges) for _ in ends]
+        watching = [each.see for each in rays] or [lambda flights: None] * 2
         forth, back = (
-            explore(ray_scene, self._surfaces, antennas.positions, box, MOST_REFLECTIONS, generator)
-            for antennas, box in ((elements, region), (trials, bounding_box(elements.positions)))
+            explore(ray_scene, self._surfaces, antennas.positions, box, MOST_REFLECTIONS, generator, watch)
+            for (antennas, box), watch in zip(ends, watching, strict=True)
         )
         chains = find_chains(ray_scene, elements, trials, forth.arriving, back.arriving, report)
         if self._edge_scene is None:
             return chains, None
-        return chains, find_diffracted_chains(self._edge_scene, elements, trials, (forth, back), chains, report)
+        return chains, find_diffracted_chains(
+            self._edge_scene, elements, trials, (forth, back), (rays[0], rays[1]), chains, report
+        )
 
     def paths(self, sources: Antennas, targets: Antennas) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
         """The paths between all sources and targets, in batches: the chain of each path, and the paths."""

@@ -35,6 +35,8 @@ class Combination(NamedTuple):
         """The combination of each lane's number, in the order of targets, chains and sources."""
         # Sizes that are constants would be part of the kernel, and compile it again. Whole numbers divide slowly.
         sources_, both = dr.opaque(mi.Float64, sources), dr.opaque(mi.Float64, chains * sources)
+        if not dr.width(lane):
+            return cls(lane, lane, lane)
         number = mi.Float64(lane) + 0.5
         target, pair = mi.UInt(number / both), mi.UInt(number / sources_)
         count, of_chain = dr.opaque(mi.UInt, chains), dr.opaque(mi.UInt, sources)
@@ -141,9 +143,7 @@ class Images:
         """The target, chain and source of a combination's number."""
         return Combination.of(lane, self._chains, self._sources)
 
-    def ways(
-        self, targets: mi.Point3d, combination: Combination
-    ) -> tuple[list[mi.Point3d], list[mi.UInt], mi.Float64]:
+    def ways(self, targets: mi.Point3d, combination: Combination) -> tuple[list[mi.Point3d], list[mi.UInt], mi.Float64]:
         """The places and triangles of the reflections of possible combinations, and the lengths of the ways, metres."""
         _, places, faces, length = self._reflections(targets, combination)
         return places, faces, length

@@ -6,7 +6,7 @@ passes near the place in question.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from simulate.rays.core.ray_scene import NEAR, RayScene
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.surfaces import Surfaces
 
-PASSES = 4  # Most objects that a ray passes through
+PASSES = 8  # Most objects that a ray passes through, on the way there and back
 
 SPREAD = 0.1
 """Radians. A ray stands for those around it up to this angle: it finds what is at most so far beside it."""
@@ -98,12 +98,13 @@ class Explored(NamedTuple):
 
     arriving: Int[np.ndarray, "n depth"]  # after which a ray passes the box of the other antennas
     short: Int[np.ndarray, "m short"]  # all with few reflections
-    strengths: Float32[np.ndarray, " m"]  # what the surfaces left of the amplitude of the strongest ray of each of these
+    numbers: Int[np.ndarray, " m"]  # numbers of these sequences in the flights that ``watch`` saw
+    strengths: Float32[np.ndarray, " m"]  # what surfaces left of the amplitude of the strongest ray of each of these
 
     def shorter(self, most: int) -> Explored:
         """Without the short sequences of more than some number of reflections."""
         kept = (self.short >= 0).sum(axis=1) <= most
-        return self._replace(short=self.short[kept], strengths=self.strengths[kept])
+        return self._replace(short=self.short[kept], numbers=self.numbers[kept], strengths=self.strengths[kept])
 
 
 def explore(
@@ -113,8 +114,12 @@ def explore(
     others: Float[np.ndarray, "2 3"],
     short: int,
     generator: np.random.Generator,
+    watch: Callable[[Flights], None] = lambda flights: None,
 ) -> Explored:
-    """Find the sequences of planes that reflect waves from some antennas, and those that reflect them into a box."""
+    """Find the sequences of planes that reflect waves from some antennas, and those that reflect them into a box.
+
+    ``watch`` sees the flights of rays with few reflections.
+    """
     most = ray_scene.propagation.max_depth if ray_scene.propagation.specular else 0
     sequences, arriving, strengths = Sequences(), [], np.ones(1, np.float32)
     for flights in _shoot(ray_scene, surfaces, antennas, most, sequences, generator):
@@ -122,10 +127,14 @@ def explore(
         strengths = np.pad(strengths, (0, len(sequences) - len(strengths)))
         few = flights.reflections <= short
         np.maximum.at(strengths, flights.sequences[few], flights.strengths[few])
+        watch(flights.subset(few))
     found, beginnings = np.unique(np.concatenate([[0], *arriving])), np.flatnonzero(strengths)
     depth = ray_scene.propagation.max_depth
     return Explored(
-        sequences.planes(found, depth), sequences.planes(beginnings, min(most, short)), strengths[beginnings]
+        sequences.planes(found, depth),
+        sequences.planes(beginnings, min(most, short)),
+        beginnings,
+        strengths[beginnings],
     )
 
 

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.spatial import cKDTree
 
 from simulate.parallel.compiled import ONE_KERNEL, compiled
 from simulate.rays.core.electric_field import surviving
 from simulate.rays.core.image_method import Combination, Mirrors, batches, mirrored, on_device
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.ray_tracer import dr, mi
-from simulate.rays.core.shooting import Explored
+from simulate.rays.core.shooting import SPREAD, Explored, Flights
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.diffraction_points import TOO_NEAR
@@ -43,10 +44,10 @@ class Arms:
 
 POINTS = 16  # Number of points of an edge at which an arm is tried
 
-MOST, LEAST = 30_000_000, 8
+MOST, LEAST = 10_000_000, 8
 """Most ways along which arms are tried, all antennas and points of edges together, and the least number of antennas."""
 
-MOST_ARMS = 60_000
+MOST_ARMS = 150_000
 """Most arms that are tried from either end, those that promise the strongest waves."""
 
 
@@ -110,6 +111,61 @@ class Ends:
         return active, places, faces
 
 
+class PassingRays:
+    """The edges that rays pass, for each sequence of planes that reflected the rays.
+
+    A ray passes an edge if it meets one of its two faces within ``SPREAD`` of the edge.
+    """
+
+    def __init__(self, planes: Planes, edges: Edges):
+        self._planes, self._edges = planes, edges
+        self._found = np.zeros(0, np.int64)
+        # The planes of both faces of every edge. A sheet has one.
+        tangents = edges.around(edges.exterior[:, None])[:, 0]
+        normals = np.cross(tangents, edges.directions)
+        offsets = (normals * edges.starts).sum(axis=1)
+        tree = cKDTree(np.column_stack([planes.normals, planes.offsets]))
+        ways = [tree.query(sign * np.column_stack([normals, offsets])) for sign in (1, -1)]
+        other = np.where(ways[0][0] < ways[1][0], ways[0][1], ways[1][1])
+        plane = np.concatenate([planes.of_face[edges.faces], other])
+        order = np.argsort(plane, kind="stable")
+        self._of_plane = np.searchsorted(plane[order], np.arange(len(planes.normals) + 1))
+        self._edge = order % max(1, len(edges))
+
+    def see(self, flights: Flights) -> None:
+        """Add the edges that some flights pass."""
+        flights = flights.subset(flights.faces >= 0)
+        ends = (flights.starts + flights.lengths * flights.directions).T.astype(np.float64)
+        reach = SPREAD * (flights.travelled + flights.lengths).astype(np.float64)
+        given = ends, self._planes.of_face[flights.faces], reach, self._of_plane, self._edge
+        edges = self._edges.starts, self._edges.directions, self._edges.lengths
+        nothing = np.zeros(0, np.int64)
+        ray, edge = np.empty((2, _passed(*given, *edges, nothing, nothing)), np.int64)
+        _passed(*given, *edges, ray, edge)
+        self._found = np.union1d(self._found, flights.sequences[ray] * len(self._edges) + edge)
+
+    def passed(self, sequences: Int[np.ndarray, " n"], edges: Int[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+        """Whether rays of some sequences passed some edges."""
+        return np.isin(sequences * len(self._edges) + edges, self._found)
+
+
+@compiled
+def _passed(ends, planes, reach, of_plane, edge_of, starts, directions, lengths, rays, edges):
+    """Count the rays and edges near which they end; write their numbers into ``rays`` and ``edges`` if not empty."""
+    count = 0
+    for ray in range(len(ends)):
+        for place in range(of_plane[planes[ray]], of_plane[planes[ray] + 1]):
+            edge = edge_of[place]
+            x, y, z = ends[ray, 0] - starts[edge, 0], ends[ray, 1] - starts[edge, 1], ends[ray, 2] - starts[edge, 2]
+            along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
+            beyond = along - min(max(along, 0.0), lengths[edge])
+            if x * x + y * y + z * z - along * along + beyond * beyond < reach[ray] ** 2:
+                if len(rays):
+                    rays[count], edges[count] = ray, edge
+                count += 1
+    return count
+
+
 @dataclass(frozen=True)
 class FoundArms:
     """Arms that lead from some antenna to some point of their edges, and are not blocked by conductors."""
@@ -126,26 +182,33 @@ def find_arms(
     explored: Explored,
     antennas: Antennas,
     others: Antennas,
+    rays: PassingRays,
     least: float,
 ) -> FoundArms:
     """The arms from some antennas to the edges, of which ``others`` are at the other end of the chains.
 
-    An arm whose wave promises to be weaker than ``least`` is left out.
+    An arm whose wave promises to be weaker than ``least`` is left out. If there are too many, those where rays passed
+    the edge come first, then those that promise the strongest waves.
     """
     middle = edges.points(np.array([0.5]))[:, 0]
     behind = np.linalg.norm(middle[:, None] - others.positions[:: -(-len(others) // LEAST)], axis=2).min(axis=1)
-    tried, promise = _in_beams(surfaces.wavelength, mirrors.planes, edges, explored, antennas.positions, behind, least)
-    tried = tried.subset(np.sort(np.argsort(-promise, kind="stable")[:MOST_ARMS]))
+    tried, number, promise = _in_beams(
+        surfaces.wavelength, mirrors.planes, edges, explored, antennas.positions, behind, least
+    )
+    if len(tried) > MOST_ARMS:
+        promise += rays.passed(explored.numbers[number], tried.edges) * promise.max()
+        tried = tried.subset(np.sort(np.argsort(-promise, kind="stable")[:MOST_ARMS]))
+    if not len(tried):
+        return FoundArms(tried, np.zeros(0), np.zeros(0))
     fewer = max(LEAST, MOST // (POINTS * max(1, len(tried))))
     chosen = antennas.positions[evenly(np.arange(len(antennas)), fewer)]
-    strengths, lengths = np.zeros(len(tried)), np.full(len(tried), np.inf)
+    strengths, lengths = dr.zeros(mi.Float, len(tried)), dr.full(mi.Float, np.inf, len(tried))
     places, points = on_device(chosen), on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS))
     for count in np.unique(tried.reflections):
         number = np.flatnonzero(tried.reflections == count)
         for start, stop in batches(len(number), len(chosen), POINTS):
-            some = number[start:stop]
-            arms = tried.subset(some)
-            ends, edge = Ends(mirrors, edges, arms, chosen), mi.UInt(arms.edges)
+            arms = tried.subset(number[start:stop])
+            ends, edge, index = Ends(mirrors, edges, arms, chosen), mi.UInt(arms.edges), mi.UInt(number[start:stop])
 
             def way(lane: mi.UInt, ends: Ends = ends, edge: mi.UInt = edge) -> tuple:
                 arm, antenna, point = Combination.of(lane, len(chosen), POINTS)
@@ -153,19 +216,18 @@ def find_arms(
                 place = dr.gather(mi.Point3d, points, dr.gather(mi.UInt, edge, arm) * POINTS + point)
                 found, vertices, faces = ends.follow(image, arm, place, ends.open(image))
                 corners = dr.gather(mi.Point3d, places, antenna), *vertices, place
-                return arm, found, corners, faces, dr.norm(ends.place(image) - place)
+                return arm, found, corners, faces, mi.Float(dr.norm(ends.place(image) - place))
 
-            lane = dr.compress(way(dr.arange(mi.UInt, len(some) * len(chosen) * POINTS))[1])
-            if not dr.width(lane):
-                continue
-            arm, _, corners, faces, length = way(lane)
-            strength = surviving(surfaces, [mi.Point3f(each) for each in corners], faces)
-            dr.eval(strength, length, arm)
-            of, strong = some[arm.numpy()], strength.numpy()
-            np.maximum.at(strengths, of, strong)
-            np.minimum.at(lengths, of[strong > 0], length.numpy()[strong > 0])
-    kept = strengths > 0
-    return FoundArms(tried.subset(kept), strengths[kept], lengths[kept])
+            lane = dr.compress(way(dr.arange(mi.UInt, len(arms) * len(chosen) * POINTS))[1])
+            if dr.width(lane):
+                arm, _, corners, faces, length = way(lane)
+                strength = surviving(surfaces, [mi.Point3f(each) for each in corners], faces)
+                of = dr.gather(mi.UInt, index, arm)
+                dr.scatter_reduce(dr.ReduceOp.Max, strengths, strength, of)
+                dr.scatter_reduce(dr.ReduceOp.Min, lengths, length, of, strength > 0)
+    strong = strengths.numpy()
+    kept = strong > 0
+    return FoundArms(tried.subset(kept), strong[kept], lengths.numpy()[kept])
 
 
 @compiled
@@ -186,8 +248,11 @@ def _in_beams(
     antennas: Float[np.ndarray, "antennas 3"],
     behind: Float[np.ndarray, " edges"],
     least: float,
-) -> tuple[Arms, Float[np.ndarray, " arms"]]:
-    """The arms for which some antenna's wave, off the box of the last plane, may meet the edge, and their promise."""
+) -> tuple[Arms, Int[np.ndarray, " arms"], Float[np.ndarray, " arms"]]:
+    """The arms for which some antenna's wave, off the box of the last plane, may meet the edge.
+
+    With them come the numbers of their sequences, and how strong their waves promise to be.
+    """
     sequences = explored.short
     middle = antennas.mean(axis=0)
     radius = float(np.linalg.norm(antennas - middle, axis=1).max())
@@ -195,26 +260,58 @@ def _in_beams(
     padded = np.column_stack([np.full(len(sequences), -1), sequences])
     plane = padded[np.arange(len(sequences)), (sequences >= 0).sum(axis=1)]
     starts, ends = edges.points(np.array([0.0, 1.0])).transpose(1, 0, 2)
-    beams = last, plane, explored.strengths.astype(float), radius, planes.normals, planes.offsets, planes.low, planes.high
-    given = *beams, starts, ends, edges.directions, edges.lengths, behind, wavelength, least
+    mirrors = planes.normals, planes.offsets, planes.low, planes.high
+    given = (
+        last,
+        plane,
+        explored.strengths.astype(float),
+        radius,
+        *mirrors,
+        starts,
+        ends,
+        edges.directions,
+        edges.lengths,
+        behind,
+        wavelength,
+        least,
+    )
     found, nothing = np.zeros(len(sequences), np.int64), np.zeros(0, np.int64)
     with ONE_KERNEL:
         _meet_beams(*given, found, nothing, nothing, np.zeros(0))
         edge, promise = np.empty(found.sum(), np.int64), np.empty(found.sum())
         _meet_beams(*given, found, np.cumsum(found) - found, edge, promise)
-    return Arms(np.repeat(sequences, found, axis=0), edge), promise
+    number = np.repeat(np.arange(len(sequences)), found)
+    return Arms(sequences[number], edge), number, promise
 
 
 @compiled(parallel=True)
 def _meet_beams(
-    images, planes, strengths, radius, normals, offsets, low, high, starts, ends, directions, lengths, behind,
-    wavelength, least, counts, places, edges, promises
+    images,
+    planes,
+    strengths,
+    radius,
+    normals,
+    offsets,
+    low,
+    high,
+    starts,
+    ends,
+    directions,
+    lengths,
+    behind,
+    wavelength,
+    least,
+    counts,
+    places,
+    edges,
+    promises,
 ):
     """Count the edges that each beam may meet; write them and their promises from ``places`` on, if there are any."""
     for beam in numba.prange(len(images)):
         count = 0
         for edge in range(len(starts)):
-            x, y, z = images[beam, 0] - starts[edge, 0], images[beam, 1] - starts[edge, 1], images[beam, 2] - starts[edge, 2]
+            x, y = images[beam, 0] - starts[edge, 0], images[beam, 1] - starts[edge, 1]
+            z = images[beam, 2] - starts[edge, 2]
             along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
             beyond = along - min(max(along, 0.0), lengths[edge])
             before = np.sqrt(max(x * x + y * y + z * z - along * along, 0.0) + beyond * beyond)
@@ -248,7 +345,7 @@ def _in_beam(normal, offset, low, high, start, end, image, radius):
     for axis in range(3):
         far = max(far, abs(start[axis] - image[axis]), abs(end[axis] - image[axis]))
     # How far the other antennas' waves meet the plane from that of their middle, at most.
-    margin = radius * (1 + 2 * far / (depth - radius + max(min(first, second), 0.0)))
+    margin = TOO_NEAR + radius * (1 + 2 * far / (depth - radius + max(min(first, second), 0.0)))
     for axis in range(3):
         a, b = start[axis], end[axis]
         # The part of the edge that is before the mirror.

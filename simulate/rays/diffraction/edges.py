@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from scenes.checks.enclosure import outline
-from scenes.scene.description import Scene, conducting_objects
+from scenes.scene.description import conducting_objects
 from scenes.scene.half_edges import connected, half_edges, shared_corners
 from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
@@ -34,9 +34,6 @@ BEYOND = 0.1
 PIECES = 16  # Number of pieces of an edge, each of which is tested for a body that touches it
 
 AT_ONCE = 10_000  # Edges tested at a time, with 128 rays each. This bounds the memory.
-
-MOST = 300
-"""Largest number of edges to follow. If a scene has more, only those that matter most are followed."""
 
 
 @dataclass(frozen=True)
@@ -243,20 +240,3 @@ def _in_a_slab(
         reach = np.where(along < 0, *ray_scene.slabs.fronts[face].transpose(2, 0, 1)) / np.abs(along).clip(1e-9)
         result |= (face >= 0) & (body_of_face[face] != own) & (distance < reach)
     return result
-
-
-def foremost(edges: Edges, scene: Scene) -> Edges:
-    """The ``MOST`` edges that matter most, in their given order.
-
-    The field of a wave behind an edge is about proportional to 1/√(d₁ d₂ (d₁ + d₂)), with the edge's distances d₁ from
-    the gateway and d₂ from the transmitter. It grows with the length of the edge up to about √(λ d₁ d₂/(d₁ + d₂)), the
-    Fresnel zone.
-    """
-    if len(edges) <= MOST:
-        return edges
-    middle = edges.points(np.array([0.5]))[:, 0]
-    places = np.asarray(scene.gateway.position), scene.transmitter.region.mean(axis=0)
-    first, second = (np.maximum(np.linalg.norm(middle - place, axis=1), scene.wavelength) for place in places)
-    zone = np.sqrt(scene.wavelength * first * second / (first + second))
-    amplitude = np.minimum(edges.lengths, zone) / zone / np.sqrt(first * second * (first + second))
-    return edges.subset(np.sort(np.argsort(-amplitude, kind="stable")[:MOST]))

@@ -13,13 +13,14 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float, Int
 
+from scenes.files.long_work import doing
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflection_chains import Chains, reflected
 from simulate.rays.core.shooting import Explored
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.solution import largest_shares
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.diffraction.arms import FoundArms, find_arms, promise_of
+from simulate.rays.diffraction.arms import FoundArms, PassingRays, find_arms, promise_of
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, NO_LINKS, DiffractedChains, chains_of, links_between
 from simulate.rays.diffraction.edges import Edges
@@ -39,8 +40,10 @@ ELEMENTS = 4  # Number of elements between which the trial positions are shared
 NEGLIGIBLE = 5e-5
 """A chain is dropped if its share of the power is smaller than this at every trial and every element."""
 
-STRONGER = 100
-"""The most by which a diffracted wave's power may exceed what it promises: near a boundary, or by antennas' patterns."""
+STRONGER = 10_000
+"""The most by which a diffracted wave's power may exceed what it promises, near a boundary or by antennas' patterns."""
+
+SECONDS, PER_BEAM = 5e-5, 4e-8  # Seconds that a candidate takes, and a beam for each edge, on two cores
 
 SHADOWED = 0.1
 """The share of the positions with the weakest reflected waves. Beside these, weak diffracted waves are left out."""
@@ -51,22 +54,18 @@ def find_diffracted_chains(
     elements: Antennas,
     trials: Antennas,
     explored: tuple[Explored, Explored],
+    rays: tuple[PassingRays, PassingRays],
     reflecting: Chains,
     report: Callable[[str], None],
 ) -> DiffractedChains:
     """The chains with diffractions that carry power from the gateway to one of some positions.
 
-    ``explored`` is what rays from the elements found, and rays from the positions.
+    ``explored`` is what rays from the elements found, and rays from the positions; ``rays`` are the edges they passed.
     """
     ray_scene, edges, surfaces = edge_scene.ray_scene, edge_scene.edges, edge_scene.surfaces
     propagation = ray_scene.propagation
     most = max(0, min(MOST_REFLECTIONS, propagation.max_depth - 1)) if propagation.specular else 0
     some = elements.subset(evenly(np.arange(len(elements)), ELEMENTS))
-    import time
-    t=time.time(); c=time.process_time()
-    def lap(w):
-        nonlocal t,c
-        print('   ',w,'%.2f wall %.2f cpu'%(time.time()-t,time.process_time()-c),flush=True); t=time.time(); c=time.process_time()
     # Each element is tried with its share of the positions.
     pairs = [
         (some.subset(np.array([number])), trials.subset(np.arange(number, len(trials), len(some))))
@@ -74,25 +73,22 @@ def find_diffracted_chains(
     ]
     others = [_powers(ray_scene, reflecting, *pair, surfaces) for pair in pairs]
     least = _least(np.concatenate(others), surfaces)
-    lap(f'others {least}')
     forth, back = (each.shorter(most) for each in explored)
-    near = find_arms(surfaces, ray_scene.mirrors, edges, forth, some, trials, least)
-    far = find_arms(surfaces, ray_scene.mirrors, edges, back, trials, some, least)
-    lap(f'arms {len(near.arms)} {len(far.arms)} of sequences {len(explored[0].short)} {len(explored[1].short)}')
-    links = links_between(edges, _linked(near, far), ray_scene) if propagation.max_depth >= 2 else NO_LINKS
-    lap(f'links {len(links)}')
+    beams = len(forth.short) + len(back.short)
+    doing(f"finding which of {len(edges):,} edges {beams:,} beams meet", PER_BEAM * beams * len(edges))
+    near = find_arms(surfaces, ray_scene.mirrors, edges, forth, some, trials, rays[0], least)
+    far = find_arms(surfaces, ray_scene.mirrors, edges, back, trials, some, rays[1], least)
+    links = links_between(edges, _linked(near, far, len(edges)), ray_scene) if propagation.max_depth >= 2 else NO_LINKS
     most_twice = max(0, min(MOST_REFLECTIONS_TWICE, propagation.max_depth - 2, most))
     candidates = chains_of(near.arms, far.arms, links, (most, most_twice))
-    lap(f'candidates {len(candidates)}')
-    bounds = _promises(candidates, near, far, edges, surfaces)
-    strongest = np.sort(np.argsort(-bounds, kind="stable")[:MOST])
-    candidates = candidates.subset(strongest[bounds[strongest] >= least])
-    lap(f'candidates {len(candidates)}')
+    promises = _promises(candidates, near, far, edges, surfaces)
+    strongest = np.sort(np.argsort(-promises, kind="stable")[:MOST])
+    candidates = candidates.subset(strongest[promises[strongest] >= least])
+    doing(f"trying {len(candidates):,} chains with diffractions at {len(edges):,} edges", SECONDS * len(candidates))
     shares = np.zeros(len(candidates))
     for pair, power in zip(pairs, others, strict=True):
         solutions = diffracted(edge_scene, candidates, *pair, [surfaces])
         np.maximum(shares, largest_shares(solutions, len(candidates), power), out=shares)
-    lap('solve')
     kept = shares >= NEGLIGIBLE
     chains = candidates.subset(kept)
     twice = int((chains.link != NO_LINK).sum())
@@ -123,15 +119,13 @@ def _least(powers: Float[np.ndarray, "trials 1"], surfaces: Surfaces) -> float:
     return float(np.sqrt(NEGLIGIBLE / STRONGER * weak))
 
 
-def _linked(near: FoundArms, far: FoundArms) -> Int[np.ndarray, " k"]:
-    """The edges to which waves come from both ends, at most ``MOST_LINKED``, those with the strongest waves."""
-    edges = np.intersect1d(near.arms.edges, far.arms.edges)
-    strongest = np.ones(edges.max(initial=0) + 1)
+def _linked(near: FoundArms, far: FoundArms, count: int) -> Int[np.ndarray, " k"]:
+    """The edges that waves reach from either end, at most ``MOST_LINKED``, those with the strongest waves."""
+    strongest = np.zeros(count)
     for found in (near, far):
-        best = np.zeros(max(len(strongest), found.arms.edges.max(initial=0) + 1))
-        np.maximum.at(best, found.arms.edges, found.strengths / found.lengths)
-        strongest *= best[: len(strongest)]
-    return np.sort(edges[np.argsort(-strongest[edges], kind="stable")[:MOST_LINKED]])
+        np.maximum.at(strongest, found.arms.edges, found.strengths / found.lengths)
+    order = np.argsort(-strongest, kind="stable")[:MOST_LINKED]
+    return np.sort(order[strongest[order] > 0])
 
 
 def _promises(

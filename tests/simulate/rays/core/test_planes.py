@@ -7,8 +7,9 @@ from trimesh import Trimesh
 
 from scenes.places.built_in import lab
 from scenes.scene.shapes import box, sheet
-from simulate.rays.core.image_method import Images, on_surface
+from simulate.rays.core.image_method import Images, Mirrors, on_device
 from simulate.rays.core.planes import BLOCK, Planes
+from simulate.rays.core.ray_tracer import dr, mi
 
 
 def fine_sheet(count: int, kept: float = 1.0) -> Trimesh:
@@ -52,13 +53,18 @@ def test_surfaces_are_known_from_gaps(make_scene):
     points = np.random.default_rng(1).uniform(-0.2, 3.2, (500, 3)) * [1, 1, 0]
     sides = found.sides
     inside = ((sides[:, :, :3] @ points.T) >= sides[:, :, 3:]).all(axis=1)
-    hit = np.array([on_surface(found.arrays, 0, *point) for point in points])
-    assert (hit >= 0).tolist() == inside.any(axis=0).tolist() and 0.3 < (hit >= 0).mean() < 0.7
-    assert inside[hit[hit >= 0], np.flatnonzero(hit >= 0)].all()
+    up = np.array([0, 0, 1])
+    plane, under, over = dr.zeros(mi.UInt, 500), on_device(points - up), on_device(points + up)
+    hit, face, _ = Mirrors(found).reflection(plane, under, over, 0.0, mi.Bool(True))
+    hit, triangle = hit.numpy(), np.argsort(found.faces)[face.numpy()]
+    assert hit.tolist() == inside.any(axis=0).tolist() and 0.3 < hit.mean() < 0.7
+    assert inside[triangle[hit], np.flatnonzero(hit)].all()
 
 
 def possible_paths(planes, chains, sources, targets):
-    return Images(planes, chains, sources).possible_paths(targets)
+    """The images, and the target, chain and source of every possible path."""
+    images = Images(Mirrors(planes), chains, sources)
+    return images, images.combination(images.possible(on_device(targets), len(targets)))
 
 
 def test_reflections_lie_on_their_planes_at_equal_angles():
@@ -68,24 +74,22 @@ def test_reflections_lie_on_their_planes_at_equal_angles():
     generator = np.random.default_rng(0)
     chains = generator.integers(len(planes.normals), size=(20_000, 2))
     sources, targets = np.array([scene.gateway.position]), generator.uniform(*scene.transmitter.region, (5, 3))
-    images = Images(planes, chains, sources)
-    paths = images.possible_paths(targets)
-    assert paths.shape[1] > 20
-    ways = images.ways(paths, targets)
-    points = np.concatenate(
-        [np.repeat(sources.T[None], paths.shape[1], axis=2), ways.vertices, targets[paths[0]].T[None]]
-    )
-    chain = chains[paths[1]].T
+    images, paths = possible_paths(planes, chains, sources, targets)
+    target, chain, _ = (each.numpy() for each in paths)
+    assert len(target) > 20
+    places, faces, travelled = images.ways(on_device(targets), paths)
+    vertices = np.stack([each.numpy() for each in places])
+    points = np.concatenate([np.repeat(sources.T[None], len(target), axis=2), vertices, targets[target].T[None]])
+    chain = chains[chain].T
     normals = planes.normals[chain].transpose(0, 2, 1)
-    np.testing.assert_allclose((ways.vertices * normals).sum(axis=1), planes.offsets[chain], atol=1e-5)
+    np.testing.assert_allclose((vertices * normals).sum(axis=1), planes.offsets[chain], atol=1e-12)
     steps = np.diff(points, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     units = steps / lengths[:, None]
     before, behind = (units[:-1] * normals).sum(axis=1), (units[1:] * normals).sum(axis=1)
-    np.testing.assert_allclose(before, -behind, atol=1e-4)
-    np.testing.assert_allclose(ways.travelled, lengths.sum(axis=0), rtol=1e-5)
-    np.testing.assert_allclose(ways.spreading, 1 / ways.travelled)
-    assert (planes.of_face[ways.faces] == chain).all()
+    np.testing.assert_allclose(before, -behind, atol=1e-9)
+    np.testing.assert_allclose(travelled.numpy(), lengths.sum(axis=0), rtol=1e-12)
+    assert (planes.of_face[np.stack([face.numpy() for face in faces])] == chain).all()
 
 
 @pytest.fixture(scope="module")
@@ -96,11 +100,11 @@ def mirror(make_scene):
 
 def test_nothing_behind_a_mirror_sees_itself_in_it(mirror):
     source, target = np.array([[0.0, 0.0, 1.0]]), np.array([[-4.0, 0.5, 1.0]])
-    assert possible_paths(mirror, np.array([[0]]), source, target).shape[1] == 0
+    assert not dr.width(possible_paths(mirror, np.array([[0]]), source, target)[1].target)
 
 
 @pytest.mark.parametrize("y, expected", [(1.66, True), (1.67, False)])
 def test_reflection_beyond_the_edge_is_none(mirror, y, expected):
     """From the origin to (−1, y): reflected at three fifths of y, and the sheet ends at 1 m."""
-    found = possible_paths(mirror, np.array([[0]]), np.array([[0.0, 0.0, 1.0]]), np.array([[-1.0, y, 1.0]]))
-    assert found.shape[1] == expected
+    _, found = possible_paths(mirror, np.array([[0]]), np.array([[0.0, 0.0, 1.0]]), np.array([[-1.0, y, 1.0]]))
+    assert dr.width(found.target) == expected

@@ -10,8 +10,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet, union
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.diffraction import edges as edges_module
-from simulate.rays.diffraction.edges import diffracting_edges, foremost
+from simulate.rays.diffraction.edges import diffracting_edges
 
 FLOOR = ("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
 
@@ -95,17 +94,3 @@ def test_openings_of_outer_walls_diffract_and_their_corners_do_not():
 def test_boards_of_a_box_at_the_end_of_the_scene_have_their_edges(edges_of):
     """Its top and its far side are the outermost faces, but the slabs are inside the box and do not continue."""
     assert len(edges_of(FLOOR, ("crate", box((4, -0.5, 3), (5, 0.5, 4)), "brick"))) == 24
-
-
-def test_of_too_many_edges_the_foremost_are_followed(make_scene, monkeypatch):
-    """Of two like plates the one between gateway and region counts, not the one beyond them; the order is kept."""
-    near, far = (sheet((x, -0.5, 1), (0, 1, 0), (0, 0, 1)) for x in (-1.5, 4.5))
-    scene = make_scene(FLOOR, ("far", far, "metal"), ("near", near, "metal"))
-    edges = diffracting_edges(RayScene.of(scene, Propagation()))
-    assert len(edges) == 8 and len(foremost(edges, scene)) == 8
-    monkeypatch.setattr(edges_module, "MOST", 5)
-    kept = foremost(edges, scene)
-    assert sorted(kept.starts[:, 0].round(1)) == [-1.5] * 4 + [4.5]
-    middles = edges.points(np.array([0.5])).tolist()
-    places = [middles.index(middle) for middle in kept.points(np.array([0.5])).tolist()]
-    assert places == sorted(places)
