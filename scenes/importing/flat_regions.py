@@ -22,6 +22,8 @@ LIKE = float(np.cos(np.radians(20.0)))  # Least cosine between a plane's normal 
 
 WORTH = 0.1  # Least share of an object's area in regions that are not exactly flat already
 
+FINE = 0.05  # Largest mean area of the triangles of a scan, square metres. Terrain has larger ones.
+
 FACING = 0.3  # Least such cosine of a triangle whose own corners fit the plane
 
 CURVED = float(np.radians(5.0))  # Angle by which the normal of a plane's region may turn, apart from noise
@@ -223,7 +225,8 @@ class _Growth:
                 self.planes[number] = normal, offset = self._fitted(found)
                 corners, heights = self._heights(found, normal, offset)
                 exact = max(1e-5, 4 * float(np.spacing(np.float32(np.abs(corners).max()))))
-                rough[number] = np.median(np.abs(heights)) > exact
+                fine = self.size[found].mean() < FINE
+                rough[number] = fine and np.median(np.abs(heights)) > exact
                 enough = not self._is_curved(found, normal, offset)
             if not enough:
                 self.labels[found] = -1
