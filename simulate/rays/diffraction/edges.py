@@ -196,6 +196,8 @@ def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
 
 def _in_the_open(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
     """The stretches of edges in no other body's slab, and to which no other body is nearer than ``TOUCHING``."""
+    if (body_of_face == body_of_face[0]).all():  # as in a scan
+        return edges
     touched = [np.zeros((0, PIECES), bool)]
     for start in range(0, len(edges), AT_ONCE):
         some = edges.subset(np.arange(start, min(start + AT_ONCE, len(edges))))
