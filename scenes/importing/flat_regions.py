@@ -65,6 +65,11 @@ class Surface:
         return Surface(vertices, faces, owners, opposite)
 
     @property
+    def ends(self) -> tuple[Int[np.ndarray, " H"], Int[np.ndarray, " H"]]:
+        """The corners at which each half-edge starts and ends."""
+        return self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+
+    @property
     def neighbours(self) -> Int[np.ndarray, "F 3"]:
         """The face of the same object across each edge, -1 if there is none."""
         across = (self.opposite // 3).reshape(-1, 3)
