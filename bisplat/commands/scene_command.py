@@ -25,7 +25,8 @@ if TYPE_CHECKING:  # a slow import that the help of the command line does not ne
 Triple = tuple[float, float, float]
 
 PLACES = ("gateway", "boresight", "region_min", "region_max")
-OF_AN_IMPORT = (*("material", "own_material", "default_material", "unit", "up", "shift", "walls", "pattern", *PLACES),)
+IDLE_IN_A_LIST = ("walls", "flatten", "no_flatten", "pattern", *PLACES)
+OF_AN_IMPORT = ("material", "own_material", "default_material", "unit", "up", "shift", *IDLE_IN_A_LIST)
 """Options that a scene has no use for."""
 
 HEADINGS = {
@@ -48,6 +49,8 @@ def scene(
     up: Literal["y", "z"] | None = None,
     shift: Triple = (0.0, 0.0, 0.0),
     walls: Literal["as-sheets", "as-drawn"] = "as-sheets",
+    flatten: float | None = None,
+    no_flatten: bool = False,
     frequency: str | None = None,
     array: str | None = None,
     gateway: Triple | None = None,
@@ -78,6 +81,9 @@ def scene(
             in map coordinates.
         walls: import only: whether walls and boards that are drawn with both faces become one sheet each, or keep both,
             of which each is a slab.
+        flatten: import only: metres within which scanned and finely meshed surfaces are flat, and become planes
+            (default: a sixteenth of the wavelength, at most 0.05).
+        no_flatten: import only: keep such surfaces as they are.
         frequency: carrier frequency: hertz, or such as "3.5 GHz" (default: the scene's; for an import 915e6, the RFID
             and LoRa band). Materials of ITU-R P.2040 follow.
         array: array of every gateway: ROWSxCOLUMNS, or ROWSxCOLUMNS@SPACING in wavelengths (default: the scene's; for
@@ -115,7 +121,7 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            idle = ["output", "walls", "pattern", "array", "accuracy", "force", *PLACES]
+            idle = ["output", "array", "accuracy", "force", *IDLE_IN_A_LIST]
             refuse_idle(given, idle, "beside --list")
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
@@ -125,18 +131,21 @@ def scene(
             raise InputError(
                 f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
             )
+        if no_flatten and flatten is not None:
+            raise InputError("--no-flatten: expected it without --flatten, found both")
         own_array = array_option(array or "4x4")
         with new_folder(output, force) as unfinished:
             place, report = import_scene(
                 scene,
                 **options,
                 walls=walls,
+                flatten=0 if no_flatten else flatten,
                 gateway=Gateway(gateway, facing(boresight), pattern=pattern, **own_array),
                 transmitter=Transmitter(region_min, region_max),
             )
             write_scene(place, unfinished)
             record = {name: options[name] for name in ("unit", "frequency", "shift")}
-            record = {"file": scene, "up": report.up, **record, "walls": walls}
+            record = {"file": scene, "up": report.up, **record, "walls": walls, "flatten": 0 if no_flatten else flatten}
             (unfinished / "import.json").write_text(json_format.dumps(record, indent=2) + "\n")
         for name, count in report.degenerate.items():
             say(f"{name}: dropped {count} triangles without area")
@@ -156,6 +165,8 @@ def scene(
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
         drawing = output or Path(f"{file_stem(place.name)}.png")
     if importable:
+        if output is not None and report.flattened is not None:
+            _failure_to_draw(report.flattened, output / "flattened.png")
         failure = _failure_to_draw(place, drawing)
         if failure:
             say(f"warning: {failure}; the scene itself is complete")

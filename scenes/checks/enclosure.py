@@ -59,13 +59,14 @@ def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float
 def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float:
     """The height of the ceiling above gateways and region, metres; infinite if one has none, or nothing is below it."""
     low, high = scene.transmitter.region
+    gateways = (scene.gateway, *scene.further_gateways.values())
+    around = bounding_box(np.vstack([scene.transmitter.region, *(gateway.position for gateway in gateways)]))
+    corners = triangles.min(axis=1), triangles.max(axis=1)
+    near = triangles[((corners[0] <= around[1]) & (corners[1] >= around[0]))[:, :2].all(axis=1)]
     steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
     spread = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2)
-    over_region = [
-        lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
-    ]
-    gateways = (scene.gateway, *scene.further_gateways.values())
-    over_gateways = [lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
+    over_region = [lowest_above(np.array([*point, high[2]]), near) for point in low[:2] + spread * (high - low)[:2]]
+    over_gateways = [lowest_above(np.array(gateway.position), near) for gateway in gateways]
     # The median, since a lamp or a duct above a part of the region is not a ceiling.
     heights = [float(np.median(over_region)), *over_gateways]
     below = triangles[:, :, 2].min() < min(heights) - UNDER_CEILING
@@ -101,7 +102,10 @@ def _outer_walls(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> list[tu
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
     upright = np.abs(normals[:, 2]) < 0.02
+    if not upright.any():
+        return []
     points = triangles.reshape(-1, 3)
+    points = points[ConvexHull(points, qhull_options="QJ").vertices]
     gateways = (scene.gateway, *scene.further_gateways.values())
     antennas = np.vstack([scene.transmitter.corners(), *(gateway.position for gateway in gateways)])
     low, high = bounding_box(points)
@@ -109,8 +113,9 @@ def _outer_walls(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> list[tu
     for sign in (1, -1):
         out = sign * normals[upright]
         degrees = np.degrees(np.arctan2(out[:, 1], out[:, 0])).round().astype(int) % 360
-        for angle in np.unique(degrees):
-            chosen = triangles[upright][degrees == angle]
+        order = np.argsort(degrees, kind="stable")
+        angles, first = np.unique(degrees[order], return_index=True)
+        for angle, chosen in zip(angles, np.split(triangles[upright][order], first[1:]), strict=True):
             normal = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
             along = np.array([-normal[1], normal[0], 0.0])
             centimetres = (100 * (chosen @ normal).mean(axis=1)).round().astype(int)

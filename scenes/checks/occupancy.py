@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 from trimesh.triangles import closest_point
@@ -15,6 +16,9 @@ from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene, SceneObject
 
 CHUNK = 200_000  # Pairs of a point and a triangle that are computed at a time. This limits the memory.
+
+BLOCK, FAR = 64, 3
+"""Triangles of a fine mesh in a block, and its distance over its size from which it counts as a single triangle."""
 
 TOUCHING = 1e-3
 """Metres. Rays from an element that is nearer to a surface may start on either side of it."""
@@ -48,11 +52,24 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
     return total
 
 
-def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray, " n"]:
-    low, high = part.bounds
-    inside = np.all((points > low) & (points < high), axis=1)
-    inside[inside] = np.abs(winding_number(points[inside], part.triangles)) > 0.5
-    return inside
+def rough_winding_number(
+    points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "t 3 3"]
+) -> Float[np.ndarray, " n"]:
+    """``winding_number`` to within 0.1, in which a block of triangles far from a point counts as a single one."""
+    if len(triangles) <= BLOCK:
+        return winding_number(points, triangles)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2
+    middles = triangles.mean(axis=1)
+    total = np.zeros(len(points))
+    for block in np.array_split(cKDTree(middles, leafsize=BLOCK).indices, len(triangles) // BLOCK):
+        middle = np.average(middles[block], axis=0, weights=np.linalg.norm(normals[block], axis=1))
+        size = np.linalg.norm(triangles[block] - middle, axis=2).max()
+        ways = middle - points
+        distances = np.linalg.norm(ways, axis=1)
+        near = distances < FAR * size
+        total[~near] += (ways @ normals[block].sum(axis=0))[~near] / (4 * np.pi * distances[~near] ** 3)
+        total[near] += winding_number(points[near], triangles[block])
+    return total
 
 
 def holds_antennas(scene: Scene, part: Trimesh) -> bool:
@@ -61,10 +78,14 @@ def holds_antennas(scene: Scene, part: Trimesh) -> bool:
     corners = scene.transmitter.corners()
     corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
     antennas = np.vstack([corners, scene.gateway.position])
-    low, high = part.bounds
-    if not ((antennas > low) & (antennas < high)).all():  # as for furniture and most buildings
+    if not _in_box(antennas, part).all():  # as for furniture and most buildings
         return False
-    return bool(_inside(antennas, part).all())
+    return bool((np.abs(rough_winding_number(antennas, part.triangles)) > 0.5).all())
+
+
+def _in_box(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray, " n"]:
+    low, high = part.bounds
+    return ((points > low) & (points < high)).all(axis=1)
 
 
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
@@ -73,10 +94,10 @@ def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str 
     blocker: list[str | None] = [None] * len(points)
     for item in scene.objects:
         for part in item.closed_parts:
-            inside = np.flatnonzero(_inside(points, part))
-            if not len(inside) or holds_antennas(scene, part):
+            near = np.flatnonzero(_in_box(points, part))
+            if not len(near) or holds_antennas(scene, part):
                 continue
-            for index in inside:
+            for index in near[np.abs(rough_winding_number(points[near], part.triangles)) > 0.5]:
                 blocker[index] = item.name
     return blocker
 

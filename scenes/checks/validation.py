@@ -103,9 +103,8 @@ def validate(scene: Scene, source: str) -> None:
     if not scene.objects:
         refuse("objects: expected at least one object, found none")
     require_name(scene.name, "name", refuse)
-    triangles = sum(len(item.mesh.faces) for item in scene.objects)
-    if triangles > MOST_TRIANGLES:
-        refuse(f"objects: expected at most {MOST_TRIANGLES} triangles together, found {triangles}")
+    if scene.triangles > MOST_TRIANGLES:
+        refuse(f"objects: expected at most {MOST_TRIANGLES} triangles together, found {scene.triangles}")
     names: set[str] = set()
     for index, item in enumerate(scene.objects):
         require_name(item.name, f"objects[{index}].name", refuse)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Container, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from trimesh import Trimesh
-from trimesh.graph import connected_component_labels
 from trimesh.grouping import group_rows
 from trimesh.intersections import mesh_plane
 
 from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
 from scenes.drawing.doors import Leaf, closed_doors
-from scenes.scene.closed_parts import merge_corners
+from scenes.scene.closed_parts import parts_of
 from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -121,9 +120,7 @@ def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, doors: Container[
     """Draw triangles in the colours of their materials, with outlines, from the lowest to the highest."""
     from matplotlib.collections import PolyCollection
 
-    shapes: list[np.ndarray] = []
-    edge_colors: list[tuple[float, float, float]] = []
-    heights: list[np.ndarray] = []
+    shapes, colors, outlined = [np.zeros((0, 3, 3))], [np.zeros((0, 3))], [np.zeros(0, bool)]
     height = section_height(scene)
     for index, item in enumerate(scene.objects):
         if index in doors:
@@ -135,30 +132,31 @@ def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, doors: Container[
             lower = cut(item.mesh.triangles[above], [(np.array([0, 0, height]), np.array([0.0, 0.0, -1.0]))])
             triangles = np.concatenate([triangles, lower])
         outlines = _outlines(item.mesh, above, height)
-        outlines = outlines[outlines[:, :, 2].max(axis=1) < ceiling]
+        outlines = outlines[outlines[:, :, 2].max(axis=1) < ceiling - UNDER_CEILING]
         for parts, color in ((triangles, scene.materials[item.material].color), (outlines, INK)):
-            shapes += list(parts[:, :, :2])
-            edge_colors += [color] * len(parts)
-            heights.append(parts[:, :, 2].max(axis=1) + (1e-6 if parts is outlines else 0))
-    order = np.argsort(np.concatenate(heights), kind="stable")
-    drawn = [shapes[index] for index in order]
-    colors = [edge_colors[index] for index in order]
-    widths = [line if len(shape) == 2 else 1.5 for shape in drawn]
-    axes.add_collection(PolyCollection(drawn, facecolors=colors, edgecolors=colors, linewidths=widths, zorder=1))
+            shapes.append(parts[:, [0, 1, -1]])  # an outline as a triangle, since shapes of one size are drawn faster
+            colors.append(np.tile(color, (len(parts), 1)))
+            outlined.append(np.full(len(parts), parts is outlines))
+    drawn, ink, lines = (np.concatenate(each) for each in (shapes, colors, outlined))
+    order = np.argsort(drawn[:, :, 2].max(axis=1) + 1e-6 * lines, kind="stable")
+    shapes_in_order: Any = drawn[order, :, :2]
+    style: dict[str, Any] = {
+        "facecolors": ink[order],
+        "edgecolors": ink[order],
+        "linewidths": np.where(lines, line, 1.5)[order],
+    }
+    axes.add_collection(PolyCollection(shapes_in_order, **style, zorder=1))
 
 
 def _above_a_section(mesh: Trimesh, height: float) -> Bool[np.ndarray, " faces"]:
     """Whether a face is hidden above a section: it is of a part that is cut, and upright or of a closed part."""
     if not mesh.bounds[0, 2] < height < mesh.bounds[1, 2]:
         return np.zeros(len(mesh.faces), bool)
-    merged = merge_corners(mesh)
-    part = connected_component_labels(merged.face_adjacency, node_count=len(merged.faces))
+    part, closed, _ = parts_of(mesh)
     upright = np.abs(mesh.face_normals[:, 2]) < 0.02
     low, high = np.full(part.max() + 1, np.inf), np.full(part.max() + 1, -np.inf)
     np.minimum.at(low, part, mesh.triangles[:, :, 2].min(axis=1))
     np.maximum.at(high, part, mesh.triangles[:, :, 2].max(axis=1))
-    closed = np.ones(len(low), bool)
-    closed[part[merged.edges_face[group_rows(merged.edges_sorted, require_count=1)]]] = False
     return ((low < height) & (height < high))[part] & (upright | closed[part])
 
 

@@ -30,7 +30,7 @@ SIDES = [
 SAMPLES = 400  # points along a line that are tested for visibility
 CROP = 0.5  # if the neighbourhood of the antennas is smaller than this share of the scene, only it is drawn
 
-PAIRS = 4_000_000
+PAIRS = 1_000_000
 """Most pairs of a triangle and a pixel that are processed together. This limits the memory."""
 
 

@@ -14,9 +14,10 @@ from scenes.drawing.floor_plan import REGION, draw_plan
 from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason, require_instance, require_path, shown
+from scenes.files.long_work import doing
 from scenes.files.plain_text import in_figure
 from scenes.scene.antennas import Gateway
-from scenes.scene.description import Scene, SceneObject
+from scenes.scene.description import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +46,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
                 "thickness": scene.thickness(item),
                 "size": _round(item.mesh.extents),
                 "triangles": len(item.mesh.faces),
-                "closed": _is_closed(item),
+                "closed": bool(item.parts.closed.all()),
             }
             for item in scene.objects
         ],
@@ -80,11 +81,6 @@ def _describe_array(gateway: Gateway) -> dict[str, Any]:
 
 def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
     return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
-
-
-def _is_closed(item: SceneObject) -> bool:
-    """Whether every triangle belongs to a closed part."""
-    return sum(len(part.faces) for part in item.closed_parts) == len(item.mesh.faces)
 
 
 def _array_in_title(gateway: Gateway) -> str:
@@ -131,11 +127,13 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: expected a drawing named {', '.join(FORMATS)}, found {shown(path.suffix)}")
     content = BytesIO()
+    doing(f"{path}: drawing {scene.triangles:,} triangles", 30e-6 * scene.triangles)
     try:
         _figure(scene).savefig(content, format=path.suffix[1:].lower())
     except Exception as error:  # a drawing is optional, so no fault in it may end the work of which it is a part
         raise DrawingError(f"{path}: the scene could not be drawn: {type(error).__name__}: {reason(error)}") from error
     write_atomically(path, content.getbuffer())
+    doing("")
 
 
 def _figure(scene: Scene) -> Figure:
@@ -205,3 +203,4 @@ def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
     content = BytesIO()
     figure.savefig(content, format="png")
     write_atomically(path, content.getbuffer())
+    doing("")

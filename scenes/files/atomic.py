@@ -11,7 +11,8 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -29,13 +30,36 @@ def write_atomically(path: Path, content: bytes | memoryview) -> None:
 def written_atomically(path: Path) -> Iterator[Path]:
     """Write a file atomically that is written piece by piece, or by another library."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    with _named(path), temporary_file(path.parent) as temporary:
+        yield temporary
+        _sync(temporary)
+        os.replace(temporary, path)
+
+
+def write_together(contents: Iterable[tuple[Path, bytes]], folder: Path) -> None:
+    """Write files below a folder as ``write_atomically`` does. Thousands take half the time, or less on a slow disk."""
+    with temporary_folder(folder) as new:
+        paths: list[Path] = []
+        for path, content in contents:
+            with _named(path):
+                (new / str(len(paths))).write_bytes(content)
+            paths.append(path)
+        with ThreadPoolExecutor(32) as pool, _named(folder):  # the disk writes many at a time
+            list(pool.map(_sync, (new / str(number) for number in range(len(paths)))))
+        for number, path in enumerate(paths):
+            with _named(path):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(new / str(number), path)
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Let an error name the file that was to be written, not the temporary one."""
     try:
-        with temporary_file(path.parent) as temporary:
-            yield temporary
-            _sync(temporary)
-            os.replace(temporary, path)
+        yield
     except OSError as error:
-        if error.filename is None or is_temporary(Path(os.fsdecode(error.filename)).name):
+        parts = Path(os.fsdecode(error.filename or "")).parts
+        if not parts or any(map(is_temporary, parts)):
             error.filename, error.filename2 = str(path), None
         raise
 

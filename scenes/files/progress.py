@@ -16,7 +16,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from scenes.files.plain_text import plain_console, say
+from scenes.files.long_work import AFTER, doing, tell
+from scenes.files.plain_text import plain_console
 
 UNLIMITED = 10_000  # Characters per line where there is no terminal, so that none is cut
 
@@ -31,11 +32,16 @@ class RateColumn(ProgressColumn):
 
 
 class ProgressLines(Progress):
-    """Progress where there is no terminal: a line for each tenth of a task."""
+    """Progress where there is no terminal: a line for each tenth of a task, or for what is said of one without end."""
 
     def __init__(self) -> None:
         super().__init__(disable=True, console=plain_console(stderr=True, width=UNLIMITED))
         self._said: dict[TaskID, int] = {}  # tenths
+
+    def add_task(self, *given: Any, **options: Any) -> TaskID:
+        task_id = super().add_task(*given, **options)
+        doing(_sentence(self._tasks[task_id]))
+        return task_id
 
     def update(self, task_id: TaskID, **changes: Any) -> None:
         super().update(task_id, **changes)
@@ -47,19 +53,27 @@ class ProgressLines(Progress):
 
     def _say(self, task_id: TaskID) -> None:
         task = self._tasks[task_id]
-        if not task.total:  # it has no end that is known; the line comes when it is over
-            return
-        part = int(LINES * task.completed / task.total)
+        sentence = _sentence(task)
+        part = int(LINES * task.completed / task.total) if task.total else 0
         if part > self._said.get(task_id, 0):
             self._said[task_id] = part
-            whole = task.total == task.completed == 1
-            count = "" if whole else f": {task.completed:.0f} of {task.total:.0f}"
-            figures = task.fields.get("figures")
-            say(f"{task.description}{count}{f', {figures}' if figures else ''}")
+            doing("")
+            tell(sentence)
+        elif not task.total:
+            doing(sentence)  # it is told later if it is not told now
+            tell(sentence, AFTER)
+
+
+def _sentence(task: Task) -> str:
+    """What is being done, and how far it is."""
+    whole = not task.total or task.total == task.completed == 1
+    count = "" if whole else f": {task.completed:.0f} of {task.total:.0f}"
+    return ", ".join(filter(None, [f"{task.description}{count}", task.fields.get("figures")]))
 
 
 def progress_bar(*columns: ProgressColumn) -> Progress:
     """Return progress on stderr with a description, count and remaining time."""
+    doing("")
     console = plain_console(stderr=True)
     if not (console.is_terminal or console.is_jupyter):
         return ProgressLines()

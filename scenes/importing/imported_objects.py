@@ -17,7 +17,7 @@ from scenes.importing.lengths import METRES
 from scenes.importing.material_rules import Rule, choose_materials, require_materials, rule_warnings, stated_materials
 from scenes.importing.plausibility import rounding_warnings
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_evidence
-from scenes.scene.description import SceneObject
+from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import bounding_box
 
@@ -38,6 +38,8 @@ class ImportReport:
         assumed: sentences about what was assumed or taken from the file: the up axis, the unit, and materials.
         up: the file's vertical axis, "y" or "z".
         sheets: thickness of the slab, metres, of each object that was drawn with both faces and is now sheets, by name.
+        flattened: the scene in the colours of what became planes, which holes were filled, and what is as in the file,
+            for a drawing. None if nothing was flattened.
     """
 
     sizes: dict[str, tuple[float, float, float]]
@@ -46,6 +48,7 @@ class ImportReport:
     assumed: tuple[str, ...] = ()
     up: str = "z"
     sheets: dict[str, float] = field(default_factory=dict)
+    flattened: Scene | None = None
 
 
 def import_objects(

@@ -17,10 +17,13 @@ from scenes.files.errors import (
     check_array,
     require_instance,
     require_path,
+    require_within,
     require_word,
     shown,
 )
+from scenes.files.long_work import doing
 from scenes.importing.drawn_walls import Walls, drawn_walls
+from scenes.importing.flattening import flattened
 from scenes.importing.formats.mesh_part import LARGEST, ImportedFile
 from scenes.importing.imported_file import plain_name, read_file
 from scenes.importing.imported_objects import ImportReport, import_objects, size_of
@@ -50,6 +53,7 @@ def import_scene(
     shift: Sequence[float] = (0.0, 0.0, 0.0),
     own_materials: Mapping[str, RadioMaterial] | None = None,
     walls: Walls = "as-sheets",
+    flatten: float | None = None,
 ) -> tuple[Scene, ImportReport]:
     """Import a mesh or scene file of another program as a scene.
 
@@ -82,6 +86,8 @@ def import_scene(
         walls: "as-sheets" makes walls and boards that are drawn with both faces, at most twice as far apart as the slab
             of their material is thick, one sheet each, whose slab is as thick as they are. "as-drawn" keeps both faces,
             and waves pass a slab at each.
+        flatten: metres within which noisy, finely meshed surfaces are flat, so that they become planes, and their small
+            holes are filled. None: a sixteenth of the wavelength, at most 5 cm. 0 keeps the triangles as they are.
 
     Returns:
         The scene, and a report with ``sizes`` (metres along x, y and z, by name of the object), ``degenerate`` (number
@@ -120,8 +126,14 @@ def import_scene(
     moved = check_array("shift", shift, (3,), "metres along x, y and z")
     if np.abs(moved).max() > LARGEST:
         raise ParameterError("shift", f"expected at most {LARGEST:g} m, found {shown(moved.tolist())}")
+    if flatten is not None:
+        require_within(0, 1, "metres", flatten=flatten)
     _check_materials(materials, own_materials)
+    doing(f"{path}: reading the file")
     file = read_file(path)
+    count = sum(len(part.mesh.faces) for part in file.parts)
+    seconds = 20e-6 * count + 2e-3 * len(file.parts)
+    doing(f"{path}: importing {count:,} triangles in {len(file.parts):,} objects", seconds)
     label = str(file.path)
     doubt = up_doubt(file, up, np.vstack([gateway.position, transmitter.corners()]), METRES[unit])
     if doubt is not None and doubt.decisive:
@@ -142,18 +154,24 @@ def import_scene(
     size = unit_doubt(scene.bounds, antennas, unit, scene.wavelength)
     if size is not None and size.decisive:
         raise InputError(f"{label}: {size.sentence}")
+    flat = None if flatten == 0 else flattened(scene, flatten)
+    if flat is not None:
+        scene = flat.scene
     validate(scene, label)  # as drawn, since the inside of a box is where no antenna can be
     found = drawn_walls(scene, walls)
     doubts = [each.sentence for each in (doubt, size) if each is not None]
     warnings = [f"{label}: {sentence}" for sentence in (*doubts, *antenna_warnings(scene), *found.warnings)]
-    assumed = [f"{label}: {sentence}" for sentence in (_conventions(file, unit, up, moved), *found.assumed)]
+    said = [_conventions(file, unit, up, moved), *([] if flat is None else [flat.sentence]), *found.assumed]
+    assumed = [f"{label}: {sentence}" for sentence in said]
     report = replace(
         report,
         sizes={each.name: size_of(each.mesh) for each in found.scene.objects},
         warnings=(*report.warnings, *warnings),
         assumed=(*assumed, *report.assumed),
         sheets=found.sheets,
+        flattened=None if flat is None else flat.shown,
     )
+    doing("")
     return found.scene, report
 
 

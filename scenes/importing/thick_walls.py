@@ -16,7 +16,7 @@ from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH, barycentric, beyond, outline
-from scenes.scene.closed_parts import merge_corners
+from scenes.scene.closed_parts import part_meshes
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.materials import is_conductor
 
@@ -81,23 +81,11 @@ def _divided(scene: Scene, item: SceneObject) -> tuple[list[MidSurface], Float[n
     if is_conductor(scene.materials[item.material], scene.frequency) or len(item.mesh.faces) < LEAST_TRIANGLES:
         return found, item.mesh.triangles
     rest = [np.zeros((0, 3, 3))]
-    for body in _bodies(item):
+    for body in [*item.closed_parts, *part_meshes(item.mesh, item.parts, closed=False)]:
         of_body = mid_surfaces(body, SOLID * scene.thickness(item)) if len(body.faces) >= LEAST_TRIANGLES else []
         found += of_body
         rest += [] if of_body else [body.triangles]
     return found, np.concatenate(rest) if found else item.mesh.triangles
-
-
-def _bodies(item: SceneObject) -> list[Trimesh]:
-    """The connected parts of an object, wound consistently."""
-    closed = item.closed_parts
-    if sum(len(part.faces) for part in closed) == len(item.mesh.faces):
-        return closed
-    parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)
-    others = [part for part in parts if not part.is_watertight]
-    for part in others:
-        trimesh.repair.fix_winding(part)
-    return [*closed, *others]
 
 
 def _placed(
@@ -157,7 +145,7 @@ class Face:
 def mid_surfaces(body: Trimesh, thickest: float) -> list[MidSurface]:
     """Divide a body into plates. They may be turned, have openings, meet in corners, and lack parts of their rims."""
     faces = _faces(body)
-    pairs = _pairs(faces, thickest) if 2 <= len(faces) <= MOST_FACES else {}
+    pairs = _pairs(faces, thickest) if len(faces) >= 2 else {}
     groups = [
         (thickness, members)
         for thickness in dict.fromkeys(pairs.values())
@@ -190,8 +178,11 @@ def _connected(pairs: list[tuple[int, int]], count: int) -> list[list[int]]:
 
 
 def _faces(body: Trimesh) -> list[Face]:
+    """Return the faces of a body that has few enough of them to be divided."""
     flat = body.face_adjacency[body.face_adjacency_angles < PARALLEL]
     labels = trimesh.graph.connected_component_labels(flat, node_count=len(body.faces))
+    if labels.max() >= MOST_FACES:
+        return []
     areas, centres, normals = body.area_faces, body.triangles_center, body.face_normals
     middle = np.average(centres, axis=0, weights=areas)
     # Three times the volume, with the sign of the winding. It needs no closed body.

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from scenes.scene.antennas import Gateway, Transmitter, as_positions
-from scenes.scene.closed_parts import closed_parts
+from scenes.scene.closed_parts import Parts, part_meshes, parts_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, is_conductor, p2040_material, p2040_source
 
@@ -55,9 +55,14 @@ class SceneObject:
     thickness: float | None = None
 
     @cached_property
+    def parts(self) -> Parts:
+        """The triangles of the mesh by connected parts."""
+        return parts_of(self.mesh)
+
+    @cached_property
     def closed_parts(self) -> list[Trimesh]:
         """The closed parts of the mesh, such as boxes. Nothing can be inside of the other parts, which are sheets."""
-        return closed_parts(self.mesh)
+        return part_meshes(self.mesh, self.parts)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SceneObject):
@@ -237,6 +242,11 @@ class Scene:
         """
         return self.materials[item.material].thickness if item.thickness is None else item.thickness
 
+    @property
+    def triangles(self) -> int:
+        """Number of triangles of all objects."""
+        return sum(len(item.mesh.faces) for item in self.objects)
+
     @cached_property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Lowest and highest corner of the box around all objects, [2, 3], metres, world frame."""
@@ -266,12 +276,15 @@ def with_same_array(scene: Scene, frequency: float) -> Scene:
 
 def shifted(scene: Scene, step: Float[np.ndarray, " 3"]) -> Scene:
     """Return a scene in which everything is moved by the same step: gateways, transmitter region and objects."""
+    from trimesh import Trimesh
 
     def gateway(old: Gateway) -> Gateway:
         return replace(old, position=tuple(np.asarray(old.position) + step))
 
     def item(old: SceneObject) -> SceneObject:
-        return replace(old, mesh=old.mesh.copy().apply_translation(step))
+        new = replace(old, mesh=Trimesh(old.mesh.vertices + step, old.mesh.faces, process=False))
+        vars(new)["parts"] = old.parts  # the same triangles are connected
+        return new
 
     low, high = scene.transmitter.region + step
     return replace(

@@ -14,14 +14,17 @@ import yaml
 from trimesh import Trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.atomic import write_atomically
+from scenes.files.atomic import write_atomically, write_together
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.input_file import require_regular
 from scenes.files.json_yaml_xml import PlainDumper
+from scenes.files.long_work import doing
 from scenes.files.output_folder import locked
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial, p2040_source
+
+SECONDS = 1e-3  # What it takes to write a mesh of a few triangles
 
 LONGEST_STEM = 60
 """Most characters of a file's name without its suffix. At four bytes each, every file system accepts that many."""
@@ -71,10 +74,10 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
                 f"{in_the_way[0]}: expected no file of this name, found one{others}; existing files are never "
                 "overwritten, so give another folder"
             )
-        for file, mesh in meshes.items():
-            if file not in kept:
-                write_atomically(file, _ply_of(mesh))
+        doing(f"{scene.name}: writing {len(meshes):,} meshes", len(meshes) * SECONDS)
+        write_together(((file, _ply_of(mesh)) for file, mesh in meshes.items() if file not in kept), folder)
         write_atomically(path, _yaml_of(scene))
+    doing("")
     return path
 
 

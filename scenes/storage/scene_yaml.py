@@ -15,6 +15,7 @@ from scenes.checks.validation import doubts, validate
 from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
 from scenes.files.input_file import beside
 from scenes.files.json_yaml_xml import read_yaml
+from scenes.files.long_work import doing
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from scenes.importing.imported_file import is_importable
@@ -29,6 +30,8 @@ from scenes.scene.orientation import Quaternion, Vector3
 from scenes.scene.shapes import union
 
 T = TypeVar("T")
+
+SECONDS = 1e-3  # What it takes to read and check an object of a few triangles
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
@@ -225,6 +228,7 @@ def read_scene(path: str | Path) -> Scene:
     file = _conform(content, SceneFile, source)
     _refuse_two_arrays(content["gateway"], f"{source}: gateway")
     frequency = _frequency(file.frequency, source)
+    doing(f"{source}: reading {len(file.objects):,} objects", len(file.objects) * SECONDS)
     objects = tuple(_object(value, i, path, source) for i, value in enumerate(file.objects))
 
     known = {
@@ -249,7 +253,9 @@ def read_scene(path: str | Path) -> Scene:
     region = moving.pop("region")
     transmitter = Transmitter(region.min, region.max, **moving)
     scene = Scene(file.name, frequency, file.gateway, transmitter, objects, materials, gateways)
+    doing(f"{source}: checking {scene.triangles:,} triangles", len(objects) * SECONDS + scene.triangles * 3e-6)
     validate(scene, source)
+    doing("")
     for sentence in doubts(scene):
         say(f"warning: {source}: {sentence}")
     return scene

@@ -233,7 +233,15 @@ def read_rooms(folder: Path | str) -> Rooms:
     """Read what ``simulate_rooms`` wrote."""
     require_path(folder=folder)
     folder = Path(folder)
-    path = folder / ROOMS
+    facts = read_room_facts(folder / ROOMS)
+    for name in facts["rooms"]:
+        if not (folder / name).is_dir():
+            raise InputError(f"{folder / name}: expected a room, found none: run the same bisplat rooms again")
+    return Rooms(folder, facts["setting"], tuple(facts["rooms"]), facts)
+
+
+def read_room_facts(path: Path) -> dict[str, Any]:
+    """Read what rooms.json says of the rooms."""
     facts = read_json(path, "a description of rooms")
     names: Any = facts.get("rooms") if isinstance(facts, dict) else None
     if not (isinstance(names, list) and names and all(map(_is_name, names))):
@@ -241,10 +249,7 @@ def read_rooms(folder: Path | str) -> Rooms:
     setting: Any = facts.get("setting")
     if setting not in get_args(Setting):
         raise InputError(f"{path}: expected the setting same, furniture or layout, found {shown(setting)}")
-    for name in names:
-        if not (folder / name).is_dir():
-            raise InputError(f"{folder / name}: expected a room, found none: run the same bisplat rooms again")
-    return Rooms(folder, setting, tuple(names), facts)
+    return facts
 
 
 def _is_name(value: object) -> bool:

@@ -7,18 +7,26 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from scenes.files.errors import InputError
+from scenes.files.long_work import about
 from scenes.files.optional_packages import require_extra
 from scenes.files.options import check_kinds
 from scenes.files.plain_text import say
 from scenes.files.schema import Count, recorded
 from simulate.engines.engine import Engine, ResponseSource, Setting
-from simulate.parallel.machines import Machines
+from simulate.parallel.machines import Machines, machine_memory
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # need the ray tracer
     from rich.progress import Progress
 
     from simulate.rays.tracer import Tracer
+
+BYTES, BYTES_OF_TRIANGLE = 6e8, 2500
+"""Memory of a tracer before it searches for paths: 0.6 GB for Sionna's munich, 0.8 GB for 190,000 triangles."""
+
+SECONDS_OF_TRIANGLE, SECONDS_OF_OBJECT = 30e-6, 0.5e-3
+"""What it takes before it searches, in the same scenes."""
 
 DEFAULT_SEED = 1  # Seed of the rays if a dataset does not record one
 
@@ -78,6 +86,13 @@ class Rays(Engine):
         import simulate.rays.core.ray_tracer  # noqa: F401  refuses a ray tracer that cannot be used
 
         super().require(setting, folder, machines)
+        triangles, memory = setting.scene.triangles, machine_memory()
+        if BYTES + triangles * BYTES_OF_TRIANGLE > memory:
+            most = max(0, int((memory - BYTES) / BYTES_OF_TRIANGLE))
+            raise InputError(
+                f"{setting.scene.name}: expected at most {most:,} triangles, since this machine has "
+                f"{memory / 1e9:.3g} GB of memory, found {triangles:,}"
+            )
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> Tracer:
         return self._tracers([setting], progress)[0]
@@ -103,7 +118,10 @@ class Rays(Engine):
         """Find the chains of a scene, and return the tracer that computes the responses."""
         from simulate.rays.tracer import Tracer
 
-        search = progress.add_task("finding paths", total=None)
+        objects, triangles = len(setting.scene.objects), setting.scene.triangles
+        size = f"{setting.scene.name}: {triangles:,} triangles in {objects:,} objects"
+        before = about(triangles * SECONDS_OF_TRIANGLE + objects * SECONDS_OF_OBJECT)
+        search = progress.add_task(f"finding paths in {size}{before and f'{before} before the search'}", total=None)
         tracer = Tracer(
             setting.scene,
             self.propagation,

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -14,22 +12,9 @@ from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from simulate.fullwave.element_fields import groups
 from simulate.fullwave.run_plan import Plan, plan
 from simulate.fullwave.yee_grid import dispersion_residual
-
-LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
-"""Files in which Linux states the limit of a container."""
+from simulate.parallel.machines import machine_memory
 
 LARGER = 1.1  # Step in the search for cells that fit
-
-
-def machine_memory() -> float:
-    """Bytes of memory of this machine, or of the container if it may take less; infinite if they are not known."""
-    known = [float("inf")]
-    if hasattr(os, "sysconf"):
-        known.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    for file in LIMITS:
-        with suppress(OSError, ValueError):  # there is no such file, or it says "max"
-            known.append(int(Path(file).read_text()))
-    return min(known)
 
 
 def memory_of_runs(planned: Plan, elements: int, at_once: int) -> int:

@@ -10,7 +10,6 @@ from typing import Any, get_args
 from scenes.drawing.scene_drawing import draw_plans
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import (
-    InputError,
     ParameterError,
     require_flag,
     require_instance,
@@ -20,12 +19,12 @@ from scenes.files.errors import (
     require_word,
     shown,
 )
-from scenes.files.json_yaml_xml import plain_number, read_json
-from scenes.files.output_folder import has_other_files, locked
+from scenes.files.json_yaml_xml import plain_number
+from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from scenes.places.random_room import MOST_PIECES, random_room
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import Rooms, read_rooms
+from simulate.dataset.dataset_folder import Rooms, read_room_facts, read_rooms
 from simulate.dataset.dataset_kinds import ROOMS, Outline, Setting
 from simulate.generation.simulation import simulate
 
@@ -105,8 +104,8 @@ def simulate_rooms(
         "large": large,
         "rooms": names,
     }
-    with locked(folder):
-        begin(folder, facts)
+    with own_folder(folder, "folder of rooms", ROOMS, facts, read_room_facts):
+        write_atomically(folder / ROOMS, (json.dumps(facts, indent=2, default=plain_number) + "\n").encode())
         scenes = {name: _room(number, facts) for number, name in enumerate(names)}
         draw_plans(scenes, folder / GALLERY)
         for number, (name, scene) in enumerate(scenes.items()):
@@ -115,38 +114,10 @@ def simulate_rooms(
     return read_rooms(folder)
 
 
-def begin(folder: Path, facts: dict[str, Any]) -> None:
-    """Write rooms.json, or check that the folder was begun with the same facts."""
-    path = folder / ROOMS
-    if path.exists():
-        found = read_json(path, "a description of rooms")
-        if found != facts:
-            raise InputError(f"{folder}: expected rooms of the same call, found {_other(found, facts)} in {ROOMS}")
-        return
-    if has_other_files(folder):
-        raise InputError(f"{folder}: expected a new folder, found other files")
-    write_atomically(path, (json.dumps(facts, indent=2, default=plain_number) + "\n").encode())
-
-
-def _other(found: Any, facts: dict[str, Any]) -> str:
-    """The first fact that differs, in words."""
-    if not isinstance(found, dict) or not isinstance(found.get("rooms"), list):
-        return "something else"
-    there, wanted = ({**each, "rooms": len(each["rooms"])} for each in (found, facts))
-    for name, value in wanted.items():
-        if there.get(name) != value:
-            return f"{name} {shown(there.get(name))} instead of {shown(value)}"
-    return "something else"
-
-
 def _room(number: int, facts: dict[str, Any]) -> Scene:
     """The room of a number, as the setting says."""
-    own, shape = facts["seed"] + number, facts["shape"]
-    first = facts["seed"]
-    pieces = facts["pieces"][0], facts["pieces"][1]
-    if facts["setting"] == "layout":
-        outline: Any = ("rectangle", "l")[number % 2] if shape == "both" else shape
-        return random_room(own, pieces, shape=outline, large=facts["large"])
-    outline = ("rectangle", "l")[first % 2] if shape == "both" else shape
-    furniture = own if facts["setting"] == "furniture" else None
-    return random_room(first, pieces, furniture=furniture, shape=outline, large=facts["large"])
+    first, shape, layout = facts["seed"], facts["shape"], facts["setting"] == "layout"
+    outline: Any = ("rectangle", "l")[(number if layout else first) % 2] if shape == "both" else shape
+    furniture = first + number if facts["setting"] == "furniture" else None
+    seed, pieces = first + number if layout else first, tuple(facts["pieces"])
+    return random_room(seed, pieces, furniture=furniture, shape=outline, large=facts["large"])

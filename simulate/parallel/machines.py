@@ -6,8 +6,9 @@ import logging
 import os
 import socket
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -22,6 +23,10 @@ OWN_PACKAGES = {"worker_process_setup_hook": "bisplat.own_packages.claim"}
 
 RETRIES = 20
 """How often a task is given to another worker before the run gives up. The run can be resumed."""
+
+
+LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+"""Files in which Linux states the limit of a container."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,17 @@ class Machines:
         check_kinds(self)
         if self.workers is not None:
             require_whole(1, WORKERS_MOST, workers=self.workers)
+
+
+def machine_memory() -> float:
+    """Bytes of memory of this machine, or of the container if it may take less; infinite if they are not known."""
+    known = [float("inf")]
+    if hasattr(os, "sysconf"):
+        known.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    for file in LIMITS:
+        with suppress(OSError, ValueError):  # there is no such file, or it says "max"
+            known.append(int(Path(file).read_text()))
+    return min(known)
 
 
 def require_ray(address: str | None) -> None:

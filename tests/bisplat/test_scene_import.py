@@ -68,7 +68,7 @@ def test_the_shift_is_written_down(run, tmp_path):
     assert status == 0 and "and unit m, shifted by 10 -20 0.5 m" in err
     assert json.loads((tmp_path / "room/import.json").read_text()) == {
         **{"file": "room.xml", "up": "z", "unit": "m", "frequency": 915e6, "shift": [10, -20, 0.5]},
-        "walls": "as-sheets",
+        **{"walls": "as-sheets", "flatten": None},
     }
     assert load_scene("room/scene.yaml").gateway.position == (14.7, -18, 2.3)
 

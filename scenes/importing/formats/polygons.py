@@ -7,6 +7,7 @@ so that a polygon whose edges cross is noticed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mapbox_earcut
@@ -23,6 +24,8 @@ FLAT = 1e-12  # Largest area, relative to the square of a polygon's size, that i
 
 SAME_AREA = 1e-4
 """Largest relative difference between the area of a polygon and that of its triangles; crossing edges exceed it."""
+
+STRAIGHT = 1e-10  # Height of a corner above the line of its neighbours, relative to their distance, that is rounding
 
 BENT = 0.1
 """A polygon counts as bent if its corners are farther from a plane than this times the root of its area.
@@ -146,16 +149,47 @@ def _ears(points: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, " 3"]) -> 
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     first /= np.linalg.norm(first)
     plane = points @ np.stack([first, np.cross(normal / area, first)], axis=1)
-    ends = np.array([len(points)], dtype=np.uint32)
-    ears = mapbox_earcut.triangulate_float64(np.ascontiguousarray(plane), ends).reshape(-1, 3).astype(int)
+    ears = cut_rings(plane, [len(points)], SAME_AREA * area)
+    if ears is None:
+        return None
+    one, two = plane[ears[:, 1]] - plane[ears[:, 0]], plane[ears[:, 2]] - plane[ears[:, 0]]
+    largest = plane[ears[np.argmax(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]))]]
+    return ears if _turns(plane, largest.mean(axis=0)) == 1 else None
+
+
+def cut_rings(
+    plane: Float[np.ndarray, "n 2"], ends: Sequence[int], missing: float
+) -> Integer[np.ndarray, "t 3"] | None:
+    """Cut a polygon with holes, rings that end at these numbers of corners, into triangles that turn to the left.
+
+    Return corner numbers, or None if the area of the triangles differs by more from that of the polygon.
+    """
+    rings = np.split(np.arange(len(plane)), ends[:-1])
+    area = sum(turned_area(plane[ring]) for ring in rings)
+    bent = [ring[_is_bent(plane[ring])] for ring in rings]
+    used = np.concatenate(bent)
+    limits = np.cumsum([len(ring) for ring in bent if len(ring)]).astype(np.uint32)
+    ears = mapbox_earcut.triangulate_float64(np.ascontiguousarray(plane[used]), limits)
+    ears = used[ears.reshape(-1, 3).astype(int)]
     one, two = plane[ears[:, 1]] - plane[ears[:, 0]], plane[ears[:, 2]] - plane[ears[:, 0]]
     turning = (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) / 2
-    if abs(np.abs(turning).sum() - area) > SAME_AREA * area:
-        return None
-    if _turns(plane, plane[ears[np.argmax(np.abs(turning))]].mean(axis=0)) != 1:
+    if abs(np.abs(turning).sum() - area) > missing:
         return None
     ears[turning < 0] = ears[turning < 0][:, ::-1]
-    return _with_all_corners(ears, len(points))
+    return _with_all_corners(ears, rings)
+
+
+def _is_bent(ring: Float[np.ndarray, "n 2"]) -> np.ndarray:
+    """Whether a ring turns at each corner. A corner on a straight edge would have a triangle without area."""
+    before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
+    turning = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return np.abs(turning) > STRAIGHT * (np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)) ** 2
+
+
+def turned_area(ring: Float[np.ndarray, "n 2"]) -> float:
+    """The area of a polygon, positive if it turns to the left."""
+    x, y = (ring - ring[0]).T
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2)
 
 
 def _turns(polygon: Float[np.ndarray, "n 2"], point: Float[np.ndarray, " 2"]) -> int:
@@ -166,26 +200,26 @@ def _turns(polygon: Float[np.ndarray, "n 2"], point: Float[np.ndarray, " 2"]) ->
     return abs(int(np.sum((y <= 0) & (next_y > 0) & right)) - int(np.sum((y > 0) & (next_y <= 0) & ~right)))
 
 
-def _with_all_corners(ears: Integer[np.ndarray, "t 3"], size: int) -> Integer[np.ndarray, "t 3"]:
+def _with_all_corners(ears: Integer[np.ndarray, "t 3"], rings: list[np.ndarray]) -> Integer[np.ndarray, "t 3"]:
     """Split triangles at the corners on straight edges, which ear clipping skips: a neighbour may end there."""
-    used = np.zeros(size, bool)
-    used[ears] = True
-    if used.all():
+    used = set(ears.ravel().tolist())
+    if len(used) == sum(map(len, rings)):
         return ears
     triangles = ears.tolist()
     at = {edge: k for k, (a, b, c) in enumerate(triangles) for edge in ((a, b), (b, c), (c, a))}
-    kept = np.flatnonzero(used)
-    for before, after in zip(kept, np.roll(kept, -1), strict=True):
-        last = int(before)
-        for step in range(1, (after - before) % size):
-            corner = (int(before) + step) % size
-            k = at.pop((last, int(after)), None)
-            if k is None:  # the tip of a spike without area
-                continue
-            (apex,) = set(triangles[k]) - {last, int(after)}
-            triangles[k] = [last, corner, apex]
-            triangles.append([corner, int(after), apex])
-            at[corner, int(after)] = at[int(after), apex] = len(triangles) - 1
-            at[last, corner] = k
-            last = corner
-    return np.array(triangles)
+    for ring in rings:
+        kept = [place for place, corner in enumerate(ring) if corner in used]
+        for before, after in zip(kept, kept[1:] + kept[:1], strict=True):
+            last, until = int(ring[before]), int(ring[after])
+            for step in range(1, (after - before) % len(ring)):
+                corner = int(ring[(before + step) % len(ring)])
+                k = at.pop((last, until), None)
+                if k is None:  # the tip of a spike without area
+                    continue
+                (apex,) = set(triangles[k]) - {last, until}
+                triangles[k] = [last, corner, apex]
+                triangles.append([corner, until, apex])
+                at[corner, until] = at[until, apex] = len(triangles) - 1
+                at[last, corner] = k
+                last = corner
+    return np.array(triangles, int).reshape(-1, 3)

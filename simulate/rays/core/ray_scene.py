@@ -19,7 +19,7 @@ from simulate.rays.core.multipath import STRAIGHT, Interaction, Multipath
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import MOST_PASSES, Propagation
 from simulate.rays.core.ray_tracer import dr, mi, rt
-from simulate.rays.core.sionna_scene import build_scene, sionna_names
+from simulate.rays.core.sionna_scene import build_scene
 from simulate.rays.core.slabs import FaceSlabs, face_slabs
 
 
@@ -42,7 +42,8 @@ class RayScene:
     @cached_property
     def identifiers(self) -> Int[np.ndarray, " objects"]:
         """Sionna RT's identifier of each object of the description, in the description's order."""
-        return np.array([int(self.sionna.objects[name].object_id) for name in sionna_names(self.description)])
+        every = self.sionna.objects
+        return np.array([int(every[f"object-{number}"].object_id) for number in range(len(every))])
 
     @cached_property
     def object_of_identifier(self) -> Int[np.ndarray, " identifiers"]:
@@ -98,6 +99,7 @@ def first_hits(
     lines = mi.Ray3f(mi.Point3f(points), mi.Vector3f(directions))
     lines.maxt = mi.Float(reach)  # type: ignore[assignment]
     hit = ray_scene.sionna.mi_scene.ray_intersect_preliminary(lines)
+    dr.eval(hit)  # otherwise the lines are traced for each of the arrays below
     shape = mi.UInt(dr.reinterpret_array(mi.UInt, hit.shape)).numpy()
     face = ray_scene.planes.first_face[shape] + hit.prim_index.numpy()
     return np.where(hit.is_valid().numpy(), face, -1), hit.t.numpy()

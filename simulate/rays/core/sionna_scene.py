@@ -33,29 +33,16 @@ def build_scene(scene: Scene) -> rt.Scene:
     sionna.frequency = scene.frequency
     materials: dict[tuple[str, float], rt.RadioMaterial] = {}
     objects = []
-    for name, item in zip(sionna_names(scene), scene.objects, strict=True):
+    for number, item in enumerate(scene.objects):
         material = scene.materials[item.material]
         thickness = scene.thickness(item)
         key = (item.material, thickness)
         if key not in materials:
             materials[key] = _radio_material(f"{item.material}-{thickness:g}", material, thickness)
-        shape = _mesh(name, item.mesh)
-        objects.append(rt.SceneObject(mi_mesh=shape, name=name, radio_material=materials[key]))
+        name = f"object-{number}"  # Sionna RT allows no dots, as in Blender's Cube.001
+        objects.append(rt.SceneObject(mi_mesh=_mesh(name, item.mesh), name=name, radio_material=materials[key]))
     sionna.edit(add=objects)
     return sionna
-
-
-def sionna_names(scene: Scene) -> list[str]:
-    """Names of the scene's objects in Sionna RT, which does not allow dots, as in Blender's ``Cube.001``."""
-    names: list[str] = []
-    taken = {item.name for item in scene.objects}
-    for item in scene.objects:
-        name = item.name.replace(".", "_")
-        while name != item.name and name in taken:
-            name += "_"
-        taken.add(name)
-        names.append(name)
-    return names
 
 
 @dataclass(frozen=True)

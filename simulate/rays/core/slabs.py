@@ -16,12 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.spatial import cKDTree
-from trimesh import Trimesh
 
-from scenes.checks.enclosure import beyond, in_outer_wall, outline
+from scenes.checks.enclosure import WALL_REACH, beyond, in_outer_wall, outline
 from scenes.checks.occupancy import holds_antennas
-from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial, is_conductor
 
@@ -60,38 +57,18 @@ def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
 
 
 def _slabs_of(scene: Scene, item: SceneObject, around: Float[np.ndarray, "n 3"]) -> Slabs:
-    material = _material(scene, item)
-    thickness = scene.thickness(item)
-    closed = item.closed_parts
-    pieces = [_of_closed_part(scene, part, thickness) for part in closed]
-    if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
-        parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repair would close open boxes
-        open_parts = [part for part in parts if not part.is_watertight]
-        pieces += [_of_sheet(part.triangles, thickness, around) for part in open_parts]
-    triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
-    return Slabs(material, triangles, normals, start, stop, outer)
-
-
-def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.ndarray, ...]:
-    """The slab under the surface of a body, or behind the surface of a room."""
-    room = holds_antennas(scene, part)
-    normals = part.face_normals * np.sign(part.volume)
-    zero, full = np.zeros(len(normals)), np.full(len(normals), thickness)
-    inside, outside = (-full, zero), (zero, full)
-    start, stop = outside if room else inside
-    return part.triangles, normals, start, stop, np.full(len(normals), room)
-
-
-def _of_sheet(
-    triangles: Float[np.ndarray, "n 3 3"], thickness: float, around: Float[np.ndarray, "points 3"]
-) -> tuple[np.ndarray, ...]:
-    """The slab behind the sheet of an outer wall, or on both sides of another sheet."""
+    """The slabs of an object, in the order of its triangles."""
+    triangles, thickness = np.asarray(item.mesh.triangles), scene.thickness(item)
     normals, front, back = beyond(triangles, around)
-    outer = in_outer_wall(triangles, around)
+    outer = np.minimum(front, back) < WALL_REACH
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
     start = np.where(outer, 0.0, -thickness / 2)
-    return triangles, normals, start, start + thickness, outer
+    for part, faces in zip(item.closed_parts, item.parts.members(), strict=True):
+        room = holds_antennas(scene, part)  # its slab is behind the surface, that of a body under it
+        normals[faces] = part.face_normals * np.sign(part.volume)
+        start[faces], outer[faces] = 0.0 if room else -thickness, room
+    return Slabs(_material(scene, item), triangles, normals, start, start + thickness, outer)
 
 
 @dataclass(frozen=True)
@@ -113,9 +90,8 @@ def face_slabs(scene: Scene) -> FaceSlabs:
             outer.append(in_outer_wall(item.mesh.triangles, around))
             continue
         slabs = _slabs_of(scene, item, around)
-        _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
-        along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
-        reach = np.column_stack([slabs.stop[which], -slabs.start[which]])
+        along = (slabs.normals * item.mesh.face_normals).sum(axis=1) > 0
+        reach = np.column_stack([slabs.stop, -slabs.start])
         fronts.append(np.where(along[:, None], reach, reach[:, ::-1]))
-        outer.append(slabs.outer[which])
+        outer.append(slabs.outer)
     return FaceSlabs(np.concatenate(fronts), np.concatenate(outer))

@@ -14,11 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import trimesh
 from jaxtyping import Bool, Float, Int
 
 from scenes.checks.enclosure import outline
 from scenes.scene.description import Scene, conducting_objects
+from scenes.scene.half_edges import connected, half_edges, shared_corners
 from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
 
@@ -73,21 +73,20 @@ class Edges:
 def diffracting_edges(ray_scene: RayScene) -> Edges:
     """The edges of the scene's conductors, then those of its dielectric sheets."""
     scene = ray_scene.description
-    conducts, around = conducting_objects(scene), outline(scene)
-    chosen = conducts[ray_scene.object_of_face]
-    mesh = union(*(item.mesh for item in scene.objects))
-    mesh.update_faces(chosen)
-    mesh.merge_vertices(digits_vertex=4)
-    body_of_face = -1 - ray_scene.object_of_face  # for all but conductors: the object
-    body_of_face[chosen] = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    found = [_edges_of(mesh, np.nonzero(chosen)[0], sheets=False)]
-    for number in np.nonzero(~conducts)[0]:
-        sheet = scene.objects[number].mesh.copy()
-        sheet.merge_vertices(digits_vertex=4)
-        pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
-        outer = pieces.subset(ray_scene.slabs.outer[pieces.faces])
-        others = pieces.subset(~ray_scene.slabs.outer[pieces.faces])
-        found += [others, outer.subset(~_at_outline(outer, around))]
+    conducts, around, of_face = conducting_objects(scene), outline(scene), ray_scene.object_of_face
+    mesh, metal = union(*(item.mesh for item in scene.objects)), conducts[of_face]
+    # Conductors that touch have common corners, and are one body. Sheets are each for themselves.
+    apart = np.repeat(np.where(conducts, -1, np.arange(len(conducts))), [len(i.mesh.vertices) for i in scene.objects])
+    corners = shared_corners(np.column_stack([mesh.vertices, apart]), 4)[mesh.faces]
+    body_of_face = -1 - of_face
+    body_of_face[metal] = connected(half_edges(corners[metal]))
+    sheets = _edges_of(np.asarray(mesh.vertices), corners, np.flatnonzero(~metal), sheets=True)
+    outer = ray_scene.slabs.outer[sheets.faces]
+    left_out = np.zeros(len(sheets), bool)
+    left_out[outer] = _at_outline(sheets.subset(outer), around)
+    in_order = np.lexsort((outer, of_face[sheets.faces]))
+    sheets = sheets.subset(in_order[~left_out[in_order]])
+    found = _edges_of(np.asarray(mesh.vertices), corners, np.flatnonzero(metal), sheets=False), sheets
     edges = _joined(_together(*found), body_of_face)
     shortest = SHORTEST * scene.wavelength
     edges = _in_the_open(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
@@ -110,15 +109,21 @@ def _together(*pieces: Edges) -> Edges:
     return Edges(**{name: np.concatenate([getattr(each, name) for each in pieces]) for name in vars(pieces[0])})
 
 
-def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets: bool) -> Edges:
-    """Every edge of one triangle, or of two at an angle. If one sheet stands on another, no angle exceeds 180°."""
-    corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(index.ravel(), kind="stable")
-    first = np.cumsum(count) - count
-    faces = mesh.edges_face[order]
-    third = mesh.faces.sum(axis=1)[faces] - corners.sum(axis=1)[index.ravel()[order]]  # the triangle's other corner
-    vertices = np.asarray(mesh.vertices)
-    starts, ends = vertices[corners[:, 0]], vertices[corners[:, 1]]
+def _edges_of(
+    vertices: Float[np.ndarray, "n 3"],
+    corners: Int[np.ndarray, "faces 3"],
+    numbers: Int[np.ndarray, " k"],
+    sheets: bool,
+) -> Edges:
+    """Every edge of one triangle, or of two at an angle, among those with some numbers.
+
+    Triangles are given by their vertices. If one sheet stands on another, no angle exceeds 180°.
+    """
+    halves = half_edges(corners[numbers])
+    first, count, faces = halves.first, halves.faces, numbers[halves.order // 3]
+    one, two = halves.starts[halves.order], halves.ends[halves.order]
+    third = corners[faces].sum(axis=1) - one - two  # the triangle's other corner
+    starts, ends = vertices[np.minimum(one, two)[first]], vertices[np.maximum(one, two)[first]]
     lengths = np.linalg.norm(ends - starts, axis=1)
     directions = (ends - starts) / lengths[:, None].clip(1e-12)
 
@@ -144,7 +149,7 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets:
         np.full(len(of), 2 * np.pi),
         np.cross(tangents, directions[of]),
         tangents,
-        numbers[faces[which]],
+        faces[which],
         np.full(len(of), sheets),
     )
     if sheets:
@@ -159,7 +164,7 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets:
         2 * np.pi - interior,
         normals,
         along,
-        numbers[faces[first[shared]]],
+        faces[first[shared]],
         np.full(len(shared), False),
     )
     both = _together(planes, wedges)
@@ -191,6 +196,8 @@ def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
 
 def _in_the_open(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
     """The stretches of edges in no other body's slab, and to which no other body is nearer than ``TOUCHING``."""
+    if (body_of_face == body_of_face[0]).all():  # as in a scan
+        return edges
     touched = [np.zeros((0, PIECES), bool)]
     for start in range(0, len(edges), AT_ONCE):
         some = edges.subset(np.arange(start, min(start + AT_ONCE, len(edges))))

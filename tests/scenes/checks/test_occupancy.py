@@ -8,11 +8,17 @@ import trimesh
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.checks.occupancy import blocking_object, element_positions, inside_object, obstruction, winding_number
+from scenes.checks.occupancy import (
+    blocking_object,
+    element_positions,
+    inside_object,
+    obstruction,
+    rough_winding_number,
+    winding_number,
+)
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.closed_parts import closed_parts
 from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_materials
 from scenes.scene.orientation import facing
@@ -52,8 +58,8 @@ def test_corners_repeated_per_face_are_closed():
     """As STL and textured meshes come."""
     loose = box((0, 0, 0), (1, 1, 1))
     soup = Trimesh(loose.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3), process=False)
-    assert len(closed_parts(soup)) == 1
-    assert closed_parts(sheet((0, 0, 0), (1, 0, 0), (0, 1, 0))) == []
+    assert len(SceneObject("soup", soup, "wood").closed_parts) == 1
+    assert SceneObject("sheet", sheet((0, 0, 0), (1, 0, 0), (0, 1, 0)), "wood").closed_parts == []
 
 
 def test_winding_number_against_a_sphere():
@@ -63,6 +69,7 @@ def test_winding_number_against_a_sphere():
     clear = np.abs(radius - 1) > 0.02  # the facets are that far from the sphere
     wound = winding_number(points, ball.triangles)
     np.testing.assert_allclose(wound[clear], (radius < 1)[clear], atol=1e-9)
+    np.testing.assert_allclose(rough_winding_number(points, ball.triangles), wound, atol=0.1)
 
 
 def test_triangles_that_face_both_ways(scene):

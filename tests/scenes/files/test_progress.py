@@ -1,5 +1,9 @@
 """Progress where there is no terminal."""
 
+import time
+
+from scenes.files import long_work
+from scenes.files.long_work import doing, told
 from scenes.files.progress import progress_bar
 
 
@@ -15,6 +19,16 @@ def test_a_line_for_each_tenth_and_none_is_cut(capsys):
         for _ in progress.track(range(2), description="pictures"):
             pass
     lines = capsys.readouterr().err.splitlines()
-    assert lines[0] == f"bisplat: {long}"
-    assert lines[1:11] == [f"bisplat: spectra: {count} of 200" for count in range(20, 201, 20)]
+    assert lines[:2] == ["bisplat: still searching", f"bisplat: {long}"]  # the first one at once
+    assert lines[2:12] == [f"bisplat: spectra: {count} of 200" for count in range(20, 201, 20)]
     assert lines[-1] == "bisplat: pictures: 2 of 2"
+
+
+def test_what_takes_long_is_told_once(capsys, monkeypatch):
+    monkeypatch.setattr(long_work, "AFTER", 0.05)
+    with told():
+        doing("reading 2 objects")
+        time.sleep(0.5)
+        doing("a moment's work")
+        doing("")
+    assert capsys.readouterr().err == "bisplat: reading 2 objects\n"

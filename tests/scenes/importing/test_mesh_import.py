@@ -10,7 +10,6 @@ from scenes.importing.imported_file import read_file
 from scenes.importing.imported_objects import import_objects
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter
-from scenes.scene.closed_parts import closed_parts
 from scenes.scene.shapes import box
 
 
@@ -57,7 +56,7 @@ def test_single_meshes_are_named_after_the_file(tmp_path, suffix):
     box((0, 0, 0), (1, 1, 1)).export(tmp_path / f"locker{suffix}")
     (locker,), _ = import_mesh(tmp_path / f"locker{suffix}", [("lock*", "metal")])
     assert (locker.name, locker.material) == ("locker", "metal")
-    assert len(closed_parts(locker.mesh)) == 1 and len(locker.mesh.vertices) == 8
+    assert len(locker.closed_parts) == 1 and len(locker.mesh.vertices) == 8
 
 
 def test_degenerate_triangles_are_dropped_and_reported(tmp_path):

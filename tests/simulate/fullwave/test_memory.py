@@ -7,8 +7,10 @@ import pytest
 from scenes.files.errors import InputError, ParameterError
 from scenes.storage.scene_yaml import load_scene
 from simulate.fullwave import run_cost
-from simulate.fullwave.run_cost import machine_memory, memory_of_runs, require_memory, runs_at_once
+from simulate.fullwave.run_cost import memory_of_runs, require_memory, runs_at_once
 from simulate.fullwave.run_plan import plan
+from simulate.parallel import machines
+from simulate.parallel.machines import machine_memory
 
 CLOSET = load_scene("closet")
 REGION = CLOSET.transmitter.region
@@ -26,7 +28,7 @@ def test_memory_of_this_machine_and_of_a_container(tmp_path, monkeypatch):
     assert 1e8 < machine_memory() < 1e14
     (tmp_path / "max").write_text("max\n")
     (tmp_path / "limit").write_text("2000000\n")
-    monkeypatch.setattr(run_cost, "LIMITS", (tmp_path / "max", tmp_path / "limit", tmp_path / "none"))
+    monkeypatch.setattr(machines, "LIMITS", (tmp_path / "max", tmp_path / "limit", tmp_path / "none"))
     assert machine_memory() == 2e6
 
 

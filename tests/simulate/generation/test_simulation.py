@@ -9,12 +9,12 @@ import pytest
 from bisplat.__main__ import main
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.materials import RadioMaterial
-from scenes.scene.shapes import sheet
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset_folder import inspect
+from simulate.engines import rays_engine
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.sionna_scene import build_scene, sionna_names
+from simulate.rays.core.sionna_scene import build_scene
 from simulate.spectra.measurement import Measurement
 from tests.folders import contents
 
@@ -78,15 +78,11 @@ def test_several_gateways_are_refused(scene, tmp_path):
         simulate(several, tmp_path / "d")
 
 
-def test_dots_in_names_of_objects_are_allowed(scene, tmp_path):
-    """Blender names copies Cube.001, Cube.002."""
-    item = scene.objects[0]
-    others = [replace(item, name=name, mesh=sheet((x, 50, 0), (1, 0, 0), (0, 1, 0))) for name, x in
-              (("floor.001", 1), ("floor_001", 3), ("floor.001_", 5))]  # fmt: skip
-    dotted = replace(scene, objects=(item, *others))
-    found = simulate(dotted, tmp_path / "dotted", n=3, seed=2, propagation=DIRECT)
-    assert (found.responses == simulate(scene, tmp_path / "plain", n=3, seed=2, propagation=DIRECT).responses).all()
-    assert len(set(sionna_names(dotted))) == 4 and not any("." in name for name in sionna_names(dotted))
+def test_memory_that_is_not_there_is_told_before(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(rays_engine, "machine_memory", lambda: 6e8 + 2500)
+    with pytest.raises(InputError, match=r"expected at most 1 triangles, since this machine has 0\.6 GB"):
+        simulate(scene, tmp_path / "d", n=3)
+    assert not (tmp_path / "d").exists()
 
 
 def test_a_built_in_scene_and_a_folder_of_its_name_are_told_apart(scene, tmp_path, monkeypatch):
