@@ -58,8 +58,8 @@ class Training(L.LightningModule):
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures, responses = batch
-        # Random draws depend only on the step, also after resuming. torch.manual_seed takes a millisecond, since it formats
-        # the stack for each absent kind of device.
+        # Random draws depend only on the step, also after resuming. torch.manual_seed takes a millisecond longer: it
+        # formats the stack for each absent kind of device.
         torch.default_generator.manual_seed(self._seed + self.global_step)
         if self.device.type == "cuda":
             torch.cuda.manual_seed(self._seed + self.global_step)
