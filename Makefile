@@ -10,7 +10,7 @@ PYTEST := OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 MALLOC_ARENA_MAX=2 $(BIN)/python
 
 .PHONY: demo test test-all attack docs docs-build setup clean
 
-demo: setup
+demo: $(VENV)/.demo
 	$(BIN)/bisplat demo
 
 test: setup
@@ -34,14 +34,19 @@ docs-build: setup
 
 setup: $(VENV)/.ready
 
-$(VENV)/.ready: pyproject.toml constraints.txt simulate/rays/core/llvm.py
+# The demo needs neither documentation nor test tools. What needs those installs them in addition.
+$(VENV)/.demo: pyproject.toml constraints.txt simulate/rays/core/llvm.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "bisplat needs Python 3.11 or newer; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "Python's venv module is missing; as root: apt-get install python3-venv"; exit 1; }
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[rays,viewer]'
+	$(BIN)/python -m simulate.rays.core.llvm --install
+	@touch $@
+
+$(VENV)/.ready: $(VENV)/.demo
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[test,docs]'
 	$(BIN)/python -m pip install --quiet --no-deps deepmimo==4.0.5  # a test reads our export with it; its old NumPy is not needed
-	$(BIN)/python -m simulate.rays.core.llvm --install
 	@touch $@
 
 clean:

@@ -70,7 +70,7 @@ def spectra_per_minute(
     from learn.models.quadrature import quadrature
     from learn.training.config import Config
     from learn.training.gradient_steps import Spectra, Training
-    from learn.training.lightning_trainer import multiplying
+    from learn.training.lightning_trainer import computing
     from learn.training.run_files import box_of, build_model
 
     torch.manual_seed(0)
@@ -79,10 +79,8 @@ def spectra_per_minute(
     model = build_model(config, box_of(dataset.positions), dataset.beamformer, dataset.wavelength)
     module = Training(model, Steps(batch_size=batch_size), quadrature(dataset.beamformer))
     optimiser = module.configure_optimizers()["optimizer"]
-    positions, pictures, responses = next(
-        iter(Spectra(dataset, parts, batch_size, 0, dataset.responses).train_dataloader())
-    )
-    known = responses if of == "responses" else responses[:, :0]
+    learned = dataset.responses if of == "responses" else None
+    positions, pictures, known = next(iter(Spectra(dataset, parts, batch_size, 0, learned).train_dataloader()))
     if of == "responses" and not (isinstance(model, PredictsResponses) and known.shape[1]):
         return 0.0
     coarse = of != "all" and not isinstance(model, HasOwnLoss)
@@ -92,7 +90,7 @@ def spectra_per_minute(
         batches = list(zip(*(part.split(1) for part in batches[0]), strict=True))
     seconds = []
     without_splatting = patch(SPLATTED[name], nothing_splatted) if of == "networks" else nullcontext()
-    with without_splatting, multiplying(precision):
+    with without_splatting, computing(precision, on_one_thread=of == "responses"):
         for _ in range(7):
             began = time.perf_counter()
             optimiser.zero_grad()

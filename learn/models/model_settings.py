@@ -11,6 +11,7 @@ from scenes.files.errors import ParameterError, require_flag, require_positive, 
 from scenes.files.options import check_kinds
 from simulate.positions.positions import MOST_POSITIONS
 
+PATIENCE = 5  # validations without a better one after which a training stops whose steps nobody asked for
 STEPS_MOST = 10**9  # largest number of steps: many weeks of the fastest model
 MINUTES_MOST = 10_000.0  # largest training time: a week
 MatmulPrecision = Literal["highest", "high", "medium"]  # precisions of ``torch.set_float32_matmul_precision``
@@ -31,6 +32,8 @@ class Steps:
             precision; high: TF32; medium: bfloat16. On hardware without a faster one, the next higher one is used.
         find_phases: find the responses behind the pictures, for models that learn from responses.
         init: finished run of the same model whose weights training starts from. None: random weights.
+        patience: number of validations without a better one after which training stops; 0: never. ``train`` takes 5 if
+            neither steps nor a budget nor a preset is given, and otherwise all steps.
 
     Raises:
         ParameterError: a number is out of its range, or ``find_phases`` is neither true nor false.
@@ -44,11 +47,13 @@ class Steps:
     matmul_precision: MatmulPrecision = "highest"
     find_phases: bool = True
     init: str | None = None
+    patience: int = 0
 
     def __post_init__(self) -> None:
         check_kinds(self)
         require_whole(1, STEPS_MOST, steps=self.steps)
         require_whole(1, MOST_POSITIONS, batch_size=self.batch_size)
+        require_whole(0, STEPS_MOST, patience=self.patience)
         require_positive(learning_rate=self.learning_rate)
         require_within(0, 1, "a learning rate", learning_rate=self.learning_rate)
         require_within(0, 1000, "a weight decay", weight_decay=self.weight_decay)

@@ -19,7 +19,7 @@ from learn.models.capabilities import HasOwnLoss
 from learn.models.model_settings import STEPS_MOST, Steps
 from learn.models.quadrature import quadrature
 from learn.training.gradient_steps import Spectra, Training
-from learn.training.lightning_trainer import interrupts, multiplying, quiet_trainer
+from learn.training.lightning_trainer import computing, interrupts, quiet_trainer
 from learn.training.validation_part import VALIDATED, Learned, epochs_of, learned_responses
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -90,7 +90,7 @@ def measured_speed(
         trainer = quiet_trainer(
             max_epochs=1, use_distributed_sampler=False, logger=False, limit_val_batches=0, callbacks=[clock]
         )
-        with interrupts(), multiplying(by_steps.matmul_precision):
+        with interrupts(), computing(by_steps.matmul_precision, spectra.of_responses):
             trainer.fit(Training(model, few, pixels), datamodule=spectra)
         return float(np.diff(clock.ends[SLOWER:]).mean())
 
@@ -104,7 +104,7 @@ def _validation_seconds(model: SpectrumModel, by_steps: Steps, spectra: Spectra)
     module = Training(model, by_steps, quadrature(spectra.dataset.beamformer))
     clock = _Clock()
     trainer = quiet_trainer(logger=False, limit_val_batches=1, callbacks=[clock])
-    with interrupts(), multiplying(by_steps.matmul_precision):
+    with interrupts(), computing(by_steps.matmul_precision, spectra.of_responses):
         trainer.validate(module, datamodule=spectra, verbose=False)
     validated = min(VALIDATED, len(spectra.parts.validation))
     batches = max(1.0, validated / Spectra.VALIDATED_AT_ONCE)

@@ -28,16 +28,18 @@ from learn.training.lightning_trainer import (
     UNREADABLE,
     Checkpoints,
     ProgressOnStderr,
+    StopsEarly,
     WholeFiles,
+    computing,
     has_checkpoint,
     interrupts,
-    multiplying,
     quiet_trainer,
 )
 from learn.training.run_files import write_training
 from learn.training.run_folder import save_weights
 from learn.training.validation_part import epochs_of, told, validate, validation_sample
 from scenes.files.errors import InputError, printable
+from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
 
@@ -56,7 +58,11 @@ class Training(L.LightningModule):
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures, responses = batch
-        torch.manual_seed(self._seed + self.global_step)  # random draws depend only on the step, also after resuming
+        # Random draws depend only on the step, also after resuming. torch.manual_seed takes a millisecond longer: it
+        # formats the stack for each absent kind of device.
+        torch.default_generator.manual_seed(self._seed + self.global_step)
+        if self.device.type == "cuda":
+            torch.cuda.manual_seed(self._seed + self.global_step)
         loss = self.loss(positions, pictures, responses, coarse=self.global_step < self.coarse_steps)
         self.log("loss", loss, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return loss
@@ -142,12 +148,13 @@ class Spectra(L.LightningDataModule):
         super().__init__()
         self.dataset, self.parts, self._batch_size, self._seed = dataset, parts, batch_size, seed
         self._responses = torch.zeros(len(dataset.positions), 0, 2)
+        self.of_responses = responses is not None  # Their steps are so small that more than one thread is slower
         if responses is not None:
             scale = np.sqrt(np.square(np.abs(responses[parts.train])).mean())
             self._responses = torch.view_as_real(torch.from_numpy(responses / (scale or 1.0))).float()
 
     def train_dataloader(self) -> DataLoader:
-        data, processes, rank, epoch = self._data(self.parts.train), 1, 0, 0
+        data, processes, rank, epoch = self._data(self.parts.train, not self.of_responses), 1, 0, 0
         if self.trainer is not None:
             processes, rank, epoch = self.trainer.world_size, self.trainer.global_rank, self.trainer.current_epoch
         lengths = self.epochs or [max(1, len(self.parts.train) // self._batch_size)]
@@ -162,10 +169,11 @@ class Spectra(L.LightningDataModule):
         batches = BatchSampler(SequentialSampler(data), self.VALIDATED_AT_ONCE, drop_last=False)
         return DataLoader(data, batch_size=None, sampler=batches)
 
-    def _data(self, part: Int[np.ndarray, " n"]) -> Subset:
+    def _data(self, part: Int[np.ndarray, " n"], with_pictures: bool = True) -> Subset:
         """A part of the dataset's arrays. They are not copied, since the file behind them may be larger than memory."""
         positions = torch.from_numpy(self.dataset.positions.astype(np.float32))
-        return Subset(TensorDataset(positions, torch.from_numpy(self.dataset.pictures), self._responses), part.tolist())
+        pictures = torch.from_numpy(self.dataset.pictures if with_pictures else self.dataset.pictures[:, :0])
+        return Subset(TensorDataset(positions, pictures, self._responses), part.tolist())
 
 
 def train_by_steps(
@@ -182,6 +190,7 @@ def train_by_steps(
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)
     checkpoints = Checkpoints(last)
+    stopping = [StopsEarly(by_steps.patience)] if by_steps.patience else []
     timer = Timer()  # its state is in the checkpoint, so it includes the time before an interruption
     # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
@@ -189,7 +198,7 @@ def train_by_steps(
         max_epochs=len(spectra.epochs),
         reload_dataloaders_every_n_epochs=1,  # each epoch has its own number of steps
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
-        callbacks=[timer, ProgressOnStderr(by_steps.steps), checkpoints],
+        callbacks=[timer, ProgressOnStderr(by_steps.steps), checkpoints, *stopping],
         plugins=[WholeFiles()],
         logger=[
             CSVLogger(folder, name="logs", version=attempt),
@@ -198,7 +207,7 @@ def train_by_steps(
         **trainer,
     )
     try:
-        with interrupts(), multiplying(by_steps.matmul_precision):
+        with interrupts(), computing(by_steps.matmul_precision, spectra.of_responses):
             loop.fit(
                 Training(model, by_steps, pixels),
                 datamodule=spectra,
@@ -217,11 +226,13 @@ def train_by_steps(
             error.filename = str(folder)
         raise
     if loop.is_global_zero:
+        if loop.global_step < by_steps.steps:
+            say(stopping[0].in_words(loop.global_step, spectra.epochs))
         model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
         data, parts = spectra.dataset, spectra.parts
         deviation = validate(model.eval(), data, parts).deviation
         told(deviation, len(parts.validation))
         seconds = seconds_before + timer.time_elapsed("train")
-        write_training(folder, by_steps.steps, seconds, checkpoints.score, deviation, data.positions[parts.train])
+        write_training(folder, loop.global_step, seconds, checkpoints.score, deviation, data.positions[parts.train])
         save_weights(folder, model)
     loop.strategy.barrier()  # the other processes wait until the weights are written

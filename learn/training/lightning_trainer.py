@@ -13,9 +13,10 @@ import os
 import signal
 import struct
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
+from itertools import accumulate
 from pathlib import Path
 from pickle import UnpicklingError
 from typing import Any
@@ -25,7 +26,7 @@ import lightning as L
 import torch
 from lightning.fabric.plugins import CheckpointIO
 from lightning.fabric.utilities.exceptions import MisconfigurationException
-from lightning.pytorch.callbacks import Callback
+from lightning.pytorch.callbacks import Callback, EarlyStopping
 from lightning.pytorch.utilities import rank_zero_only
 from rich.progress import TextColumn
 from torch import Tensor
@@ -108,14 +109,16 @@ def interrupts() -> Iterator[None]:
 
 
 @contextmanager
-def multiplying(precision: MatmulPrecision) -> Iterator[None]:
-    """Multiply matrices of single precision with this precision, and then with the one before again."""
-    before = torch.get_float32_matmul_precision()
+def computing(precision: MatmulPrecision, on_one_thread: bool) -> Iterator[None]:
+    """Multiply matrices of single precision with this precision, on one CPU thread if asked, and then as before."""
+    before, threads = torch.get_float32_matmul_precision(), torch.get_num_threads()
     torch.set_float32_matmul_precision(precision)
+    torch.set_num_threads(1 if on_one_thread else threads)
     try:
         yield
     finally:
         torch.set_float32_matmul_precision(before)
+        torch.set_num_threads(threads)
 
 
 class ProgressOnStderr(Callback):
@@ -205,6 +208,24 @@ class WholeFiles(CheckpointIO):
 
     def remove_checkpoint(self, path: Any) -> None:
         """Remove nothing, since a path in a checkpoint could be that of any file."""
+
+
+class StopsEarly(EarlyStopping):
+    """Ends a training whose validation has not risen for so many validations, and one that is resumed after that."""
+
+    def __init__(self, patience: int) -> None:
+        # It counts at the end of the validation, before the checkpoint, which keeps the count, is written.
+        how = {"check_finite": False, "check_on_train_epoch_end": False}
+        super().__init__("validation_ssim", mode="max", patience=patience, **how)
+
+    def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        trainer.should_stop = self.wait_count >= self.patience
+
+    def in_words(self, step: int, epochs: Sequence[int]) -> str:
+        """Why a training with epochs of so many steps, each with a validation after it, stopped after ``step``."""
+        ends = list(accumulate(epochs))
+        best = ends[max(0, ends.index(step) - self.wait_count)]
+        return f"stopped after {step:,} of {ends[-1]:,} steps: validation has not risen since step {best:,}"
 
 
 class Checkpoints(Callback):

@@ -18,7 +18,7 @@ from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.models.capabilities import unsuited
 from learn.models.kriging.retrieved_field import not_retrieved
-from learn.models.model_settings import MINUTES_MOST, Steps
+from learn.models.model_settings import MINUTES_MOST, PATIENCE, Steps
 from learn.models.quadrature import quadrature
 from learn.training.config import (
     Config,
@@ -150,6 +150,8 @@ def train(
     told = {**(options or {}), **by_steps}
     if preset is not None and budget is None:
         by_steps = {"steps": PRESETS[preset].steps} | by_steps
+    if "steps" not in by_steps and budget is None:
+        by_steps = {"patience": PATIENCE} | by_steps
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
     options = dict(options or {})
     if isinstance(scene := options.get("scene"), str) and Path(scene).is_file():

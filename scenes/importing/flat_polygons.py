@@ -27,7 +27,7 @@ WELL = 0.24  # Least singular value of the normals of planes that meet well: pla
 
 def holes(surface: Surface, largest: float) -> list[Int[np.ndarray, " n"]]:
     """Return the half-edges around each hole of at most so many square metres. The rim of a flake is none."""
-    start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
+    start, end = surface.ends
     keys = np.minimum(start, end) * len(surface.vertices) + np.maximum(start, end)
     _, number, count = np.unique(keys, return_inverse=True, return_counts=True)
     areas = surface.area_vectors()
@@ -96,7 +96,8 @@ def _meeting(surface: Surface, regions: Regions, reach: float, free: Int[np.ndar
     while True:
         size = np.bincount(labels[labels >= 0], minlength=count)
         places = surface.vertices.copy()
-        corner, label = _labels_at_corners(surface, labels, count)
+        own = np.repeat(labels, 3)
+        corner, label = np.divmod(np.unique((surface.faces.ravel() * count + own)[own >= 0]), count)
         several = np.bincount(corner, minlength=len(places)) > 1
         one = ~several[corner]
         normals = regions.normals[label[one]]
@@ -144,22 +145,12 @@ def _folded(surface: Surface, regions: Regions, places: Float[np.ndarray, "V 3"]
     return folded
 
 
-def _labels_at_corners(
-    surface: Surface, labels: Int[np.ndarray, " F"], count: int
-) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-    """Each pair of a corner and a region that has it, once."""
-    of_corners = np.repeat(labels, 3)
-    inside = of_corners >= 0
-    corner, label = np.divmod(np.unique(surface.faces.ravel()[inside] * count + of_corners[inside]), count)
-    return corner, label
-
-
 def _polygons(
     surface: Surface, regions: Regions, places: Float[np.ndarray, "V 3"], tolerance: float
 ) -> dict[int, Int[np.ndarray, "t 3"]]:
     """Cut the outline of each region into triangles. If it crosses itself, the region keeps its own, in its plane."""
     labels = regions.labels
-    start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
+    start, end = surface.ends
     own = np.repeat(labels, 3)
     beyond = np.where(surface.opposite < 0, OPEN, labels[surface.opposite // 3])
     border = (own >= 0) & (own != beyond)

@@ -22,6 +22,8 @@ LIKE = float(np.cos(np.radians(20.0)))  # Least cosine between a plane's normal 
 
 WORTH = 0.1  # Least share of an object's area in regions that are not exactly flat already
 
+FINE = 0.05  # Largest mean area of the triangles of a scan, square metres. Terrain has larger ones.
+
 FACING = 0.3  # Least such cosine of a triangle whose own corners fit the plane
 
 CURVED = float(np.radians(5.0))  # Angle by which the normal of a plane's region may turn, apart from noise
@@ -61,6 +63,11 @@ class Surface:
         opposite = np.full(len(keys), -1)
         opposite[one[matching]], opposite[other[matching]] = other[matching], one[matching]
         return Surface(vertices, faces, owners, opposite)
+
+    @property
+    def ends(self) -> tuple[Int[np.ndarray, " H"], Int[np.ndarray, " H"]]:
+        """The corners at which each half-edge starts and ends."""
+        return self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
 
     @property
     def neighbours(self) -> Int[np.ndarray, "F 3"]:
@@ -223,7 +230,8 @@ class _Growth:
                 self.planes[number] = normal, offset = self._fitted(found)
                 corners, heights = self._heights(found, normal, offset)
                 exact = max(1e-5, 4 * float(np.spacing(np.float32(np.abs(corners).max()))))
-                rough[number] = np.median(np.abs(heights)) > exact
+                fine = self.size[found].mean() < FINE
+                rough[number] = fine and np.median(np.abs(heights)) > exact
                 enough = not self._is_curved(found, normal, offset)
             if not enough:
                 self.labels[found] = -1

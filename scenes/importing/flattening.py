@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import trimesh
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from trimesh import Trimesh
+from trimesh.triangles import area as area_of
 
 from scenes.files.plain_text import say
 from scenes.importing.flat_polygons import as_planes, holes
@@ -18,6 +18,7 @@ from scenes.importing.imported_objects import SLIVER
 from scenes.importing.lengths import plain
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
+from scenes.scene.shapes import union
 
 WAVELENGTHS = 1 / 16  # Default tolerance
 
@@ -70,12 +71,11 @@ def flattened(scene: Scene, tolerance: float | None) -> Flattened | None:
     kept = np.isin(owners, touched) & (labels < 0) & ~_loose(filled, labels, NARROW * within)
     objects, owner = list(scene.objects), {plane: owners[labels == plane][0] for plane in planes}
     for number in touched.tolist():
-        parts = [planes[plane] for plane in planes if owner[plane] == number] + [
-            filled.faces[kept & (owners == number)]
-        ]
-        objects[number] = replace(objects[number], mesh=_mesh(places[np.concatenate(parts)]))
+        own = [triangles for plane, triangles in planes.items() if owner[plane] == number]
+        faces = np.concatenate([*own, filled.faces[kept & (owners == number)]])
+        objects[number] = replace(objects[number], mesh=_mesh(places[faces]))
     flat, holes_filled = np.concatenate(list(planes.values())), filled.faces[fans & (kept | (labels >= 0))]
-    area, rest, of_holes = (_area(places[faces]) for faces in (flat, filled.faces[kept], holes_filled))
+    area, rest, of_holes = (area_of(places[faces]).sum() for faces in (flat, filled.faces[kept], holes_filled))
     sentence = (
         f"flattened {np.count_nonzero(labels[~fans] >= 0):,} triangles to {len(flat):,} in {len(planes)} planes within "
         f"{limit}: {plain(area)} of {plain(area + rest)} m²; {len(np.unique(holes_filled.max(axis=1)))} holes of "
@@ -93,13 +93,10 @@ def flattened(scene: Scene, tolerance: float | None) -> Flattened | None:
 def _joined(scene: Scene) -> Surface:
     """All objects as one surface: those that have corners in common stay together."""
     meshes = [item.mesh for item in scene.objects]
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    vertices = np.concatenate([mesh.vertices for mesh in meshes])
-    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
-    if len(meshes) > 1:
-        vertices, number = np.unique(vertices, axis=0, return_inverse=True)
-        faces = number[faces]
-    return Surface.of(vertices, faces, np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes]))
+    joined = union(*meshes)
+    vertices, number = np.unique(joined.vertices, axis=0, return_inverse=True)
+    owners = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+    return Surface.of(vertices, number[joined.faces], owners)
 
 
 def _filled(surface: Surface, regions: Regions, largest: float) -> tuple[Surface, Regions, Int[np.ndarray, " n"]]:
@@ -107,7 +104,7 @@ def _filled(surface: Surface, regions: Regions, largest: float) -> tuple[Surface
     rims = [rim for rim in holes(surface, largest) if (regions.labels[rim // 3] >= 0).any()]
     if not rims:
         return surface, regions, np.zeros(0, int)
-    start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
+    start, end = surface.ends
     centres = len(surface.vertices) + np.arange(len(rims))
     beside = np.concatenate(rims)
     fans = np.column_stack([end[beside], start[beside], np.repeat(centres, [len(rim) for rim in rims])])
@@ -135,10 +132,6 @@ def _mesh(triangles: Float[np.ndarray, "n 3 3"]) -> Trimesh:
     mesh.update_faces(mesh.nondegenerate_faces(height=SLIVER))
     mesh.remove_unreferenced_vertices()
     return mesh
-
-
-def _area(triangles: Float[np.ndarray, "n 3 3"]) -> float:
-    return float(trimesh.triangles.area(triangles).sum())
 
 
 def _colored(scene: Scene, *shown: Float[np.ndarray, "n 3 3"]) -> Scene:

@@ -261,7 +261,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"dataset": data, "output": "out", "model": "mlp"},
             {
                 "model": WORD, "options": ("x", 3, {"wrong": 1}, {"pixels": object()}), "steps": WHOLE[:6],
-                "batch_size": WHOLE[:6], "preset": WORD[:2], "learning_rate": (*NUMBER, 0),
+                "batch_size": WHOLE[:6], "patience": (1.5, -1), "preset": WORD[:2], "learning_rate": (*NUMBER, 0),
                 "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2), "matmul_precision": WORD[:2],
                 "find_phases": FLAG[:1], "init": PATH, "trainer": ("x", {"devices": 0}, {"wrong": 1}), "wrong": (1,),
             },

@@ -20,6 +20,7 @@ from learn.training.gradient_steps import Spectra, Training
 from learn.training.prediction import predict
 from learn.training.registry import MODELS, model_entry
 from learn.training.run_files import box_of, build_model
+from learn.training.validation_part import learned_responses
 from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset
@@ -130,7 +131,8 @@ def test_models(name, odd, scene):
     else:
         module = Training(model, replace(entry.by_steps, steps=2, batch_size=4), quadrature(data.beamformer))
         optimiser = module.configure_optimizers()["optimizer"]
-        batch = next(iter(Spectra(data, parts, 4, 0, data.responses).train_dataloader()))
+        learned = learned_responses(model, data, parts, replace(entry.by_steps, find_phases=False)).responses
+        batch = next(iter(Spectra(data, parts, 4, 0, learned).train_dataloader()))
         for coarse in (True, False):
             optimiser.zero_grad()
             loss = module.loss(*batch, coarse)

@@ -12,7 +12,7 @@ from tests import hostile_files as hostile
 
 STEPS = {
     "steps": 3, "batch_size": 2, "learning_rate": 0.1, "weight_decay": 0.0, "full_resolution": 0.5,
-    "matmul_precision": "highest", "find_phases": True, "init": None,
+    "matmul_precision": "highest", "find_phases": True, "init": None, "patience": 0,
 }  # fmt: skip
 CONFIG = {
     "dataset": "/data/room", "model": "helmholtz", "split": "blocked", "seed": 0, "split_seed": 0, "train_size": None,

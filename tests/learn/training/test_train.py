@@ -29,6 +29,7 @@ from learn.models.quadrature import L1_WEIGHT, SSIM_WEIGHT, composite_loss, quad
 from learn.reports.evaluation_report import write_evaluation
 from learn.reports.provenance import Provenance
 from learn.training import gradient_steps as by_steps
+from learn.training import train as training
 from learn.training import validation_part as epochs
 from learn.training.config import read_config
 from learn.training.gradient_steps import Batches, Training
@@ -171,6 +172,40 @@ def test_run_killed_between_the_last_checkpoint_and_the_weights_needs_no_more_st
     stop_at(12, AssertionError("a step too many"))
     train_run(tiny_config, folder)
     assert_same_weights(folder, finished_run)
+
+
+def test_training_stops_when_validation_no_longer_rises_and_at_the_same_step_if_resumed(
+    tmp_path, tiny_config, changed, stop_at, monkeypatch, capsys
+):
+    def falling(self):
+        self.log("validation_ssim", -float(self.global_step))
+
+    monkeypatch.setattr(Training, "on_validation_epoch_end", falling)
+    config, whole = changed(tiny_config, steps=90, patience=3), tmp_path / "whole"
+    train_run(config, whole)
+    stop_at(20, RuntimeError())
+    with pytest.raises(RuntimeError):
+        train_run(config, tmp_path / "stopped")
+    stop_at(24, AssertionError("a step too many"))
+    train_run(config, tmp_path / "stopped")
+    assert_same_weights(tmp_path / "stopped", whole)
+    (whole / "weights.safetensors").unlink()  # killed after the last checkpoint
+    train_run(config, whole)
+    assert capsys.readouterr().err.count("stopped after 24 of 90 steps: validation has not risen since step 6") == 3
+    assert_same_weights(tmp_path / "stopped", whole)
+    assert json.loads((whole / "training.json").read_text())["steps"] == 24
+
+
+@pytest.mark.parametrize(
+    ("asked", "patience"), [({}, 5), ({"steps": 9}, 0), ({"steps": 9, "patience": 2}, 2), ({"preset": "paper"}, 0)]
+)
+def test_steps_that_are_asked_for_are_all_taken(tiny, tmp_path, monkeypatch, asked, patience):
+    begun = []
+    monkeypatch.setattr(training, "train_run", lambda config, *_, **__: begun.append(config.by_steps.patience))
+    monkeypatch.setattr(training, "load_run", lambda _: None)
+    (tmp_path / "config.json").touch()  # a preset is timed before it begins
+    bisplat.train(tiny, tmp_path, **{"model": "mlp"} | asked if "preset" not in asked else asked)
+    assert begun == [patience]
 
 
 # The folder
