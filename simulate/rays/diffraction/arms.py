@@ -47,8 +47,9 @@ POINTS = 16  # Number of points of an edge at which an arm is tried
 MOST, LEAST = 10_000_000, 8
 """Most ways along which arms are tried, all antennas and points of edges together, and the least number of antennas."""
 
-MOST_ARMS = 150_000
-"""Most arms that are tried from either end, those that promise the strongest waves."""
+MOST_ARMS = 100_000  # Most arms that are tried from either end
+
+LIKELY = 10  # How much stronger a wave must promise to be, as an amplitude, if no ray passed its edge
 
 
 class Ends:
@@ -144,9 +145,12 @@ class PassingRays:
         _passed(*given, *edges, ray, edge)
         self._found = np.union1d(self._found, flights.sequences[ray] * len(self._edges) + edge)
 
-    def passed(self, sequences: Int[np.ndarray, " n"], edges: Int[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-        """Whether rays of some sequences passed some edges."""
-        return np.isin(sequences * len(self._edges) + edges, self._found)
+    def arms(self, explored: Explored) -> tuple[Int[np.ndarray, " arms"], Int[np.ndarray, " arms"]]:
+        """Places of the sequences among the short ones of ``explored``, and the edges that their rays passed."""
+        number, edge = np.divmod(self._found, max(1, len(self._edges)))
+        place = np.searchsorted(explored.numbers, number).clip(0, len(explored.numbers) - 1)
+        known = explored.numbers[place] == number
+        return place[known], edge[known]
 
 
 @compiled
@@ -187,17 +191,23 @@ def find_arms(
 ) -> FoundArms:
     """The arms from some antennas to the edges, of which ``others`` are at the other end of the chains.
 
-    An arm whose wave promises to be weaker than ``least`` is left out. If there are too many, those where rays passed
-    the edge come first, then those that promise the strongest waves.
+    An arm whose wave promises to be weaker than ``least`` is left out, even at ``LIKELY`` times this if no ray passed
+    the edge. If there are too many, those where a ray passed come first, then those that promise the strongest waves.
     """
     middle = edges.points(np.array([0.5]))[:, 0]
     behind = np.linalg.norm(middle[:, None] - others.positions[:: -(-len(others) // LEAST)], axis=2).min(axis=1)
-    tried, number, promise = _in_beams(
-        surfaces.wavelength, mirrors.planes, edges, explored, antennas.positions, behind, least
-    )
-    if len(tried) > MOST_ARMS:
-        promise += rays.passed(explored.numbers[number], tried.edges) * promise.max()
-        tried = tried.subset(np.sort(np.argsort(-promise, kind="stable")[:MOST_ARMS]))
+    wavelength, planes = surfaces.wavelength, mirrors.planes
+    number, edge = rays.arms(explored)
+    images = mirrored(planes, explored.short, antennas.positions.mean(axis=0, keepdims=True))[-1, 0]
+    before = np.linalg.norm(images[number] - middle[edge], axis=1) - edges.lengths[edge] / 2
+    strong = explored.strengths[number] * promise_of(wavelength, before, behind[edge]) >= least
+    number, edge = number[strong], edge[strong]
+    others_too = _in_beams(wavelength, planes, edges, explored, antennas.positions, behind, LIKELY * least)
+    promise = np.append(np.full(len(number), np.inf), others_too[2])
+    number, edge = np.append(number, others_too[0]), np.append(edge, others_too[1])
+    _, first = np.unique(number * len(edges) + edge, return_index=True)  # the first is the one of a ray
+    first = first[np.sort(np.argsort(-promise[first], kind="stable")[:MOST_ARMS])]
+    tried = Arms(explored.short[number[first]], edge[first])
     if not len(tried):
         return FoundArms(tried, np.zeros(0), np.zeros(0))
     fewer = max(LEAST, MOST // (POINTS * max(1, len(tried))))
@@ -248,10 +258,10 @@ def _in_beams(
     antennas: Float[np.ndarray, "antennas 3"],
     behind: Float[np.ndarray, " edges"],
     least: float,
-) -> tuple[Arms, Int[np.ndarray, " arms"], Float[np.ndarray, " arms"]]:
-    """The arms for which some antenna's wave, off the box of the last plane, may meet the edge.
+) -> tuple[Int[np.ndarray, " arms"], Int[np.ndarray, " arms"], Float[np.ndarray, " arms"]]:
+    """The sequences and edges for which some antenna's wave, off the box of the last plane, may meet the edge.
 
-    With them come the numbers of their sequences, and how strong their waves promise to be.
+    With them comes how strong the waves promise to be.
     """
     sequences = explored.short
     middle = antennas.mean(axis=0)
@@ -280,8 +290,7 @@ def _in_beams(
         _meet_beams(*given, found, nothing, nothing, np.zeros(0))
         edge, promise = np.empty(found.sum(), np.int64), np.empty(found.sum())
         _meet_beams(*given, found, np.cumsum(found) - found, edge, promise)
-    number = np.repeat(np.arange(len(sequences)), found)
-    return Arms(sequences[number], edge), number, promise
+    return np.repeat(np.arange(len(sequences)), found), edge, promise
 
 
 @compiled(parallel=True)
