@@ -24,9 +24,9 @@ def street() -> Scene:
     generator = np.random.default_rng(0)
     for number in range(12):
         low = np.array([-50 + 18 * (number // 2), 8 if number % 2 else -18, 0.0])
-        high = low + [*generator.uniform(8, 12, 2), generator.uniform(6, 15)]
+        high = low + generator.uniform((8, 8, 6), (12, 12, 15))
         roof = np.diag(high - low)
-        objects.append(SceneObject(f"house {number}", box(low + [0, 0, 0.01], high - [0, 0, 0.2]), "brick"))
+        objects.append(SceneObject(f"house {number}", box((*low[:2], 0.01), (*high[:2], high[2] - 0.2)), "brick"))
         objects.append(SceneObject(f"roof {number}", sheet((*low[:2], high[2]), roof[0], roof[1]), "metal"))
     gateway = Gateway((0, 0, 12), facing((1, 0, -0.3)), pattern="iso")
     region = Transmitter((15, -5, 1), (30, 25, 2))
