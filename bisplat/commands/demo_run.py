@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from learn.models.model_settings import STEPS_MOST
+from learn.models.model_settings import PATIENCE, STEPS_MOST
 from learn.reports.demo_report import DemoReport, draw_first_look, draw_first_spectra
 from learn.training.registry import DEFAULT_MODEL
 from scenes.drawing.scene_drawing import draw_scene
@@ -33,6 +33,7 @@ if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
     from learn.evaluation.evaluate import Evaluation
 
 BISPLAT_MODEL = "bisplat-aperture"  # The BiSplat model that the demo trains in addition to the default model
+BISPLAT_STEPS = 1500  # Half of the model's own: on so few spectra its validation is best after a few hundred
 
 SPECTRA_LEAST = 10  # Fewer leave too little to train on, to validate with and to test on
 
@@ -101,11 +102,11 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
     from learn.training.train import train
 
     evaluations: dict[str, Evaluation] = {}
-    for number, (model, name, own_steps) in enumerate(
-        ((DEFAULT_MODEL, "run", None), (BISPLAT_MODEL, "run-bisplat", steps)), start=3
-    ):
+    asked = {"steps": BISPLAT_STEPS, "patience": PATIENCE} if steps is None else {"steps": steps}
+    own: dict[str, dict[str, Any]] = {DEFAULT_MODEL: {}, BISPLAT_MODEL: asked}
+    for number, (model, name) in enumerate(((DEFAULT_MODEL, "run"), (BISPLAT_MODEL, "run-bisplat")), start=3):
         _say(f"{number}/5 training {model}")
-        run = train(dataset, folder / name, model=model, seed=DATA_SEED, steps=own_steps)
+        run = train(dataset, folder / name, model=model, seed=DATA_SEED, **own[model])
         _say(f"{number}/5 scoring {model} on held-out positions")
         evaluations[model] = evaluate(run, dataset)
         write_evaluation(evaluations[model], run.folder / "evaluation")

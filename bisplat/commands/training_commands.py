@@ -32,7 +32,8 @@ def demo(
     Args:
         output: folder for the report, the dataset and the trained models.
         spectra: number of spectra to simulate.
-        steps: number of training steps of the BiSplat model (default: the model's own).
+        steps: number of training steps of the BiSplat model (default: until validation no longer rises, at most
+            1,500).
     """
     from bisplat.commands.demo_run import demo as run_demo
     from bisplat.commands.demo_run import next_steps
