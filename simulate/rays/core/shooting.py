@@ -118,7 +118,7 @@ def explore(
 ) -> Explored:
     """Find the sequences of planes that reflect waves from some antennas, and those that reflect them into a box.
 
-    ``watch`` sees the flights of rays with few reflections.
+    ``watch`` sees the flights of rays with few reflections that end at surfaces.
     """
     most = ray_scene.propagation.max_depth if ray_scene.propagation.specular else 0
     sequences, arriving, strengths = Sequences(), [], np.ones(1, np.float32)
@@ -127,7 +127,7 @@ def explore(
         strengths = np.pad(strengths, (0, len(sequences) - len(strengths)))
         few = flights.reflections <= short
         np.maximum.at(strengths, flights.sequences[few], flights.strengths[few])
-        watch(flights.subset(few))
+        watch(flights.subset(few & (flights.faces >= 0)))
     found, beginnings = np.unique(np.concatenate([[0], *arriving])), np.flatnonzero(strengths)
     depth = ray_scene.propagation.max_depth
     return Explored(

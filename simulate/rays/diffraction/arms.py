@@ -134,8 +134,7 @@ class PassingRays:
         self._edge = order % max(1, len(edges))
 
     def see(self, flights: Flights) -> None:
-        """Add the edges that some flights pass."""
-        flights = flights.subset(flights.faces >= 0)
+        """Add the edges that some flights to surfaces pass."""
         ends = (flights.starts + flights.lengths * flights.directions).T.astype(np.float64)
         reach = SPREAD * (flights.travelled + flights.lengths).astype(np.float64)
         given = ends, self._planes.of_face[flights.faces], reach, self._of_plane, self._edge
