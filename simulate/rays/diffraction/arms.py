@@ -44,7 +44,7 @@ class Arms:
 
 POINTS = 16  # Number of points of an edge at which an arm is tried
 
-MOST, LEAST = 10_000_000, 8
+MOST, LEAST = 40_000_000, 8
 """Most ways along which arms are tried, all antennas and points of edges together, and the least number of antennas."""
 
 MOST_ARMS = 100_000  # Most arms that are tried from either end
