@@ -28,7 +28,6 @@ from learn.models.networks.mlp import ResponseMLP
 from learn.models.quadrature import L1_WEIGHT, SSIM_WEIGHT, composite_loss, quadrature
 from learn.reports.evaluation_report import write_evaluation
 from learn.reports.provenance import Provenance
-from learn.training import gradient_steps as by_steps
 from learn.training import train as training
 from learn.training import validation_part as epochs
 from learn.training.config import read_config
@@ -156,22 +155,6 @@ def test_asked_steps_are_taken_and_an_epoch_ends_at_each_validation(
     stop_at(-1, None)
     train_run(config, tmp_path / "stopped")
     assert_same_weights(tmp_path / "stopped", tmp_path / "whole")
-
-
-def test_run_killed_between_the_last_checkpoint_and_the_weights_needs_no_more_steps(
-    tmp_path, tiny_config, finished_run, stop_at, monkeypatch
-):
-    def no_disk(*_):
-        raise OSError("no space left")
-
-    folder = tmp_path / "run"
-    with monkeypatch.context() as patch:
-        patch.setattr(by_steps, "save_weights", no_disk)
-        with pytest.raises(OSError, match="no space left"):
-            train_run(tiny_config, folder)
-    stop_at(12, AssertionError("a step too many"))
-    train_run(tiny_config, folder)
-    assert_same_weights(folder, finished_run)
 
 
 def test_training_stops_when_validation_no_longer_rises_and_at_the_same_step_if_resumed(
