@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from matplotlib.path import Path
 from skimage.measure import approximate_polygon
 
 from scenes.importing.flat_regions import Regions, Surface
@@ -224,6 +223,8 @@ def _simplified(line: Float[np.ndarray, "n 2"], tolerance: float) -> Int[np.ndar
 
 def _cut(rings: list[Int[np.ndarray, " n"]], plane: Float[np.ndarray, "V 2"]) -> Int[np.ndarray, "t 3"] | None:
     """Cut the area between rings into triangles. None if they cross."""
+    from matplotlib.path import Path  # its import takes long, and few scenes need it
+
     rings = [ring for ring in rings if len(ring) > 2]
     areas = [turned_area(plane[ring]) for ring in rings]
     outer = sorted((k for k, area in enumerate(areas) if area > 0), key=lambda k: areas[k])
