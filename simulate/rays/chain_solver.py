@@ -59,7 +59,9 @@ class ChainSolver:
         self._ray_scene, self._surfaces = ray_scene, Surfaces(ray_scene)
         propagation = ray_scene.propagation
         diffracts = propagation.diffraction and propagation.max_depth > 0
-        self._edge_scene = EdgeScene(ray_scene, None if found is None else found.edges) if diffracts else None
+        self._edge_scene = (
+            EdgeScene(ray_scene, self._surfaces, None if found is None else found.edges) if diffracts else None
+        )
         if found is not None and found.reflected is not None:
             self._reflected, self._diffracted = found.reflected, found.diffracted
         else:
@@ -84,7 +86,7 @@ class ChainSolver:
             explore(ray_scene, self._surfaces, antennas.positions, box, MOST_REFLECTIONS, generator, watch)
             for (antennas, box), watch in zip(ends, watching, strict=True)
         )
-        chains = find_chains(ray_scene, elements, trials, forth.arriving, back.arriving, report)
+        chains = find_chains(ray_scene, elements, trials, forth.arriving, back.arriving, self._surfaces, report)
         if self._edge_scene is None:
             return chains, None
         return chains, find_diffracted_chains(

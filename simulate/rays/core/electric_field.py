@@ -71,7 +71,6 @@ def slab(field: Field, way_in: mi.Vector3f, way_out: mi.Vector3f, normal: mi.Vec
     )
 
 
-@dr.syntax
 def pass_through(
     surfaces: Surfaces,
     start: mi.Point3f,
@@ -82,7 +81,17 @@ def pass_through(
     blocked: mi.Bool,
 ) -> tuple[Field, mi.UInt, mi.Bool]:
     """The field behind all objects on a straight line, without the phase and the spreading along the line."""
-    real, imaginary = field
+
+    def behind(before: Field, face: mi.UInt) -> Field:
+        _, _, te, tm = surfaces.coefficients(face, direction)
+        return slab(before, direction, direction, surfaces.normal(face), te, tm)
+
+    return _along(surfaces, start, direction, length, field, passes, blocked, behind)
+
+
+@dr.syntax
+def _along(surfaces, start, direction, length, state, passes, blocked, behind):
+    """What is left of a field, or of its strength, behind all objects on a line; ``behind`` takes it through one."""
     passes, blocked = mi.UInt(passes), mi.Bool(blocked)  # copies, since Dr.Jit changes arrays in place
     travelled = mi.Float(NEAR)
     active = ~blocked & (length > 2 * NEAR)
@@ -96,12 +105,10 @@ def pass_through(
         active &= ~blocked
         passes -= dr.select(active, 1, 0)
         if active:
-            normal = surfaces.normal(face)
-            _, _, te, tm = surfaces.coefficients(face, direction)
-            real, imaginary = slab((real, imaginary), direction, direction, normal, te, tm)
+            state = behind(state, face)
             travelled += hit.t + NEAR
         active &= travelled < length - NEAR
-    return (real, imaginary), passes, blocked
+    return state, passes, blocked
 
 
 @dataclass(frozen=True)
@@ -179,33 +186,23 @@ def solved(
     return [path_amplitudes(each, sources, targets, ways, at_edges(each)) for each in surfaces]
 
 
-@dr.syntax
 def surviving(surfaces: Surfaces, points: Sequence[mi.Point3f], faces: Sequence[mi.UInt]) -> mi.Float:
     """The share of the amplitude that surfaces leave on ways over reflections, at most; 0 if a conductor blocks."""
-    strength, passes = mi.Float(1), mi.UInt(MOST_PASSES if surfaces.refraction else 0)
-    for number in range(len(points) - 1):
-        start, step = points[number], mi.Vector3f(points[number + 1] - points[number])
-        length = mi.Float(dr.norm(step))
-        direction = mi.Vector3f(step / length)
-        travelled, active = mi.Float(NEAR), (length > 2 * NEAR) & (strength > 0)
-        while active:
-            ray = mi.Ray3f(start + travelled * direction, direction)
-            ray.maxt = length - NEAR - travelled
-            hit = surfaces.scene.ray_intersect_preliminary(ray, active=active)
-            active &= hit.is_valid()
-            face = surfaces.face(hit, active)
-            _, _, te, tm = surfaces.coefficients(face, direction, active)
-            left = strength * dr.maximum(dr.abs(te), dr.abs(tm))
-            blocked = surfaces.conducts(face, active) | (passes == 0)
-            strength = dr.select(active, dr.select(blocked, 0, left), strength)
-            active &= ~blocked
-            passes -= dr.select(active, 1, 0)
-            travelled += hit.t + NEAR
-            active &= travelled < length - NEAR
-        if dr.hint(number < len(faces), mode="scalar"):
+    strength, blocked = mi.Float(1), mi.Bool(False)
+    passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
+    for number, (start, end) in enumerate(pairwise(points)):
+        length = mi.Float(dr.norm(end - start))
+        direction = mi.Vector3f((end - start) / length)
+
+        def behind(before: mi.Float, face: mi.UInt, way: mi.Vector3f = direction) -> mi.Float:
+            _, _, te, tm = surfaces.coefficients(face, way)
+            return before * dr.maximum(dr.abs(te), dr.abs(tm))
+
+        strength, passes, blocked = _along(surfaces, start, direction, length, strength, passes, blocked, behind)
+        if number < len(faces):
             te, tm, _, _ = surfaces.coefficients(faces[number], direction)
-            strength *= dr.maximum(dr.abs(te), dr.abs(tm))
-    return strength
+            strength = strength * dr.maximum(dr.abs(te), dr.abs(tm))
+    return dr.select(blocked, 0, strength)
 
 
 def _mirrored(direction: mi.Vector3f, normal: mi.Vector3f) -> mi.Vector3f:

@@ -48,6 +48,7 @@ def find_chains(
     trials: Antennas,
     forth: Chains,
     back: Chains,
+    surfaces: Surfaces,
     report: Callable[[str], None],
 ) -> Chains:
     """The chains that carry power from the gateway to some position, of those that rays from both ends found."""
@@ -56,7 +57,7 @@ def find_chains(
         return line_of_sight(propagation)
     chains = np.unique(np.concatenate([forth, reversed_sequences(back)]), axis=0)
     chains = chains if propagation.los else chains[1:]
-    solutions = reflected(ray_scene, chains, elements, trials, [Surfaces(ray_scene)])
+    solutions = reflected(ray_scene, chains, elements, trials, [surfaces])
     kept = largest_shares(solutions, len(chains), np.zeros((len(trials), len(elements)))) >= NEGLIGIBLE
     kept[: int(propagation.los)] = True
     report(f"{kept.sum()} chains of reflections, of {len(chains):,} tried")

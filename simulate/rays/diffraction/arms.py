@@ -152,6 +152,15 @@ class PassingRays:
         return place[known], edge[known]
 
 
+@compiled(inline="always")
+def _squared_distance(points, point, starts, directions, lengths, edge):
+    """Square of the distance of a point from an edge."""
+    x, y, z = points[point, 0] - starts[edge, 0], points[point, 1] - starts[edge, 1], points[point, 2] - starts[edge, 2]
+    along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
+    beyond = along - min(max(along, 0.0), lengths[edge])
+    return max(x * x + y * y + z * z - along * along, 0.0) + beyond * beyond
+
+
 @compiled
 def _passed(ends, planes, reach, of_plane, edge_of, starts, directions, lengths, rays, edges):
     """Count the rays and edges near which they end; write their numbers into ``rays`` and ``edges`` if not empty."""
@@ -159,10 +168,7 @@ def _passed(ends, planes, reach, of_plane, edge_of, starts, directions, lengths,
     for ray in range(len(ends)):
         for place in range(of_plane[planes[ray]], of_plane[planes[ray] + 1]):
             edge = edge_of[place]
-            x, y, z = ends[ray, 0] - starts[edge, 0], ends[ray, 1] - starts[edge, 1], ends[ray, 2] - starts[edge, 2]
-            along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
-            beyond = along - min(max(along, 0.0), lengths[edge])
-            if x * x + y * y + z * z - along * along + beyond * beyond < reach[ray] ** 2:
+            if _squared_distance(ends, ray, starts, directions, lengths, edge) < reach[ray] ** 2:
                 if len(rays):
                     rays[count], edges[count] = ray, edge
                 count += 1
@@ -201,7 +207,7 @@ def find_arms(
     before = np.linalg.norm(images[number] - middle[edge], axis=1) - edges.lengths[edge] / 2
     strong = explored.strengths[number] * promise_of(wavelength, before, behind[edge]) >= least
     number, edge = number[strong], edge[strong]
-    others_too = _in_beams(wavelength, planes, edges, explored, antennas.positions, behind, LIKELY * least)
+    others_too = _in_beams(wavelength, planes, edges, explored, images, antennas.positions, behind, LIKELY * least)
     promise = np.append(np.full(len(number), np.inf), others_too[2])
     number, edge = np.append(number, others_too[0]), np.append(edge, others_too[1])
     _, first = np.unique(number * len(edges) + edge, return_index=True)  # the first is the one of a ray
@@ -254,24 +260,23 @@ def _in_beams(
     planes: Planes,
     edges: Edges,
     explored: Explored,
+    images: Float[np.ndarray, "sequences 3"],
     antennas: Float[np.ndarray, "antennas 3"],
     behind: Float[np.ndarray, " edges"],
     least: float,
 ) -> tuple[Int[np.ndarray, " arms"], Int[np.ndarray, " arms"], Float[np.ndarray, " arms"]]:
     """The sequences and edges for which some antenna's wave, off the box of the last plane, may meet the edge.
 
-    With them comes how strong the waves promise to be.
+    ``images`` are those of the antennas' middle. With the arms comes how strong their waves promise to be.
     """
     sequences = explored.short
-    middle = antennas.mean(axis=0)
-    radius = float(np.linalg.norm(antennas - middle, axis=1).max())
-    last = mirrored(planes, sequences, middle[None])[-1, 0]
+    radius = float(np.linalg.norm(antennas - antennas.mean(axis=0), axis=1).max())
     padded = np.column_stack([np.full(len(sequences), -1), sequences])
     plane = padded[np.arange(len(sequences)), (sequences >= 0).sum(axis=1)]
     starts, ends = edges.points(np.array([0.0, 1.0])).transpose(1, 0, 2)
     mirrors = planes.normals, planes.offsets, planes.low, planes.high
     given = (
-        last,
+        images,
         plane,
         explored.strengths.astype(float),
         radius,
@@ -318,11 +323,7 @@ def _meet_beams(
     for beam in numba.prange(len(images)):
         count = 0
         for edge in range(len(starts)):
-            x, y = images[beam, 0] - starts[edge, 0], images[beam, 1] - starts[edge, 1]
-            z = images[beam, 2] - starts[edge, 2]
-            along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
-            beyond = along - min(max(along, 0.0), lengths[edge])
-            before = np.sqrt(max(x * x + y * y + z * z - along * along, 0.0) + beyond * beyond)
+            before = np.sqrt(_squared_distance(images, beam, starts, directions, lengths, edge))
             promise = strengths[beam] * promise_of(wavelength, max(before - radius, 0.0), behind[edge])
             if promise < least:
                 continue

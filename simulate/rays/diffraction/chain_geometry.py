@@ -67,6 +67,7 @@ class Combinations:
         self,
         mirrors: Mirrors,
         edges: Edges,
+        wedges: Wedge,
         chains: DiffractedChains,
         sources: Float[np.ndarray, "sources 3"],
         wavelength: float,
@@ -74,7 +75,7 @@ class Combinations:
         self._mirrors, self._edges, self._chains = mirrors, edges, chains
         self._twice = bool(chains.link[0] != NO_LINK)
         self._near, self._sources = Ends(mirrors, edges, chains.near, sources), len(sources)
-        self._wedges = Wedge.of(edges)
+        self._wedges = wedges
         self._wavelength = dr.opaque(mi.Float64, wavelength)
         of = chains.edges
         self._pairs, self._of = [mi.UInt(each) for each in chains.pairs.T], [mi.UInt(each) for each in of.T]

@@ -18,6 +18,7 @@ from simulate.rays.core.solution import Course, Solution
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
+from simulate.rays.diffraction.diffraction_points import Wedge
 from simulate.rays.diffraction.edge_fields import behind_edge
 from simulate.rays.diffraction.edges import Edges, diffracting_edges
 
@@ -27,10 +28,10 @@ LANES = 400_000  # Paths solved at a time. This bounds the memory.
 class EdgeScene:
     """A scene with its edges."""
 
-    def __init__(self, ray_scene: RayScene, edges: Edges | None = None):
-        self.ray_scene = ray_scene
+    def __init__(self, ray_scene: RayScene, surfaces: Surfaces, edges: Edges | None = None):
+        self.ray_scene, self.surfaces = ray_scene, surfaces
         self.edges: Edges = diffracting_edges(ray_scene) if edges is None else edges
-        self.surfaces = Surfaces(ray_scene)
+        self.wedges = Wedge.of(self.edges)  # the same, on the ray tracer's device
 
 
 def diffracted(
@@ -49,7 +50,7 @@ def diffracted(
         before, diffractions = int(shape[0]), int(shape[1])
         alike = chains.subset(number)
         wavelength = edge_scene.ray_scene.description.wavelength
-        combinations = Combinations(mirrors, edges, alike, sources.positions, wavelength)
+        combinations = Combinations(mirrors, edges, edge_scene.wedges, alike, sources.positions, wavelength)
         sheets = bool(edges.sheets[alike.edges].any())
         for start, stop in batches(len(targets), len(alike), len(sources)):
             some = targets.subset(slice(start, stop))
