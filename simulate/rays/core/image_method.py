@@ -20,6 +20,8 @@ from simulate.rays.core.ray_tracer import dr, mi
 
 MARGIN = 1e-6  # Metres by which triangles are enlarged, so that no point is lost between two of them
 
+LANES = 400_000  # Paths solved at a time. This bounds the memory at some 200 MB.
+
 AT_ONCE = 20_000_000  # Combinations of target, chain and source examined at a time. This bounds the memory.
 
 
@@ -48,6 +50,13 @@ def batches(targets: int, chains: int, sources: int) -> Iterator[tuple[int, int]
     size = max(1, AT_ONCE // max(1, chains * sources))
     for start in range(0, targets if chains and sources else 0, size):
         yield start, min(start + size, targets)
+
+
+def pieces(possible: mi.UInt) -> Iterator[mi.UInt]:
+    """Numbers of possible combinations, at most ``LANES`` at a time."""
+    count = dr.width(possible)
+    for first in range(0, count, LANES):
+        yield possible if count <= LANES else mi.UInt(possible[first : first + LANES])
 
 
 def on_device(points: Float[np.ndarray, "... 3"]) -> mi.Point3d:

@@ -18,11 +18,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.rays.core.electric_field import Ways, solved
-from simulate.rays.core.image_method import Images, batches, on_device
+from simulate.rays.core.image_method import Images, batches, on_device, pieces
 from simulate.rays.core.multipath import STRAIGHT, Interaction
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.ray_tracer import mi
 from simulate.rays.core.shooting import reversed_sequences
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.solution import Course, Solution, largest_shares
@@ -33,8 +33,6 @@ Chains = Int[np.ndarray, "chains depth"]
 
 NEGLIGIBLE = 1e-6
 """A chain is dropped if its share of the power is smaller than this at every trial and every element."""
-
-LANES = 400_000  # Paths solved at a time. This bounds the memory at some 200 MB.
 
 
 def line_of_sight(propagation: Propagation) -> Chains:
@@ -80,8 +78,7 @@ def reflected(
             some = targets.subset(slice(start, stop))
             places = on_device(some.positions)
             possible = images.possible(places, len(some))
-            for first in range(0, dr.width(possible), LANES):
-                paths = possible if dr.width(possible) <= LANES else possible[first : first + LANES]
+            for paths in pieces(possible):
                 combination = images.combination(paths)
                 vertices, faces, length = images.ways(places, combination)
                 points = [mi.Point3f(vertex) for vertex in vertices]

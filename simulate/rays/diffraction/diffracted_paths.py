@@ -9,10 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from simulate.rays.core.electric_field import AtEdge, solved
-from simulate.rays.core.image_method import batches
+from simulate.rays.core.image_method import batches, pieces
 from simulate.rays.core.multipath import Interaction
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.ray_tracer import dr
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.solution import Course, Solution
 from simulate.rays.core.surfaces import Surfaces
@@ -21,8 +20,6 @@ from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.diffraction_points import Wedge
 from simulate.rays.diffraction.edge_fields import behind_edge
 from simulate.rays.diffraction.edges import Edges, diffracting_edges
-
-LANES = 400_000  # Paths solved at a time. This bounds the memory.
 
 
 class EdgeScene:
@@ -56,8 +53,7 @@ def diffracted(
             some = targets.subset(slice(start, stop))
             far = combinations.ends_of(some.positions)
             possible = combinations.possible(far, len(some))
-            for first in range(0, dr.width(possible), LANES):
-                lane = possible if dr.width(possible) <= LANES else possible[first : first + LANES]
+            for lane in pieces(possible):
                 combination = combinations.combination(lane)
                 geometry = combinations.ways(far, combination)
                 at_edges = partial(_at_edges, edges, geometry, before, sheets)

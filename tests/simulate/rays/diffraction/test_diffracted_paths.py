@@ -16,7 +16,7 @@ from scenes.scene.shapes import box, sheet
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.rays.core import image_method
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.diffraction import diffracted_paths, search
+from simulate.rays.diffraction import search
 from simulate.rays.tracer import Tracer
 
 pytestmark = pytest.mark.slow
@@ -161,7 +161,7 @@ def test_a_wave_diffracted_twice_takes_the_shortest_way(screen_scene):
 def test_responses_do_not_depend_on_the_batch(tracer, screen_scene, monkeypatch):
     positions = np.random.default_rng(0).uniform(*screen_scene.transmitter.region, (7, 3))
     whole = tracer.responses(positions)
-    monkeypatch.setattr(diffracted_paths, "LANES", 7)
+    monkeypatch.setattr(image_method, "LANES", 7)
     monkeypatch.setattr(image_method, "AT_ONCE", 1)
     assert (tracer.responses(positions[::-1])[::-1] == whole).all()
 
