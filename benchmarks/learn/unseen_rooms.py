@@ -38,8 +38,8 @@ from benchmarks.ledger.printing import print_figures
 from learn.reports.method_styles import line_styles
 from learn.rooms.compare_rooms import GIVEN, compare_rooms
 from learn.rooms.room_methods import USUAL
-from simulate.dataset.dataset_folder import Rooms
 from simulate.dataset.dataset_kinds import Setting
+from simulate.dataset.rooms_folder import Rooms
 from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
 from simulate.rays.core.propagation import Propagation
 

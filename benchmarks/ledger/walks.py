@@ -12,14 +12,13 @@ from jaxtyping import Float
 from learn.data.splits import SplitKind, split
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.exchange.csi_export import export_csi
 from simulate.generation.reciprocity import element_offsets
+from simulate.generation.simulated_powers import simulate_rssi
 from simulate.generation.simulation import simulate
 from simulate.positions.placement import AT_IT, place
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
-from simulate.rssi.rssi_simulation import simulate_rssi
 from simulate.spectra.measurement import Measurement
 
 STRIDE = 4

@@ -20,8 +20,8 @@ from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.smallest_room import smallest_room
 from benchmarks.ledger.walks import channels_in_lab, powers_in_office
 from learn.data.splits import SplitKind, split
-from simulate.csi.csi_dataset import CsiDataset, read_csi
-from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 
 GATEWAYS = {"door": (0.5, 0.5, 1.5), "window": (1.0, 0.8, 1.2)}
 """Of the smallest room, metres."""
@@ -53,9 +53,9 @@ def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> di
 def small_datasets(folder: Path) -> dict[str, RssiDataset | CsiDataset]:
     """Powers and channels of a few positions, made in seconds."""
     from simulate.exchange.csi_export import export_csi
+    from simulate.generation.simulated_powers import simulate_rssi
     from simulate.generation.simulation import simulate
     from simulate.rays.core.propagation import Propagation
-    from simulate.rssi.rssi_simulation import simulate_rssi
 
     room, sight = smallest_room(), Propagation(max_depth=0, diffraction=False)
     powers = simulate_rssi(room, folder / "powers", GATEWAYS, n=40, propagation=sight)

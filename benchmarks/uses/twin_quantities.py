@@ -43,11 +43,10 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import gateway_antennas
-from simulate.rssi.rssi_dataset import RssiDataset
-from simulate.rssi.rssi_writer import write_rssi
 from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
 

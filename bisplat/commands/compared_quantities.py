@@ -14,7 +14,7 @@ from learn.training.registry import MODELS
 from scenes.files.errors import ParameterError, printable
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.dataset_kinds import is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 
 if TYPE_CHECKING:
     from learn.comparison.averaged_table import AveragedTable

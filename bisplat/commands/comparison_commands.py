@@ -19,7 +19,7 @@ from learn.training.registry import MODELS
 from scenes.files.errors import InputError, printable
 from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
+from simulate.dataset.dataset_kinds import is_rooms, quantity_of
 
 if TYPE_CHECKING:
     ModelName = str

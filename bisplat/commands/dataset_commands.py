@@ -16,9 +16,9 @@ from scenes.files.atomic import require_writable
 from scenes.files.errors import ParameterError, printable
 from scenes.files.options import changed, checked, unchecked
 from simulate.exchange.reading_options import Conversion, Recording
+from simulate.generation.power_receiver import PowerReceiver
 from simulate.positions.positions import Places
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.power_receiver import PowerReceiver
 
 
 def dataset(
@@ -153,7 +153,7 @@ def rssi(
     """
     from scenes.storage.scene_yaml import load_scene
     from simulate.engines.rays_engine import Rays
-    from simulate.rssi.rssi_simulation import make_rssi
+    from simulate.generation.simulated_powers import make_rssi
 
     wanted, heard = checked(Places, content), checked(PowerReceiver, receiver)
     followed = checked(Propagation, propagation)

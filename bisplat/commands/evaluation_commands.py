@@ -15,7 +15,7 @@ from bisplat.commands.simulate_command import EngineName
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.plain_text import print_table
-from simulate.dataset.dataset_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from learn.evaluation.locations import Heard, Locations

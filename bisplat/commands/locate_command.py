@@ -14,12 +14,11 @@ from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.dataset_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 
 if TYPE_CHECKING:
     from learn.localisation.located_places import Place
-    from simulate.csi.csi_dataset import CsiDataset
-    from simulate.rssi.rssi_dataset import RssiDataset
+    from simulate.dataset.dataset import Dataset
 
 Region = tuple[float, float, float, float, float, float]
 Direction = tuple[float, float, float]
@@ -132,8 +131,8 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
     from learn.localisation.locate_powers import located_by_powers
     from learn.localisation.located_places import NEW, write_places
     from learn.localisation.observations import ObservedRows, observed_channels, observed_powers
-    from simulate.csi.csi_dataset import read_csi
-    from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+    from simulate.dataset.dataset import Dataset
+    from simulate.dataset.dataset_folder import read_dataset
 
     dataset: RssiDataset | CsiDataset = read_rssi(folder) if is_rssi(folder) else read_csi(folder)
     if dataset.positions is None:

@@ -59,9 +59,10 @@ def check(
         json: print the result as JSON.
     """
     options = given_options(check, locals())
-    from learn.evaluation.check import check as check_folder
     from simulate.csi.csi_check import CsiCheck
     from simulate.rssi.rssi_check import RssiCheck
+
+    from learn.evaluation.check import check as check_folder
 
     if split is None:
         refuse_idle(options, ["guard", "seed"], "without --split")

@@ -17,7 +17,7 @@ from scenes.files.options import changed, checked, unchecked
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, say
 from scenes.scene.tolerances import Tolerances
-from simulate.dataset.dataset_kinds import is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
@@ -140,7 +140,7 @@ def plan(
     from learn.planning.next_positions import plan as plan_positions
     from learn.training.fit_progress import FitProgress
     from scenes.storage.scene_yaml import load_scene
-    from simulate.dataset.dataset_writer import write_positions
+    from simulate.positions.positions import write_positions
 
     followed = checked(Propagation, propagation)
     if Path(run_or_scene).is_dir():

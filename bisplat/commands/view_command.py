@@ -9,7 +9,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from scenes.files.optional_packages import require_extra
-from simulate.dataset.dataset_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 
 
 def view(
@@ -42,7 +42,7 @@ def view(
         return
     if is_csi(Path(what)):
         from learn.view.channel_tab import ChannelTab, require_places_and_band
-        from simulate.csi.csi_dataset import read_csi
+        from simulate.dataset.dataset_folder import read_dataset
 
         channels = read_csi(what)
         require_places_and_band(channels)

@@ -32,7 +32,8 @@ from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.csi.csi_dataset import CsiDataset, read_csi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.spectrum import evenly
 
 

@@ -29,9 +29,7 @@ from scenes.files.plain_text import say
 from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
-    from simulate.csi.csi_dataset import CsiDataset
     from simulate.dataset.dataset import Dataset
-    from simulate.rssi.rssi_dataset import RssiDataset
 
 
 LARGEST_ARRAYS = 4000 * MEGABYTE  # Largest size of the arrays of a fit, bytes

@@ -29,9 +29,7 @@ from scenes.files.schema import conform
 from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
-    from simulate.csi.csi_dataset import CsiDataset
     from simulate.dataset.dataset import Dataset
-    from simulate.rssi.rssi_dataset import RssiDataset
 
     Recorded = Dataset | RssiDataset
 
@@ -123,9 +121,8 @@ def split(
         >>> parts.test.tolist()
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
-    from simulate.csi.csi_dataset import CsiDataset  # these are slow to import
-    from simulate.dataset.dataset import Dataset, require_fixed_end
-    from simulate.rssi.rssi_dataset import RssiDataset
+    from simulate.dataset.dataset import Dataset  # these are slow to import
+    from simulate.dataset.dataset_folder import require_fixed_end
 
     require_instance(Dataset, RssiDataset, CsiDataset, dataset=dataset)
     require_word(SPLITS, kind=kind)

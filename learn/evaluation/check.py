@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float
+from simulate.csi.csi_check import CsiCheck, check_csi
+from simulate.rssi.rssi_check import RssiCheck, check_rssi
 
 from learn.data.expected_score import Spacing, expectation, facts
 from learn.data.split_distances import Leakage, SplitDistances, leakage
@@ -17,13 +19,11 @@ from learn.evaluation.picture_checks import picture_doubts
 from scenes.files.errors import InputError, ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.orientation import boresight_of
 from scenes.scene.shapes import bounding_box
-from simulate.csi.csi_check import CsiCheck, check_csi
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
-from simulate.dataset.dataset_kinds import is_rooms, is_rssi, not_spectra
-from simulate.rssi.rssi_check import RssiCheck, check_rssi
+from simulate.dataset.dataset_kinds import is_rooms, quantity_of, require_spectra
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band, delay_spread
 from simulate.spectra.beamformer import Beamformer

@@ -22,8 +22,8 @@ from learn.training.conformal_deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
-from simulate.dataset.dataset import Dataset, require_fixed_end
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset, require_fixed_end
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
 

@@ -14,8 +14,9 @@ from learn.powers.fit_powers import checked_indices
 from scenes.files.errors import InputError, ParameterError, check_array, require_instance, require_seed
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.csi.csi_dataset import CsiDataset, read_csi
-from simulate.rssi.rssi_dataset import USUAL_FREQUENCY
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_frequency import USUAL_FREQUENCY
 
 MOST_KNOWN = 2000  # Largest number of known rows; of more, so many are drawn
 

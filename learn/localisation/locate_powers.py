@@ -17,8 +17,10 @@ from learn.powers.known_powers import PredictedPowers
 from scenes.files.errors import ParameterError, check_array, require_instance, require_seed, require_within
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
-from simulate.rssi.power_receiver import NOT_RECEIVED, fault_of_powers
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import NOT_RECEIVED
+from simulate.dataset.powers_files import fault_of_powers
 from simulate.spectra.spectrum import evenly
 
 CLEARLY_APART = 5.0

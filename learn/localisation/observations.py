@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float, Shaped, UInt8
 from scipy.spatial.transform import Rotation
+from simulate.dataset.dataset_reader import read_metadata
 
 from learn.data.same_receiver import (
     SAME_DIRECTION,
@@ -26,15 +27,13 @@ from learn.training.run_folder import Run
 from scenes.files.errors import InputError, named
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_frequency import frequency_of
-from simulate.dataset.dataset_kinds import not_spectra
-from simulate.dataset.dataset_reader import read_gateway, read_metadata
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, require_spectra
 from simulate.dataset.picture_files import read_all
-from simulate.rssi.power_receiver import NOT_RECEIVED, fault_of_powers
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
-from simulate.rssi.rssi_files import read_powers
+from simulate.dataset.powers_files import fault_of_powers, read_power_table
+from simulate.dataset.spectra_folder import read_gateway
 from simulate.spectra.identification import EXPLAINED, can_fit, examined, stated_array, stated_grid
 from simulate.spectra.lags import fit_lags
 from simulate.spectra.spectrum import evenly

@@ -31,10 +31,11 @@ from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import recorded_scene
-from simulate.dataset.dataset_kinds import is_rssi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import quantity_of
+from simulate.dataset.rooms_folder import recorded_scene
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.array import Array, PlanarArray
 
 

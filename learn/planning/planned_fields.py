@@ -23,7 +23,6 @@ from learn.training.run_folder import Run
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
 
 TRACED = 300  # Number of positions at which a scene is traced, to fit the covariance of its field

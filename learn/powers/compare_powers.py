@@ -23,7 +23,9 @@ from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
-from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset, read_rssi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_frequency import USUAL_FREQUENCY
 
 
 def compare_powers(

@@ -15,8 +15,8 @@ from learn.powers.fit_powers import FittedPowers, fit_powers
 from learn.powers.known_powers import PredictedPowers
 from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
+from simulate.dataset.dataset import Dataset
 from simulate.positions.positions import FARTHEST
-from simulate.rssi.rssi_dataset import RssiDataset
 
 MOST_CELLS = 1_000_000  # Largest number of cells of a map, within its rectangle
 

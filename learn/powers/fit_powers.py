@@ -22,8 +22,9 @@ from learn.powers.twin_powers import TwinPowers
 from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.positions import check_points
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
     "mean": Mean,

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import log_ndtr
 
-from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.dataset.dataset import Dataset
 
 LEAST_DISTANCE = 0.01  # Metres; a transmitter at a gateway counts as this far away
 

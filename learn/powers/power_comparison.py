@@ -15,7 +15,7 @@ from learn.comparison.score_table import Measure, ScoreTable, by_name
 from learn.comparison.scored_methods import FitRow
 from learn.data.split_distances import distance_bands
 from learn.powers.known_powers import PredictedPowers
-from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.dataset.dataset import Dataset
 
 
 def absolute_errors(predicted: PredictedPowers, truth: Float[np.ndarray, "K G"]) -> Float[np.ndarray, "K G"]:

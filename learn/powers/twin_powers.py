@@ -21,8 +21,8 @@ from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.storage.scene_digest import scene_digest
+from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from scenes.files.npz_file import write_arrays
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import in_figure, say
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import recorded_scene
+from simulate.dataset.rooms_folder import recorded_scene
 
 
 def write_coverage(

@@ -22,7 +22,7 @@ from learn.reports.provenance import Provenance
 from learn.reports.score_report import draw_score_distribution, draw_scores
 from learn.reports.table_files import as_csv, write_scores
 from scenes.files.atomic import write_atomically
-from simulate.csi.csi_dataset import CsiDataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.band import delay_spread
 
 

@@ -38,7 +38,7 @@ from scenes.files.errors import (
 )
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import Rooms, read_rooms
+from simulate.dataset.rooms_folder import Rooms, read_rooms
 from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import evenly
 

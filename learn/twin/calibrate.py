@@ -31,8 +31,8 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset, require_fixed_array
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset, require_fixed_array
 from simulate.positions.positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.band import Band

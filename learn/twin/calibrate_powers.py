@@ -29,10 +29,11 @@ from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_writing import write_scene
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.spectrum import evenly
 
 GATEWAYS = "gateways.yml"

@@ -10,8 +10,8 @@ from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
-from simulate.rssi.rssi_dataset import RssiDataset
-from simulate.rssi.rssi_files import gateways_of
+from simulate.dataset.dataset import Dataset
+from simulate.generation.listening_gateways import gateways_of
 
 
 def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]:

@@ -20,7 +20,7 @@ from scenes.files.errors import InputError, printable
 from scenes.files.plain_text import in_markdown
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.shapes import bounding_box
-from simulate.csi.csi_dataset import CsiDataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.band import Band
 
 if TYPE_CHECKING:  # importing it needs the ray tracer

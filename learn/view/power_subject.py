@@ -15,8 +15,9 @@ from learn.powers.known_powers import PredictedPowers
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
-from simulate.dataset.dataset_folder import recorded_scene
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.rooms_folder import recorded_scene
 
 CELLS = 4000  # About the number of cells of a map; more would take longer than a user wants to wait
 

@@ -26,8 +26,9 @@ from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset, require_fixed_end
-from simulate.dataset.dataset_folder import read_dataset, scene_of
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset, require_fixed_end
+from simulate.dataset.rooms_folder import scene_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer

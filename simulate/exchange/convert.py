@@ -22,17 +22,18 @@ from simulate.dataset.bearings import bearing_of, turns_of
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies
-from simulate.dataset.dataset_kinds import not_spectra
-from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
-from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
-from simulate.dataset.index_files import LARGEST_INDEX
-from simulate.dataset.picture_files import is_number, picture_files
+from simulate.dataset.dataset_kinds import require_spectra
+from simulate.dataset.dataset_reader import read_metadata, read_receivers
+from simulate.dataset.index_files import LARGEST_INDEX, write_index
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.picture_files import encode_picture, is_number, picture_files
+from simulate.dataset.spectra_folder import read_gateway
+from simulate.dataset.written_dataset import fill_dataset
 from simulate.exchange.foreign_pictures import Survey, grid_of, kept_pictures, read_in_size, survey
-from simulate.exchange.given_responses import fill_dataset
 from simulate.exchange.grey_levels import reading_of
 from simulate.exchange.reading_options import Conversion, require_valid
 from simulate.generation.dataset_parts import picture_names
-from simulate.positions.positions import read_points
+from simulate.positions.positions import read_points, write_positions
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.identification import DOUBTFUL, stated_array, stated_grid

@@ -16,10 +16,12 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_flag, require_instance, require_path
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
-from simulate.csi.csi_dataset import OF_EACH
-from simulate.dataset.dataset import Dataset, require_fixed_array
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
+from simulate.dataset.channels_folder import OF_EACH
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset, require_fixed_array
+from simulate.dataset.index_files import write_index
+from simulate.dataset.metadata import write_metadata
+from simulate.positions.positions import write_positions
 
 
 def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:

@@ -12,7 +12,7 @@ from scenes.files.errors import InputError, require_flag, require_instance, requ
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_kinds import not_spectra
+from simulate.dataset.dataset_kinds import require_spectra
 from simulate.dataset.dataset_reader import read_metadata
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo_scenario import (

@@ -15,8 +15,7 @@ from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_kinds import is_rssi
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.array import Array, PlanarArray
 

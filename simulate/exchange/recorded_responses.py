@@ -18,8 +18,8 @@ from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.bearings import FARTHER, POINTS
 from simulate.dataset.dataset_frequency import SAME, Frequency, named
 from simulate.dataset.dataset_kinds import Phases
+from simulate.dataset.written_dataset import fill_dataset, own_responses
 from simulate.exchange.array_files import Arrays, read_arrays
-from simulate.exchange.given_responses import fill_dataset, own_responses
 from simulate.exchange.named_arrays import Found, find_arrays
 from simulate.exchange.reading_options import Recording
 from simulate.positions.positions import check_points

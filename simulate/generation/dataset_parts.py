@@ -17,7 +17,7 @@ from PIL import Image
 from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_kinds import PARTS
-from simulate.dataset.dataset_writer import encode_picture, encode_power
+from simulate.dataset.picture_files import encode_picture, encode_power
 from simulate.dataset.responses_file import read_responses
 from simulate.engines.engine import BandSource, ResponseSource
 from simulate.generation.request import Request

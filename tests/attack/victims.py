@@ -16,8 +16,8 @@ from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_writing import write_scene
-from simulate.dataset.dataset_writer import write_positions
-from simulate.rssi.rssi_writer import write_rssi
+from simulate.dataset.written_dataset import write_dataset
+from simulate.positions.positions import write_positions
 from tests import corpus
 from tests import hostile_files as hostile
 from tests.attack import changes

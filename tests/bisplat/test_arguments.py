@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from simulate.dataset.dataset_writer import write_positions
+from simulate.positions.positions import write_positions
 from tests.folders import write_links
 
 AT_ONCE = 2.0

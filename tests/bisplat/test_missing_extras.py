@@ -16,10 +16,12 @@ import bisplat
 from scenes.files import optional_packages as extras
 from scenes.places.built_in import lab
 from scenes.storage.scene_writing import write_scene
-from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.spectra_folder import write_gateway
+from simulate.dataset.written_dataset import write_dataset
 from simulate.engines.rays_engine import Rays
 from simulate.generation.request import Request
-from simulate.rssi.rssi_writer import write_rssi
+from simulate.positions.positions import write_positions
 from tests.bisplat import without_extras
 
 FIELD = str(Path(__file__).parents[1] / "data" / "closet")

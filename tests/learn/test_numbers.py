@@ -24,8 +24,10 @@ from learn.training.validation_part import learned_responses
 from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
-from simulate.positions.positions import FARTHEST
+from simulate.dataset.index_files import write_index
+from simulate.dataset.picture_files import encode_picture
+from simulate.dataset.spectra_folder import write_gateway
+from simulate.positions.positions import FARTHEST, write_positions
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 from tests.small_scene import small_scene

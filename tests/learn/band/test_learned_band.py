@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from learn.band.band_methods import ApertureBand, KnownBand, ResponseMLPBand
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray
 
 SUBCARRIERS, BANDWIDTH = 16, 16e6

@@ -27,7 +27,7 @@ from learn.training import run_folder
 from learn.training.conformal_deviation import Deviation
 from learn.training.run_files import TrainingFile
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_writer import write_gateway
+from simulate.dataset.spectra_folder import write_gateway
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture

@@ -15,7 +15,7 @@ from learn.localisation.channel_regression import (
 )
 from learn.localisation.locate_channels import locate_channels
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_writer import write_positions
+from simulate.positions.positions import write_positions
 from tests.folders import write_links
 
 KNOWN, TEST = np.arange(120), np.arange(120, 160)

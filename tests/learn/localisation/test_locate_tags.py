@@ -11,7 +11,7 @@ from learn.localisation.direct_path import DirectPath
 from learn.localisation.locate_tags import locate_tags
 from learn.localisation.located_places import read_places
 from scenes.files.errors import InputError, ParameterError
-from simulate.dataset.dataset_writer import write_responses
+from simulate.dataset.responses_file import write_responses
 
 FREQUENCY = 920.625e6
 WAVELENGTH = 299_792_458 / FREQUENCY

@@ -10,7 +10,7 @@ from learn.data.same_receiver import other_array
 from learn.evaluation.picture_checks import picture_doubts
 from learn.models.quadrature import quadrature
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray

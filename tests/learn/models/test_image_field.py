@@ -15,7 +15,7 @@ from learn.models.kriging.kriged_field import KrigedField
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.train import train
 from scenes.files.errors import InputError
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
 
 GATEWAY = np.array([2.6, 1.1, 1.5])

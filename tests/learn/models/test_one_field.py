@@ -17,7 +17,7 @@ from learn.models.networks.mlp import ResponseMLP
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.spectrum import spectrum_of
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
 

@@ -28,9 +28,8 @@ from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.generation.listening_gateways import read_gateways
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.rssi_dataset import read_rssi
-from simulate.rssi.rssi_files import read_gateways
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.band import Band
 from tests.small_scene import CABINET, small_scene

@@ -9,7 +9,7 @@ import pytest
 
 import bisplat
 from scenes.files.errors import InputError
-from simulate.csi.csi_dataset import inspect_csi
+from simulate.dataset.dataset_folder import inspect
 from tests.corpus import ANY_FILE
 
 ANTENNAS, COUNT = 4, 6

@@ -13,13 +13,10 @@ from PIL import Image
 from scenes.files.errors import InputError
 from scenes.files.npz_file import write_arrays
 from simulate.dataset.dataset_folder import inspect, read_dataset
-from simulate.dataset.dataset_writer import (
-    encode_picture,
-    write_index,
-    write_metadata,
-    write_responses,
-)
-from simulate.dataset.picture_files import read_picture
+from simulate.dataset.index_files import write_index
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.picture_files import encode_picture, read_picture
+from simulate.dataset.responses_file import write_responses
 from simulate.spectra.beamformer import Beamformer
 from tests.simulate.dataset.conftest import (
     COUNT,

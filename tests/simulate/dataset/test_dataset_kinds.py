@@ -8,11 +8,9 @@ from bisplat.commands.command_groups import COMMANDS
 from learn.evaluation.check import check
 from learn.training.config import read_config
 from scenes.files.errors import InputError
-from simulate.csi.csi_dataset import read_csi
 from simulate.dataset import dataset_kinds
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.exchange.convert import convert
-from simulate.rssi.rssi_dataset import read_rssi
 
 POWERS, CHANNELS, ROOMS = dataset_kinds.POWERS, dataset_kinds.CHANNELS, dataset_kinds.ROOMS
 

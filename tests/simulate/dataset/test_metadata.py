@@ -5,11 +5,11 @@ import re
 
 import pytest
 import yaml
+from simulate.dataset.dataset_reader import read_metadata
 
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_reader import read_gateway, read_metadata
-from simulate.dataset.dataset_writer import write_gateway
 from simulate.dataset.metadata import read_metadata_file
+from simulate.dataset.spectra_folder import read_gateway, write_gateway
 from simulate.generation.request import read_request
 
 BAD = [

@@ -8,7 +8,7 @@ import pytest
 
 import bisplat
 from scenes.files.errors import ParameterError
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.element_array import ElementArray
 from simulate.spectra.spectrum import picture

@@ -8,7 +8,7 @@ import pytest
 
 import bisplat
 from scenes.files.errors import InputError
-from simulate.rssi.rssi_dataset import inspect_rssi
+from simulate.dataset.dataset_folder import inspect
 from tests.corpus import ANY_FILE
 
 PLACES = np.array([[1.0, 2.0, 1.0], [4.0, 2.0, 1.0], [2.5, 0.25, 1.125], [3.0, 3.0, 1.0], [0.5, 1.5, 1.0]])

@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from simulate.rssi import rssi_simulation
 
 import bisplat
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.engines.rays_engine import Rays
-from simulate.rssi import rssi_simulation
-from simulate.rssi.rssi_files import read_gateways
+from simulate.generation.listening_gateways import read_gateways
 from tests.folders import contents
 from tests.small_scene import small_scene
 
