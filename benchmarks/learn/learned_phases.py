@@ -41,12 +41,12 @@ def score(dataset: Dataset, folder: Path, model: str, split: Any, steps: int, fi
 
 def row(dataset: Dataset, folder: Path, model: str, split: str, steps: int) -> dict[str, Any]:
     """Scores of one model on one dataset."""
-    pictures = replace(dataset, responses=None)
+    pictures = dataset.with_values(response=None)
     figures = {
         "pictures": score(pictures, folder / "pictures", model, split, steps, False),
         "found": score(pictures, folder / "found", model, split, steps, True),
     }
-    if dataset.responses is not None:
+    if "response" in dataset.values:
         figures["responses known"] = score(dataset, folder / "known", model, split, steps, True)
     return figures
 

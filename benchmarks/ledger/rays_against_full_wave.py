@@ -75,7 +75,6 @@ def compare_responses(
     dataset: Dataset, chosen: Int[np.ndarray, " K"], rays: Complex[np.ndarray, "K elements"]
 ) -> EngineComparison:
     """Compare responses by rays with those of a full-wave dataset."""
-    assert dataset.responses is not None
     traced = spectrum_of(picture(dataset.beamformer.spectrum(rays)))
     scores = score(traced, spectrum_of(dataset.pictures[chosen]), dataset.grid, dataset.array)
     return EngineComparison(rays, dataset.responses[chosen], scores)

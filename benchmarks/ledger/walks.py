@@ -34,7 +34,7 @@ GATEWAYS = {
 }
 """Of the office, metres."""
 
-Walked = TypeVar("Walked", Dataset, RssiDataset, CsiDataset)
+Walked = TypeVar("Walked", Dataset, Dataset)
 
 
 def walk(scene: Scene, count: int, moving: str = "transmitter") -> Float[np.ndarray, "count 3"]:
@@ -43,15 +43,15 @@ def walk(scene: Scene, count: int, moving: str = "transmitter") -> Float[np.ndar
     return place(scene, "path", STRIDE * count, 0, offsets)[::STRIDE].round(3)
 
 
-def powers_in_office(folder: Path) -> RssiDataset:
+def powers_in_office(folder: Path) -> Dataset:
     """Powers (RSSI) at six gateways, 915 MHz, 2,200 positions; simulated where the folder lacks them."""
     scene = load_scene("office")
     if not folder.exists():
         simulate_rssi(scene, folder, GATEWAYS, positions=walk(scene, 2200), seed=0)
-    return read_rssi(folder)
+    return read_dataset(folder)
 
 
-def channels_in_lab(folder: Path) -> CsiDataset:
+def channels_in_lab(folder: Path) -> Dataset:
     """Channels of 8 antennas and 26 + 26 subcarriers over 20 MHz, 2.4 GHz, SNR 25 dB, 1,400 positions.
 
     The responses that they are exported from are in the folder ``band``.
@@ -59,7 +59,7 @@ def channels_in_lab(folder: Path) -> CsiDataset:
     scene = load_scene("lab").at_frequency(2.4e9).with_array(1, 8)
     band = {"bandwidth": 20e6, "subcarriers": 52, "measurement": Measurement(snr_db=25.0)}
     export_csi(simulate(scene, folder / "band", positions=walk(scene, 1400), seed=0, **band), folder, force=True)
-    return read_csi(folder)
+    return read_dataset(folder)
 
 
 def receiver_in_bedroom(folder: Path) -> Dataset:

@@ -29,7 +29,7 @@ GATEWAYS = {"door": (0.5, 0.5, 1.5), "window": (1.0, 0.8, 1.2)}
 SIZES, SPLITS = (50, 200, 800), ("random", "blocked")
 
 
-def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> dict[str, Any]:
+def rows_of(dataset: Dataset, kind: SplitKind, size: int) -> dict[str, Any]:
     """Errors of all methods for one split and one number of training positions."""
     from learn.localisation.baseline_positions import by_channels, by_powers, error_rows
     from learn.localisation.locate_channels import locate_channels
@@ -37,8 +37,8 @@ def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> di
 
     parts = split(dataset, kind, 0, size)
     assert dataset.positions is not None
-    if isinstance(dataset, RssiDataset):
-        heard = dataset.rssi_dbm[parts.test]
+    if isinstance(dataset, Dataset):
+        heard = dataset.powers[parts.test]
         places = locate_powers(dataset, heard, known=parts.known, level=0.0)
         simpler = by_powers(dataset, parts.known, heard, 0)
     else:
@@ -50,7 +50,7 @@ def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> di
     return figures | {"within 90 % region": rows[0]["within 90 % region"]}
 
 
-def small_datasets(folder: Path) -> dict[str, RssiDataset | CsiDataset]:
+def small_datasets(folder: Path) -> dict[str, Dataset]:
     """Powers and channels of a few positions, made in seconds."""
     from simulate.exchange.csi_export import export_csi
     from simulate.generation.simulated_powers import simulate_rssi
@@ -61,7 +61,7 @@ def small_datasets(folder: Path) -> dict[str, RssiDataset | CsiDataset]:
     powers = simulate_rssi(room, folder / "powers", GATEWAYS, n=40, propagation=sight)
     simulate(room, folder / "wide", n=40, bandwidth=20e6, subcarriers=52, propagation=sight)
     export_csi(folder / "wide", folder / "channels")
-    return {"powers": powers, "channels": read_csi(folder / "channels")}
+    return {"powers": powers, "channels": read_dataset(folder / "channels")}
 
 
 def main(

@@ -89,7 +89,7 @@ class Truth:
 
     def seen(self, kind: str) -> Dataset:
         """The measured spectra with or without their responses."""
-        return self.measured if kind == "responses" else replace(self.measured, responses=None)
+        return self.measured if kind == "responses" else self.measured.with_values(response=None)
 
     def scores(self, model: SpectrumModel, name: str) -> Figures:
         """SSIM, and correlation of the responses if the model predicts any."""

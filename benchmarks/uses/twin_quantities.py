@@ -93,12 +93,11 @@ LEAST = Propagation(max_depth=0, rays=1000, diffraction=False)
 SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), ((0.1, 2, 4, 1),), LEAST, LEAST)
 
 
-def measured_powers(work: Path, study: Study) -> tuple[RssiDataset, Float[np.ndarray, "G 3"]]:
+def measured_powers(work: Path, study: Study) -> tuple[Dataset, Float[np.ndarray, "G 3"]]:
     """Powers of the corner elements in full wave, with the true places of these."""
     count = study.known + study.tested
     field: Any = {"engine": "fullwave", "field": Path("tests/data/closet")}
     data = simulate("closet", work / "fullwave", count, seed=1, **field)
-    assert data.responses is not None
     places = gateway_antennas(load_scene("closet")).positions[list(CORNERS)]
     gains = 20 * np.log10(np.abs(data.responses[:, CORNERS]))
     powers = np.round(gains + np.random.default_rng(7).normal(size=gains.shape))
@@ -110,21 +109,21 @@ def described(
     positions: Float[np.ndarray, "K 3"],
     powers: Float[np.ndarray, "K G"],
     places: Float[np.ndarray, "G 3"],
-) -> RssiDataset:
+) -> Dataset:
     """A folder of powers whose gateways are described to be at some places."""
     gateways = {f"corner{number}": tuple(place) for number, place in enumerate(places.tolist())}
-    return write_rssi(folder, positions, powers, gateways, load_scene("closet").frequency)
+    return write_dataset(folder, positions, powers=powers, gateways=gateways, frequency=load_scene("closet").frequency)
 
 
 def errors(
-    scene: Scene, gateways: dict[str, Gateway], data: RssiDataset, known: int, tested: int, propagation: Propagation
+    scene: Scene, gateways: dict[str, Gateway], data: Dataset, known: int, tested: int, propagation: Propagation
 ) -> Figures:
     """Absolute errors of rays' powers at tested positions, with the levels and the fading that fit the known ones."""
     gains, scales = traced_powers(scene, gateways, data.positions, propagation)
     part = slice(0, known)
-    judged = PowerLikelihood(data.rssi_dbm[part], data.floor_dbm, scales[part], np.ones(known))
+    judged = PowerLikelihood(data.powers[part], data.floor_dbm, scales[part], np.ones(known))
     predicted = judged.best(gains[part]).predicted(gains[-tested:], scales[-tested:])
-    return scores(predicted - data.rssi_dbm[-tested:])
+    return scores(predicted - data.powers[-tested:])
 
 
 def scores(off: Float[np.ndarray, "K G"]) -> Figures:
@@ -141,12 +140,12 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     data, places = measured_powers(work, study)
     known, tested, followed = study.known, study.tested, study.propagation
     yield "powers, true description", [errors(scene, described_gateways(data), data, known, tested, followed)]
-    wrongs: list[tuple[Scene, RssiDataset, Float[np.ndarray, " n"]]] = []
+    wrongs: list[tuple[Scene, Dataset, Float[np.ndarray, " n"]]] = []
     which = of_gateways(scene, data.gateway_names, WRONG)
     count = places.size
     for draw in range(study.wrong):
         off = np.random.default_rng(draw).normal(size=len(which)) * [each.tolerance for each in which]
-        wrong = described(work / f"wrong{draw}", data.positions, data.rssi_dbm, places + off[:count].reshape(-1, 3))
+        wrong = described(work / f"wrong{draw}", data.positions, data.powers, places + off[:count].reshape(-1, 3))
         wrongs.append((vary(scene, which[count:], off[count:]), wrong, off))
     before = [errors(place, described_gateways(wrong), wrong, known, tested, followed) for place, wrong, _ in wrongs]
     away = [{"gateways off, mm": 1e3 * distance(off[:count])} for _, _, off in wrongs]
@@ -167,7 +166,7 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
         begun = time.perf_counter()
         twin = TwinPowers(place, wrong, WRONG, study.by_twin)
         twin.fit(KnownPowers.of(wrong, np.arange(known)))
-        found_by = score_powers(twin.predict(data.positions[-tested:]), data.rssi_dbm[-tested:], data.floor_dbm)
+        found_by = score_powers(twin.predict(data.positions[-tested:]), data.powers[-tested:], data.floor_dbm)
         of_twins.append(
             {key: found_by[name] for key, name in OF_TWINS.items()} | {"seconds": time.perf_counter() - begun}
         )
@@ -176,7 +175,7 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
         method = POWER_METHODS[name]()
         method.fit(KnownPowers.of(data, np.arange(known)))
         predicted = method.predict(data.positions[-tested:]).median
-        yield f"powers, {name}, {known}", [scores(predicted - data.rssi_dbm[-tested:])]
+        yield f"powers, {name}, {known}", [scores(predicted - data.powers[-tested:])]
 
 
 def distance(off: Float[np.ndarray, " 3*G"]) -> float:

@@ -40,7 +40,7 @@ class Fitted:
         """What the methods are fitted to."""
         if self.over_band:
             return "responses over a band"
-        return "received powers" if is_rssi(self.folder) else "channels (CSI)"
+        return "received powers" if quantity_of(self.folder) == "power" else "channels (CSI)"
 
     def __call__(self, output: Path | None = None) -> ScoreTable:
         """Fit and score the methods."""
@@ -50,7 +50,7 @@ class Fitted:
         of_powers: dict[str, Any] = {}
         if self.over_band:
             from learn.band.compare_band import compare_band as compare
-        elif is_rssi(self.folder):
+        elif quantity_of(self.folder) == "power":
             from learn.powers.compare_powers import compare_powers as compare
 
             of_powers = {"scene": self.scene}
@@ -125,7 +125,7 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
     from learn.reports.method_styles import method_name
     from learn.reports.score_evaluation import write_score_evaluation
 
-    baselines = OF_POWERS if is_rssi(fitted.folder) else OF_CHANNELS
+    baselines = OF_POWERS if quantity_of(fitted.folder) == "power" else OF_CHANNELS
     (model,) = fitted.methods
 
     among = replace(fitted, methods=tuple(dict.fromkeys([*baselines, model])))
@@ -143,7 +143,11 @@ def evaluate_quantity(fitted: Fitted, output: Path, force: bool, json: bool) -> 
 
 
 def _print(title: str, fitted: Fitted, comparison: ScoreTable, json: bool) -> None:
-    what = fitted.kind if fitted.over_band or is_rssi(fitted.folder) else "the downlink, predicted from the uplink"
+    what = (
+        fitted.kind
+        if fitted.over_band or quantity_of(fitted.folder) == "power"
+        else "the downlink, predicted from the uplink"
+    )
     print_scores(f"{title} of {what}", comparison, json)
 
 

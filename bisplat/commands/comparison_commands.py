@@ -193,8 +193,8 @@ def sweep(
 
 def kind_of(folder: Path) -> str:
     """What a folder holds: rooms, received powers, channels or, if nothing tells otherwise, spectra."""
-    found = {"rooms": is_rooms, "received powers": is_rssi, "channels (CSI)": is_csi}
-    return next((kind for kind, holds in found.items() if holds(folder)), "spectra")
+    kinds = {"power": "received powers", "channel": "channels (CSI)"}
+    return "rooms" if is_rooms(folder) else kinds.get(quantity_of(folder) or "", "spectra")
 
 
 def _refuse_idle(options: list[str], dataset: Path, kind: str, models: Sequence[str], output: Path | None) -> None:

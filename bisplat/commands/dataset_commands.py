@@ -100,8 +100,8 @@ def responses(dataset: Positional[Path], json: bool = False, force: Force = Fals
     from simulate.spectra.phase_retrieval import GOOD
 
     given = read_dataset(dataset)
-    recorded = given.phases_recorded_per_position and given.retrieved is not None
-    if given.responses is None and not recorded:  # recorded ones are never replaced
+    recorded = given.phases_recorded_per_position and "retrieved" in given.values
+    if "response" not in given.values and not recorded:  # recorded ones are never replaced
         require_new(dataset / "channels.npz", force=force)
     residual = retrieve(given).residual
     good = residual < GOOD

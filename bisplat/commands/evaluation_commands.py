@@ -64,10 +64,10 @@ def evaluate(
         json: print the scores as JSON.
     """
     options = given_options(evaluate, locals())
-    if is_rssi(run) or is_csi(run):
+    if quantity_of(run) in ("power", "channel"):
         fitted = Fitted(run, (model,), split, guard, budget, scene=scene)
         refuse_idle(options, OF_RUNS, f"for {fitted.kind} without a run")
-        if is_csi(run):
+        if quantity_of(run) == "channel":
             refuse_idle(options, ["scene"], f"for {fitted.kind}")
         if not some_are_trained(fitted.kind, [model], None):
             refuse_idle(options, ["budget"], f"for a method that is not trained ({model})")

@@ -18,7 +18,6 @@ from simulate.dataset.dataset_kinds import quantity_of
 
 if TYPE_CHECKING:
     from learn.localisation.located_places import Place
-    from simulate.dataset.dataset import Dataset
 
 Region = tuple[float, float, float, float, float, float]
 Direction = tuple[float, float, float]
@@ -54,11 +53,11 @@ def locate(
         boresight: tags along a track only: the direction in which the antenna looks, if it has a broad main lobe.
     """
     options = given_options(locate, locals())
-    rows = len(runs) == 1 and (is_rssi(runs[0]) or is_csi(runs[0]))
+    rows = len(runs) == 1 and quantity_of(runs[0]) in ("power", "channel")
     tags = len(runs) == 1 and not pictures and _is_dataset(runs[0])
     if rows:
         refuse_idle(options, ["pictures"], f"for the powers or channels of {runs[0]}, which are located from --heard")
-        if heard is None or is_csi(runs[0]):
+        if heard is None or quantity_of(runs[0]) == "channel":
             refuse_idle(options, ["level"], "without received powers as --heard")
         if heard is not None:
             refuse_idle(options, ["split"], "beside --heard, as all positions are then known")
@@ -131,25 +130,21 @@ def locate_rows(folder: Path, output: Path, heard: Path | None, split: SplitKind
     from learn.localisation.locate_powers import located_by_powers
     from learn.localisation.located_places import NEW, write_places
     from learn.localisation.observations import ObservedRows, observed_channels, observed_powers
-    from simulate.dataset.dataset import Dataset
     from simulate.dataset.dataset_folder import read_dataset
 
-    dataset: RssiDataset | CsiDataset = read_rssi(folder) if is_rssi(folder) else read_csi(folder)
-    if dataset.positions is None:
-        raise InputError(f"{folder}: expected positions (tx_pos.csv) of known rows, found none")
+    dataset = read_dataset(folder)
+    by_power = "power" in dataset.values
     known, part = None, NEW
     if heard is None:
         parts = split_rows(dataset, split, 0)
         known, part, numbers = parts.known, "test", parts.test.tolist()
-        rows = dataset.rssi_dbm if isinstance(dataset, RssiDataset) else dataset.uplink
+        rows = dataset.powers if by_power else dataset.uplink
         seen = ObservedRows(rows[parts.test], dataset.positions[parts.test])
     else:
-        read = (
-            observed_powers(heard, dataset) if isinstance(dataset, RssiDataset) else observed_channels(heard, dataset)
-        )
+        read = observed_powers(heard, dataset) if by_power else observed_channels(heard, dataset)
         seen, numbers = read, list(range(len(read.rows)))
     places: list[list[Place]]
-    if isinstance(dataset, RssiDataset):
+    if by_power:
         level = 0.0 if heard is None else level
         places, level = located_by_powers(dataset, seen.rows, known, level)
         simpler = None if seen.truth is None else by_powers(dataset, known, seen.rows - level, 0)

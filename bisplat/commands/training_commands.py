@@ -59,8 +59,6 @@ def check(
         json: print the result as JSON.
     """
     options = given_options(check, locals())
-    from simulate.csi.csi_check import CsiCheck
-    from simulate.rssi.rssi_check import RssiCheck
 
     from learn.evaluation.check import check as check_folder
 
@@ -68,19 +66,8 @@ def check(
         refuse_idle(options, ["guard", "seed"], "without --split")
     found = check_folder(dataset, split, guard, seed)
     if json:
-        common = {"problems": found.problems, "warnings": found.warnings}
-        if isinstance(found, RssiCheck | CsiCheck):
-            result = {"valid": found.valid, **common, **found.figures()}
-        else:
-            result = {
-                "valid": found.valid,
-                "spectra": 0 if found.dataset is None else len(found.dataset.names),
-                "fingerprint": None if found.dataset is None else found.dataset.fingerprint,
-                **common,
-                "split": found.split_figures(),
-                **found.beamformer(),
-            }
-        print(json_format.dumps(result, indent=2))
+        common = {"valid": found.valid, "problems": found.problems, "warnings": found.warnings}
+        print(json_format.dumps(common | found.figures(), indent=2))
     else:
         if found.dataset is not None:
             print_table(str(dataset), {"": found.description()})

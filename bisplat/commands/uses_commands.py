@@ -56,7 +56,7 @@ def calibrate(
     from simulate.positions.positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
-    powers = is_rssi(dataset)
+    powers = quantity_of(dataset) == "power"
     if powers:
         idle = ["rotation", "carrier", "array"]
         refuse_idle(changed(changes) | changed(tolerances), idle, "for received powers of single antennas")
@@ -144,7 +144,7 @@ def plan(
 
     followed = checked(Propagation, propagation)
     if Path(run_or_scene).is_dir():
-        powers = is_rssi(Path(run_or_scene))
+        powers = quantity_of(Path(run_or_scene)) == "power"
         what = "received powers of" if powers else "run"
         refuse_idle(changed(propagation), vars(propagation), f"for the {what} {run_or_scene}, which traces nothing")
     refuse_idle_propagation(followed, [load_scene(run_or_scene)] if followed.diffuse else [])

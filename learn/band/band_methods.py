@@ -55,7 +55,7 @@ class KnownBand:
     @property
     def responses(self) -> Complex[np.ndarray, "n elements subcarriers"]:
         """Known responses, as recorded, not normalised."""
-        assert self.dataset.band_responses is not None
+        assert self.dataset.band is not None
         return self.dataset.band_responses[self.known]
 
     @property
@@ -87,8 +87,8 @@ class BandMethod(Protocol):
 
 def require_band(dataset: Dataset) -> None:
     """Refuse a dataset without responses over a band."""
-    if dataset.band_responses is None:
-        found = "responses at the carrier alone" if dataset.responses is not None else "spectra alone"
+    if dataset.band is None:
+        found = "responses at the carrier alone" if "response" in dataset.values else "spectra alone"
         raise InputError(
             f"{dataset.folder}: expected responses over a band (bisplat simulate --bandwidth 20MHz --subcarriers 32), "
             f"found {found}"

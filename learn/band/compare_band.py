@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -27,11 +26,10 @@ from learn.comparison.scored_methods import (
     score_fits,
 )
 from learn.data.splits import Split, SplitKind
-from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.spectra.band import delay_spread
 
 
@@ -194,10 +192,9 @@ def compare_band(
     check_effort(budget, seeds)
     folder = given_folder(output)
     factories = chosen_methods(methods, BAND_METHODS)
-    require_instance(Dataset, str, PathLike, dataset=dataset)
-    dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    dataset = given_dataset(dataset)
     require_band(dataset)
-    assert dataset.band is not None and dataset.band_responses is not None
+    assert dataset.band is not None
     bandwidth = dataset.band.bandwidth
     sizes = asked_sizes(train_size, "positions")
     parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -13,7 +12,7 @@ from jaxtyping import Complex, Float, Int
 
 from learn.channels.channel_methods import CHANNEL_METHODS
 from learn.channels.channel_scores import score_channels, snr_db
-from learn.channels.known_channels import USUAL_WAVELENGTH, ChannelMethod, KnownChannels, PredictedChannels
+from learn.channels.known_channels import ChannelMethod, KnownChannels, PredictedChannels
 from learn.comparison.averaged_table import average_name
 from learn.comparison.method_factories import check_effort, chosen_methods
 from learn.comparison.results_folder import given_folder
@@ -28,12 +27,10 @@ from learn.comparison.scored_methods import (
     score_fits,
 )
 from learn.data.splits import Split, SplitKind
-from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
-from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.spectra.spectrum import evenly
 
 
@@ -116,7 +113,7 @@ class ChannelComparison(ScoreTable):
     RANKED_BY: ClassVar[str] = MEASURE.key
     THINGS: ClassVar[str] = "rows"
 
-    dataset: CsiDataset = field(repr=False)
+    dataset: Dataset = field(repr=False)
     snr_db: Mapping[str, Float[np.ndarray, " K"]]
     shown: Int[np.ndarray, " E"]
     examples: Mapping[str, Complex[np.ndarray, "E A S"]]
@@ -137,7 +134,7 @@ SMALLEST = 1e-290
 
 
 def compare_channels(
-    dataset: CsiDataset | Path | str,
+    dataset: Dataset | Path | str,
     methods: Sequence[str] | Mapping[str, str | ChannelMethod | Callable[[], ChannelMethod]] | None = None,
     *,
     split: SplitKind = "files",
@@ -205,14 +202,13 @@ def compare_channels(
     check_effort(budget, seeds)
     folder = given_folder(output)
     factories = chosen_methods(methods, CHANNEL_METHODS)
-    require_instance(CsiDataset, str, PathLike, dataset=dataset)
-    dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
+    dataset = given_dataset(dataset, "channel")
     if dataset.frequencies is None:
         say(f"{dataset.folder}: assumed that the downlink's subcarriers follow the uplink's at the same distance")
     sizes = asked_sizes(train_size, "rows")
     parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
     level = _largest(dataset.uplink, dataset.downlink)  # so that no square of a channel is out of a float's range
-    test, places = parts.largest.test, dataset.positions
+    test, places = parts.largest.test, dataset.places
     heard = None if places is None else places[test]
     uplink, truth = dataset.uplink[test] / level, dataset.downlink[test] / level
     bandwidth = None if dataset.band is None else truth.shape[2] * dataset.band.spacing
@@ -230,8 +226,8 @@ def compare_channels(
             positions,
             method_seed,
             budget,
-            antennas=dataset.antenna_positions,
-            wavelength=USUAL_WAVELENGTH if dataset.frequency is None else SPEED_OF_LIGHT / dataset.frequency.hertz,
+            antennas=dataset.gateway_positions,
+            wavelength=dataset.wavelength,
         )
 
     def predict(label: str, method: ChannelMethod) -> PredictedChannels:
@@ -252,7 +248,7 @@ def compare_channels(
         arrays = {"snr_db": snr_db(found.downlink, truth), "examples": level * found.downlink[shown]}
         return score_channels(found.downlink, truth, bandwidth, found.deviation), arrays
 
-    links = [dataset.uplink, dataset.downlink, dataset.antenna_positions]
+    links = [dataset.uplink, dataset.downlink, dataset.gateway_positions]
     data = [*links, places, dataset.frequencies, dataset.train, dataset.test]
     expected = {
         "snr_db": Expected("signal-to-noise ratios", "f", (len(test),)),

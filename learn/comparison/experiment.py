@@ -48,7 +48,7 @@ from scenes.files.json_yaml_xml import plain_number
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.positions.positions import MOST_POSITIONS
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
@@ -216,7 +216,7 @@ class Experiment:
             return
         test = evenly(self.test, SAMPLES)
         truth = self._spectra(test)
-        recorded = None if self.dataset.responses is None else self.dataset.responses[test]
+        recorded = None if "response" not in self.dataset.values else self.dataset.responses[test]
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
         self._keep(key, test, score(bound, truth, self.dataset.grid, self.dataset.array), {})
 
@@ -266,7 +266,7 @@ def begun(
     require_within(0, GUARD_MOST, "wavelengths", guard=guard)
     if given_output is not None:
         require_writable(given_output / PROTOCOL)
-    dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    dataset = given_dataset(dataset)
     where, by = str(dataset.folder.resolve()), device_name()
     settings = Settings(
         *(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint, guard or None),

@@ -60,7 +60,7 @@ class KnownSpectra:
     @property
     def responses(self) -> Complex[np.ndarray, "n elements"] | None:
         """Element responses of the known spectra. None: the dataset has none."""
-        return None if self.dataset.responses is None else self.dataset.responses[self.parts.known]
+        return None if "response" not in self.dataset.values else self.dataset.responses[self.parts.known]
 
     @property
     def beamformer(self) -> Beamformer:

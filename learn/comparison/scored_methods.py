@@ -19,7 +19,7 @@ from learn.comparison.averaged_table import average_name
 from learn.comparison.method_factories import built, checked_sizes, is_own, named, source_of, trained_by_steps
 from learn.comparison.results_folder import ResultRow, ResultsFile, results_in, row_name
 from learn.data.split_distances import SplitDistances, say_distances
-from learn.data.splits import GUARD_MOST, Split, SplitKind
+from learn.data.splits import GUARD_MOST, Split, SplitKind, distances_known
 from learn.data.splits import split as split_dataset
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_whole
@@ -118,7 +118,7 @@ class Parts:
     @classmethod
     def of(
         cls,
-        dataset: Dataset | RssiDataset | CsiDataset,
+        dataset: Dataset,
         split: SplitKind,
         seed: int,
         sizes: Collection[int | None],
@@ -128,7 +128,7 @@ class Parts:
         rising = sorted(sizes, key=lambda size: (size is None, size))
         of_size = {size: split_dataset(dataset, split, seed, size, guard) for size in rising}
         parts = of_size[rising[-1]]
-        if dataset.positions is None or dataset.wavelength is None:
+        if not distances_known(dataset):
             return cls(of_size, None)
         known, tested = dataset.positions[parts.known], dataset.positions[parts.test]
         distances = SplitDistances.between(known, tested, dataset.wavelength)

@@ -137,7 +137,7 @@ class KrigingResponses(MeanPicture):
 
     def unsuited(self, dataset: Dataset) -> str | None:
         """As for ``TrainedModel``."""
-        return no_comparable_phases(dataset) if dataset.responses is None else None
+        return no_comparable_phases(dataset) if "response" not in dataset.values else None
 
     def fit(self, known: KnownSpectra) -> None:
         if known.responses is None:

@@ -19,7 +19,7 @@ NEAREST = (1, 4, 16)  # Numbers of most similar known rows whose positions are a
 
 
 def by_powers(
-    dataset: RssiDataset, known: Int[np.ndarray, " n"] | None, heard: Float[np.ndarray, "K G"], seed: int
+    dataset: Dataset, known: Int[np.ndarray, " n"] | None, heard: Float[np.ndarray, "K G"], seed: int
 ) -> dict[str, Float[np.ndarray, "K 3"]]:
     """Positions by simpler methods: the nearest fingerprints in dB, and trilateration by the log-distance law.
 
@@ -36,7 +36,7 @@ def by_powers(
 
 
 def by_channels(
-    dataset: CsiDataset, known: Int[np.ndarray, " n"] | None, heard: Complex[np.ndarray, "K A S"], seed: int
+    dataset: Dataset, known: Int[np.ndarray, " n"] | None, heard: Complex[np.ndarray, "K A S"], seed: int
 ) -> dict[str, Float[np.ndarray, "K 3"]]:
     """Positions of the most correlated known rows, up to level, common phase and timing."""
     regression, fingerprints = fit_regression(dataset, known, seed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,10 @@ from jaxtyping import Complex, Int
 from learn.localisation.channel_regression import ChannelFingerprints, PositionRegression
 from learn.localisation.located_places import Place
 from learn.powers.fit_powers import checked_indices
-from scenes.files.errors import InputError, ParameterError, check_array, require_instance, require_seed
+from scenes.files.errors import InputError, ParameterError, check_array, require_seed
 from scenes.files.plain_text import say
-from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_frequency import USUAL_FREQUENCY
+from simulate.dataset.dataset_folder import given_dataset
 
 MOST_KNOWN = 2000  # Largest number of known rows; of more, so many are drawn
 
@@ -24,7 +21,7 @@ LEAST_KNOWN = 10  # Least number of known rows
 
 
 def locate_channels(
-    dataset: CsiDataset | Path | str,
+    dataset: Dataset | Path | str,
     heard: Complex[np.ndarray, "K A S"],
     *,
     known: Int[np.ndarray, " n"] | None = None,
@@ -62,14 +59,13 @@ def locate_channels(
         >>> band = {"frequency": "2.4 GHz", "bandwidth": "20 MHz"}
         >>> wide = bisplat.write_dataset("data/hangar", places, np.exp(-2j * np.pi * delays), array, **band)
         >>> bisplat.export_csi(wide, "hangar")
-        >>> csi = bisplat.read_csi("hangar")
+        >>> csi = bisplat.read_dataset("hangar")
         >>> [found] = bisplat.locate_channels(csi, csi.uplink[:1], known=np.arange(1, 60))
         >>> bool(np.linalg.norm(found[0].position - places[0]) < 0.3)
         True
     """
-    require_instance(CsiDataset, str, PathLike, dataset=dataset)
     require_seed(seed=seed)
-    dataset = dataset if isinstance(dataset, CsiDataset) else read_csi(dataset)
+    dataset = given_dataset(dataset, "channel")
     antennas, subcarriers = dataset.uplink.shape[1:]
     what = f"channels [K, {antennas}, {subcarriers}]"
     channels = check_array("heard", heard, (None, antennas, subcarriers), what, "c")
@@ -85,11 +81,9 @@ def locate_channels(
 
 
 def fit_regression(
-    dataset: CsiDataset, known: Int[np.ndarray, " n"] | None, seed: int
+    dataset: Dataset, known: Int[np.ndarray, " n"] | None, seed: int
 ) -> tuple[PositionRegression, ChannelFingerprints]:
     """The regression of the known rows' positions, and the fingerprints that it takes."""
-    if dataset.positions is None:
-        raise InputError(f"{dataset.folder}: expected positions (tx_pos.csv) of known rows, found none")
     indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))
     indices = indices[dataset.uplink[indices].any(axis=(1, 2))]
     if len(indices) < LEAST_KNOWN:
@@ -101,9 +95,8 @@ def fit_regression(
     positions = dataset.positions[indices]
     if not np.ptp(positions, axis=0).any():
         raise InputError(f"{dataset.folder}: expected at least two different positions of known rows, found one")
-    if dataset.frequency is None:
-        say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
-    hertz = USUAL_FREQUENCY if dataset.frequency is None else dataset.frequency.hertz
+    if dataset.frequency.source == "assumed":
+        say(f"{dataset.folder}: no frequency is stated, so {dataset.frequency.hertz / 1e6:g} MHz is assumed")
     uplink = dataset.uplink[indices].astype(complex)
-    fingerprints = ChannelFingerprints(dataset.antenna_positions, SPEED_OF_LIGHT / hertz, uplink)
+    fingerprints = ChannelFingerprints(dataset.gateway_positions, dataset.wavelength, uplink)
     return PositionRegression(fingerprints.of(uplink), positions), fingerprints

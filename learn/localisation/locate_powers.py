@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +13,11 @@ from learn.localisation.located_places import LEAST_PROBABILITY, Place
 from learn.models.base import Report
 from learn.powers.fit_powers import fit_powers
 from learn.powers.known_powers import PredictedPowers
-from scenes.files.errors import ParameterError, check_array, require_instance, require_seed, require_within
+from scenes.files.errors import ParameterError, check_array, require_seed, require_within
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.dataset.dataset_kinds import NOT_RECEIVED
 from simulate.dataset.powers_files import fault_of_powers
 from simulate.spectra.spectrum import evenly
@@ -161,7 +160,7 @@ class PowerLikelihood:
 
 
 def locate_powers(
-    dataset: RssiDataset | Path | str,
+    dataset: Dataset | Path | str,
     heard: Float[np.ndarray, "K G"],
     *,
     known: Int[np.ndarray, " n"] | None = None,
@@ -201,7 +200,7 @@ def locate_powers(
         >>> places = np.random.default_rng(0).uniform(0, 4, (60, 3))
         >>> ends = {"a": (0, 0, 5), "b": (4, 0, 5), "c": (0, 4, 5), "d": (4, 4, 0)}
         >>> powers = -40 - 20 * np.log10(np.linalg.norm(places[:, None] - list(ends.values()), axis=2))
-        >>> hall = bisplat.write_rssi("arena", places, powers, ends, "2.4 GHz")
+        >>> hall = bisplat.write_dataset("arena", places, powers=powers, gateways=ends, frequency="2.4 GHz")
         >>> [found] = bisplat.locate_powers(hall, powers[:1], known=np.arange(1, 60), level=0)
         >>> bool(np.linalg.norm(found[0].position - places[0]) < 0.5)
         True
@@ -210,7 +209,7 @@ def locate_powers(
 
 
 def located_by_powers(
-    dataset: RssiDataset | Path | str,
+    dataset: Dataset | Path | str,
     heard: Float[np.ndarray, "K G"],
     known: Int[np.ndarray, " n"] | None,
     level: float | None,
@@ -218,11 +217,10 @@ def located_by_powers(
     report: Report = lambda phase, done, total: None,
 ) -> tuple[list[list[Place]], float]:
     """As ``locate_powers``, and the level that was stated or estimated, dB."""
-    require_instance(RssiDataset, str, PathLike, dataset=dataset)
     require_seed(seed=seed)
     if level is not None:
         require_within(-LEVEL_MOST, LEVEL_MOST, "dB", level=level)
-    dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
+    dataset = given_dataset(dataset, "power")
     powers = _checked(heard, len(dataset.gateway_names))
     fitted = fit_powers(dataset, known=known, seed=seed)
     points = points_among(dataset.positions[fitted.known], seed)

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float, Shaped, UInt8
 from scipy.spatial.transform import Rotation
-from simulate.dataset.dataset_reader import read_metadata
 
 from learn.data.same_receiver import (
     SAME_DIRECTION,
@@ -31,6 +30,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_frequency import frequency_of
 from simulate.dataset.dataset_kinds import NOT_RECEIVED, require_spectra
+from simulate.dataset.metadata import read_metadata
 from simulate.dataset.picture_files import read_all
 from simulate.dataset.powers_files import fault_of_powers, read_power_table
 from simulate.dataset.spectra_folder import read_gateway
@@ -49,15 +49,15 @@ class ObservedRows(NamedTuple):
     truth: Float[np.ndarray, "K 3"] | None  # the positions of the transmitters, where they are known, metres
 
 
-def observed_powers(path: Path, survey: RssiDataset) -> ObservedRows:
+def observed_powers(path: Path, survey: Dataset) -> ObservedRows:
     """Read powers of transmitters at unknown places, with the survey's gateways in its order."""
     truth, places = None, None
     if path.is_dir():
-        heard = read_rssi(path)
-        names, powers, truth, places = heard.gateway_names, heard.rssi_dbm, heard.positions, heard.gateway_positions
+        heard = read_dataset(path)
+        names, powers, truth, places = heard.gateway_names, heard.powers, heard.positions, heard.gateway_positions
         _require_same_frequency(path, heard, survey)
     else:
-        names, powers = read_powers(path)
+        names, powers = read_power_table(path)
         powers = np.where(powers == NOT_RECEIVED, np.nan, powers)
         if fault := fault_of_powers(powers):
             raise InputError(f"{path}: {fault}")
@@ -76,23 +76,23 @@ def observed_powers(path: Path, survey: RssiDataset) -> ObservedRows:
     return ObservedRows(powers[:, order], truth)
 
 
-def observed_channels(path: Path, known: CsiDataset) -> ObservedRows:
+def observed_channels(path: Path, known: Dataset) -> ObservedRows:
     """Read channels of the uplink of transmitters at unknown places."""
-    heard = read_csi(path)
+    heard = read_dataset(path)
     found, expected = heard.uplink.shape[1:], known.uplink.shape[1:]
     if found != expected:
         each = " antennas and {} subcarriers of the uplink"
         wanted, other = (f"{shape[0]}{each.format(shape[1])}" for shape in (expected, found))
         raise InputError(f"{path}: expected {wanted} as in {known.folder}, found {other}")
     _require_same_frequency(path, heard, known)
-    _require_same(path, "antennas", known.folder, heard.antenna_positions, known.antenna_positions)
-    return ObservedRows(heard.uplink, heard.positions)
+    _require_same(path, "antennas", known.folder, heard.gateway_positions, known.gateway_positions)
+    return ObservedRows(heard.uplink, heard.places)
 
 
-def _require_same_frequency(path: Path, heard: RssiDataset | CsiDataset, known: RssiDataset | CsiDataset) -> None:
+def _require_same_frequency(path: Path, heard: Dataset, known: Dataset) -> None:
     """Refuse another frequency, if both are stated."""
     found, expected = heard.frequency, known.frequency
-    if found is None or expected is None:
+    if "assumed" in (found.source, expected.source):
         return
     if other_frequency(SPEED_OF_LIGHT / expected.hertz, SPEED_OF_LIGHT / found.hertz):
         raise InputError(f"{path}: expected {expected} as in {known.folder}, found {found}")
@@ -111,8 +111,7 @@ def observed_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarr
 
     A warning is printed if the folder does not state its array, and the array of the run does not explain the pictures.
     """
-    if other := not_spectra(folder):
-        raise InputError(other)
+    require_spectra(folder)
     names, pictures = read_all(folder / "spectrum" if (folder / "spectrum").is_dir() else folder)
     _check_metadata(folder, names, pictures, run)
     _check_gateway(folder, run)
@@ -145,7 +144,7 @@ def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, 
     """Compare the stated frequency, array and grid with those of a run, or else the pictures with its array."""
     problems: list[str] = []
     path, of_run = folder / "metadata.json", run.beamformer
-    metadata = read_metadata(path, problems)
+    metadata = read_metadata(path)
     rows = np.array([int(name) for name in names]) - 1
     frequency = frequency_of(folder, metadata, rows, problems).frequency
     if problems:
@@ -182,10 +181,7 @@ def _check_gateway(folder: Path, run: Run) -> None:
     path, of_run = folder / "gateway_info.yml", Path(run.config.dataset) / "gateway_info.yml"
     if not (path.exists() and of_run.exists()):
         return
-    problems: list[str] = []
-    found, expected = read_gateway(path, problems), read_gateway(of_run, problems)
-    if problems:
-        raise InputError(problems[0])
+    found, expected = read_gateway(path), read_gateway(of_run)
     distance, angle = pose_difference(expected, found)
     if distance > SAME_PLACE * float(run.model.wavelength) or angle > SAME_DIRECTION:
         raise InputError(
@@ -217,15 +213,15 @@ def track_of(dataset: Dataset) -> Track:
     elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
     if dataset.moving == "transmitter":
         recorded = dataset.phases_recorded_per_position
-        responses = dataset.retrieved if dataset.responses is None and recorded else dataset.responses
-        if responses is None:
+        if "response" not in dataset.values and not recorded:
             raise InputError(f"{dataset.folder}: expected recorded responses, found pictures alone")
+        responses = dataset.responses if "response" in dataset.values else dataset.retrieved
         low, high = dataset.positions.min(axis=0), dataset.positions.max(axis=0)
         margin = np.where(high > low, dataset.wavelength, 0)
         region = np.stack([low - margin, high + margin])
         antennas = dataset.gateway_position + elements
         return Track(dataset.names, *_thinned(dataset.folder, responses, antennas), region, dataset.positions)
-    if dataset.moving == "both" or dataset.responses is None:
+    if dataset.moving == "both" or "response" not in dataset.values:
         found = "two ends that move" if dataset.moving == "both" else "no phases that can be compared along it"
         raise InputError(f"{dataset.folder}: expected an antenna that moved along a track, found {found}")
     antennas = (dataset.positions[:, None] + elements).reshape(-1, 3)

@@ -117,7 +117,7 @@ class Plan:
 
 
 def plan(
-    run_or_scene: Run | RssiDataset | Scene | Path | str,
+    run_or_scene: Run | Dataset | Scene | Path | str,
     n: int | None = None,
     *,
     target: float | None = None,
@@ -169,8 +169,8 @@ def plan(
         require_within(0, 1, "a median SSIM", target=target)
     require_seed(seed=seed)
     require_instance(Propagation, propagation=propagation)
-    require_instance(Run, RssiDataset, Scene, str, PathLike, run_or_scene=run_or_scene)
-    subject = run_or_scene if isinstance(run_or_scene, Run | RssiDataset | Scene) else _read(run_or_scene)
+    require_instance(Run, Dataset, Scene, str, PathLike, run_or_scene=run_or_scene)
+    subject = run_or_scene if isinstance(run_or_scene, Run | Dataset | Scene) else _read(run_or_scene)
     scene: Scene | None
     needed = None
     if isinstance(subject, Scene):
@@ -181,7 +181,7 @@ def plan(
             arrays = [each.gateway for each in places]
             needed = spectra_needed(target, candidates, known, scene.wavelength, arrays)
         fields = [field for each in places for field in fields_of_scene(each, propagation, seed, report)]
-    elif isinstance(subject, RssiDataset):
+    elif isinstance(subject, Dataset):
         if target is not None:
             raise ParameterError("target", f"expected none for received powers, which have no SSIM, found {target:g}")
         scene, known = recorded_scene(subject.folder, subject.metadata), subject.positions
@@ -217,11 +217,11 @@ def _candidates(
     return candidates, candidates
 
 
-def _read(run_or_scene: Path | str) -> Run | RssiDataset | Scene:
+def _read(run_or_scene: Path | str) -> Run | Dataset | Scene:
     """The run or the received powers of a folder, or the scene of a name or a file."""
     path = Path(run_or_scene)
     if path.is_dir():
-        return read_rssi(path) if is_rssi(path) else load_run(path)
+        return read_dataset(path) if quantity_of(path) == "power" else load_run(path)
     if str(run_or_scene) not in BUILT_IN and not path.is_file():
         places = ", ".join(BUILT_IN)
         raise InputError(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +18,15 @@ from learn.powers.fit_powers import with_twin
 from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
 from learn.powers.power_comparison import GATEWAYS, PowerComparison, PowerRow, of_gateway, score_powers
 from learn.powers.twin_powers import TwinPowers
-from scenes.files.errors import require_instance
 from scenes.files.npz_file import Expected
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_frequency import USUAL_FREQUENCY
+from simulate.dataset.dataset_folder import given_dataset
 
 
 def compare_powers(
-    dataset: RssiDataset | Path | str,
+    dataset: Dataset | Path | str,
     methods: Sequence[str] | Mapping[str, str | PowerMethod | Callable[[], PowerMethod]] | None = None,
     *,
     split: SplitKind = "files",
@@ -93,7 +90,8 @@ def compare_powers(
         >>> import bisplat, numpy as np
         >>> places = np.random.default_rng(0).uniform(0, 4, (40, 3))
         >>> powers = -40 - 20 * np.log10(np.linalg.norm(places - [0, 0, 5], axis=1))[:, None]
-        >>> hall = bisplat.write_rssi("sports", places, powers, {"door": (0, 0, 5)}, "2.4 GHz")
+        >>> door = {"door": (0, 0, 5)}
+        >>> hall = bisplat.write_dataset("sports", places, powers=powers, gateways=door, frequency="2.4 GHz")
         >>> scores = bisplat.compare_powers(hall, ["nearest", "log-distance"], split="random").table()
         >>> scores[0]["label"], round(scores[0]["error_median_db"], 3)
         ('log-distance', 0.0)
@@ -113,16 +111,15 @@ def compare_powers(
     """
     check_effort(budget, seeds)
     folder = given_folder(output)
-    require_instance(RssiDataset, str, PathLike, dataset=dataset)
-    dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
+    dataset = given_dataset(dataset, "power")
     usual = with_twin(dataset, scene, methods)
     factories = chosen_methods(methods, usual)
-    if dataset.frequency is None:
-        say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
+    if dataset.frequency.source == "assumed":
+        say(f"{dataset.folder}: no frequency is stated, so {dataset.frequency.hertz / 1e6:g} MHz is assumed")
     sizes = asked_sizes(train_size, "positions")
     parts = Parts.of(dataset, split, seed, {*sizes, *earlier_sizes(folder)}, guard)
     test, floor = parts.largest.test, dataset.floor_dbm
-    places, truth = dataset.positions[test], dataset.rssi_dbm[test]
+    places, truth = dataset.positions[test], dataset.powers[test]
 
     def known(part: Split, method_seed: int) -> KnownPowers:
         return KnownPowers.of(dataset, part.known, method_seed, budget)
@@ -142,7 +139,7 @@ def compare_powers(
 
     gateways = [np.array(dataset.gateway_names), dataset.gateway_positions]
     stated = np.array([floor, dataset.wavelength])
-    data = [dataset.positions, dataset.rssi_dbm, *gateways, stated, dataset.train, dataset.test]
+    data = [dataset.positions, dataset.powers, *gateways, stated, dataset.train, dataset.test]
     power = Expected("powers", "f", truth.shape)
     expected = {"median": power, "low": replace(power, optional=True), "high": replace(power, optional=True)}
     settings = {"split": split, "seed": seed, "guard": float(guard), "minutes": float(budget)}

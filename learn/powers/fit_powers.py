@@ -23,7 +23,7 @@ from scenes.files.errors import ParameterError, require_instance, require_seed, 
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.positions.positions import check_points
 
 POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
@@ -46,7 +46,7 @@ BASELINES = ("mean", "nearest", "inverse-distance", "log-distance")
 
 
 def with_twin(
-    dataset: RssiDataset, scene: Scene | Path | str | None, asked: Any
+    dataset: Dataset, scene: Scene | Path | str | None, asked: Any
 ) -> Mapping[str, Callable[[], PowerMethod]]:
     """``POWER_METHODS``, and the twin if there is a scene that it can trace."""
     each = asked.values() if isinstance(asked, Mapping) else asked
@@ -78,8 +78,8 @@ class FittedPowers:
 
     Example:
         >>> import bisplat
-        >>> hall = bisplat.write_rssi("court", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
-        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
+        >>> hall = bisplat.write_dataset("court", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
         >>> fitted = bisplat.fit_powers(hall, "inverse-distance")
         >>> fitted
         FittedPowers('inverse-distance', 3 known positions of 'court')
@@ -87,7 +87,7 @@ class FittedPowers:
         [[-48.0]]
     """
 
-    dataset: RssiDataset
+    dataset: Dataset
     label: str
     known: Int[np.ndarray, " n"]
     method: PowerMethod = field(repr=False)
@@ -112,7 +112,7 @@ class FittedPowers:
 
 
 def fit_powers(
-    dataset: RssiDataset | Path | str,
+    dataset: Dataset | Path | str,
     method: str = "helmholtz",
     *,
     known: Int[np.ndarray, " n"] | None = None,
@@ -138,15 +138,14 @@ def fit_powers(
 
     Example:
         >>> import bisplat
-        >>> hall = bisplat.write_rssi("stadium", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
-        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
+        >>> hall = bisplat.write_dataset("stadium", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
         >>> bisplat.fit_powers(hall, "nearest").predict([[4, 2.1, 1]]).median.tolist()
         [[-60.0]]
     """
     require_word([*POWER_METHODS, TWIN], method=method)
     require_seed(seed=seed)
-    require_instance(RssiDataset, str, PathLike, dataset=dataset)
-    dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
+    dataset = given_dataset(dataset, "power")
     indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))
     fitted = with_twin(dataset, scene, [method])[method]()
     fitted.fit(KnownPowers.of(dataset, indices, seed))

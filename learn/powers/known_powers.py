@@ -113,9 +113,9 @@ class KnownPowers:
     minutes: float = 5.0  # training time of a method that is trained by steps
 
     @classmethod
-    def of(cls, dataset: RssiDataset, known: Int[np.ndarray, " n"], seed: int = 0, minutes: float = 5.0) -> KnownPowers:
+    def of(cls, dataset: Dataset, known: Int[np.ndarray, " n"], seed: int = 0, minutes: float = 5.0) -> KnownPowers:
         """The powers of a dataset at some of its positions."""
-        positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
+        positions, powers = dataset.positions[known], dataset.powers[known]
         return cls(positions, powers, dataset.gateway_positions, dataset.floor_dbm, dataset.wavelength, seed, minutes)
 
     def distances(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:

@@ -100,7 +100,8 @@ class PowerComparison(ScoreTable):
         >>> import bisplat, numpy as np
         >>> places = np.random.default_rng(0).uniform(0, 4, (40, 3))
         >>> powers = -40 - 20 * np.log10(np.linalg.norm(places - [0, 0, 5], axis=1))[:, None]
-        >>> hall = bisplat.write_rssi("law", places, powers, {"door": (0, 0, 5)}, "2.4 GHz")
+        >>> door = {"door": (0, 0, 5)}
+        >>> hall = bisplat.write_dataset("law", places, powers=powers, gateways=door, frequency="2.4 GHz")
         >>> comparison = bisplat.compare_powers(hall, ["mean", "log-distance"], split="random")
         >>> [row["label"] for row in comparison.table()]  # the best first
         ['log-distance', 'mean']
@@ -125,7 +126,7 @@ class PowerComparison(ScoreTable):
     RANKED_BY: ClassVar[str] = MEASURE.key
     THINGS: ClassVar[str] = "positions"
 
-    dataset: RssiDataset = field(repr=False)
+    dataset: Dataset = field(repr=False)
     gateway_rows: list[dict[str, Any]]
     predicted: Mapping[str, PredictedPowers]
 
@@ -144,7 +145,7 @@ class PowerComparison(ScoreTable):
 
         It is NaN where nothing was received.
         """
-        truth = self.dataset.rssi_dbm[self.parts.test]
+        truth = self.dataset.powers[self.parts.test]
         return {name: absolute_errors(each, truth) for name, each in self.predicted.items()}
 
     def of_each(self) -> dict[str, Float[np.ndarray, "..."]]:
@@ -169,7 +170,7 @@ class PowerComparison(ScoreTable):
             A dictionary for each band of distances that has received powers: "distance" in words, "powers", their
             number, "coverage_90" and "interval_median_db", as in ``rows``. Empty if the method states no intervals.
         """
-        predicted, truth = self.predicted[name], self.dataset.rssi_dbm[self.parts.test]
+        predicted, truth = self.predicted[name], self.dataset.powers[self.parts.test]
         if predicted.low is None or predicted.high is None or self.distances is None:
             return []
         within, width = (predicted.low <= truth) & (truth <= predicted.high), predicted.high - predicted.low

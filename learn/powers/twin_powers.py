@@ -55,7 +55,7 @@ class TwinPowers(ExplainedPowers):
     def __init__(
         self,
         scene: Scene,
-        dataset: RssiDataset,
+        dataset: Dataset,
         tolerances: Tolerances = Tolerances(),
         propagation: Propagation = FOLLOWED,
     ):
@@ -65,7 +65,7 @@ class TwinPowers(ExplainedPowers):
         stated = f"{scene_digest(scene)} {tolerances} {propagation}"
         self.scene, self.source = scene.name, hashlib.sha256(stated.encode()).hexdigest()[:16]
         # without the powers, some of which are tested
-        self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
+        self._dataset = replace(dataset, names=[], values={}, places=None)
 
     def fit(self, known: KnownPowers) -> None:
         from learn.twin.calibrate_powers import calibrate_powers_by, powers_by
@@ -74,7 +74,8 @@ class TwinPowers(ExplainedPowers):
         from learn.twin.power_search import independence
         from simulate.rays.tracer import Tracer
 
-        taught = replace(self._dataset, positions=known.positions, rssi_dbm=known.powers)
+        names = [str(number) for number in range(len(known.positions))]
+        taught = replace(self._dataset, names=names, values={"power": known.powers}, places=known.positions)
         coarse = replace(self._followed, diffraction=False)
         used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
         say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")

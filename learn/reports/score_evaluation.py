@@ -69,7 +69,7 @@ def _powers(comparison: PowerComparison, model: str) -> Iterable[Sequence[Any]]:
     for row, index in enumerate(comparison.parts.test):
         for column, gateway in enumerate(dataset.gateway_names):
             parts = (predicted.median, predicted.low, predicted.high)
-            power = dataset.rssi_dbm[index, column]
+            power = dataset.powers[index, column]
             values = ["" if power != power else f"{power:g}"]  # NaN: not received
             values += ["" if each is None else f"{each[row, column]:.3f}" for each in parts]
             yield [index, *dataset.positions[index], gateway, *values]
@@ -153,7 +153,7 @@ def draw_channel_figures(comparison: ChannelComparison, model: str, folder: Path
 
 @at_paper_size()
 def draw_examples_of_channels(
-    dataset: CsiDataset,
+    dataset: Dataset,
     rows: Int[np.ndarray, " E"],
     predicted: Complex[np.ndarray, "E A S"],
     snr: Float[np.ndarray, " E"],
@@ -166,7 +166,7 @@ def draw_examples_of_channels(
     axes = figure.subplots(len(chosen), 1, sharex=True)
     each = dataset.uplink.shape[2]
     places, label = np.arange(2.0 * each), "subcarrier"
-    if dataset.frequencies is not None and dataset.frequency is not None:
+    if dataset.frequencies is not None:
         places, label = (dataset.frequencies - dataset.frequency.hertz) / 1e6, "frequency from the carrier (MHz)"
     for axis, (name, index) in zip(axes, chosen, strict=True):
         both = np.concatenate([dataset.uplink[rows[index]], dataset.downlink[rows[index]]], axis=1)

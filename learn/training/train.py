@@ -248,7 +248,7 @@ def train_run(
                 sizes = f"{len(parts.train)} training, {len(parts.validation)} validation, {len(parts.test)} test"
                 distances = SplitDistances.between(known, tested, dataset.wavelength)
                 say_distances(distances, f"split {config.split}: {sizes} spectra; ")
-                say_expectation(known, dataset.wavelength, dataset.array, dataset.responses is not None)
+                say_expectation(known, dataset.wavelength, dataset.array, "response" in dataset.values)
             unfound = not_retrieved(dataset)
             if unfound is not None:
                 say(unfound)

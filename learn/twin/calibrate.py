@@ -32,7 +32,7 @@ from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset, require_fixed_array
+from simulate.dataset.dataset_folder import given_dataset, require_fixed_array
 from simulate.positions.positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.band import Band
@@ -100,7 +100,7 @@ def calibrate(
         True
     """
     place = described_scene(scene, n, split, seed, tolerances, propagation)
-    measured = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    measured = given_dataset(dataset)
     known = evenly(split_dataset(measured, split, seed).known, n)
     warn_of_other_place(place, measured.positions[known], measured.folder)
     found = calibrate_by(place, measured, known, tolerances, propagation, report)
@@ -166,8 +166,8 @@ def calibrate_by(
         raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
     _require_same_gateway(scene, dataset, tolerances)
     places = dataset.positions[known]
-    common = dataset.responses is not None  # otherwise each spectrum may have a clock of its own, too
-    if common and dataset.band is not None and dataset.band_responses is not None:
+    common = "response" in dataset.values  # otherwise each spectrum may have a clock of its own, too
+    if common and dataset.band is not None and dataset.band is not None:
         measured, ratios = over_subcarriers(dataset.band, dataset.band_responses[known], scene.frequency)
         return most_likely(scene, which, propagation, places, measured, True, report, ratios)
     measured, phases_known = measured_responses(dataset, known)
@@ -203,7 +203,7 @@ def doubt(calibration: Calibration) -> str | None:
 
 def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
     """Responses of some of a dataset's spectra, and whether they share phase and scale."""
-    if dataset.responses is not None:
+    if "response" in dataset.values:
         return dataset.responses[known].astype(complex), True
     return retrieved_responses(dataset, known), False
 

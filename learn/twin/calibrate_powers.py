@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from learn.twin.described_gateways import alone, scenes_with_gateways
 from learn.twin.power_likelihood import PowerFit, PowerLikelihood
 from learn.twin.power_search import PowerMinimum, PowerSearch, independence
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, require_instance
+from scenes.files.errors import InputError, ParameterError
 from scenes.files.json_yaml_xml import PlainDumper
 from scenes.files.plain_text import say
 from scenes.scene.antennas import Gateway
@@ -30,7 +29,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.positions.positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
@@ -89,7 +88,7 @@ class PowerCalibration:
 
 def calibrate_powers(
     scene: Scene | Path | str,
-    dataset: RssiDataset | Path | str,
+    dataset: Dataset | Path | str,
     n: int = 160,
     *,
     split: SplitKind = "files",
@@ -131,7 +130,8 @@ def calibrate_powers(
         >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
         >>> heard = bisplat.simulate_rssi("closet", "heard", gateways, n=30, propagation=coarse)
         >>> moved = {"door": (2.03, 0.5, 1.8), "window": (2.5, 0.47, 1.8)}
-        >>> described = bisplat.write_rssi("described", heard.positions, heard.rssi_dbm, moved, heard.frequency.hertz)
+        >>> given = {"powers": heard.powers, "gateways": moved, "frequency": heard.frequency.hertz}
+        >>> described = bisplat.write_dataset("described", heard.positions, **given)
         >>> only = bisplat.Tolerances(objects=0, materials=0)
         >>> found = bisplat.calibrate_powers("closet", described, tolerances=only, split="random", propagation=coarse)
         >>> found.error[0] < found.error[1]
@@ -139,9 +139,8 @@ def calibrate_powers(
         >>> found.which[0].label, found.values.shape
         ('gateway door x', (6,))
     """
-    require_instance(RssiDataset, str, PathLike, dataset=dataset)
     place = described_scene(scene, n, split, seed, tolerances, propagation)
-    heard = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
+    heard = given_dataset(dataset, "power")
     known = evenly(split_positions(heard, split, seed).known, n)
     warn_of_other_place(place, heard.positions[known], heard.folder)
     return calibrate_powers_by(place, heard, known, tolerances, propagation, report)
@@ -149,7 +148,7 @@ def calibrate_powers(
 
 def calibrate_powers_by(
     scene: Scene,
-    dataset: RssiDataset,
+    dataset: Dataset,
     known: Int[np.ndarray, " n"],
     tolerances: Tolerances = Tolerances(),
     propagation: Propagation = Propagation(),
@@ -160,13 +159,13 @@ def calibrate_powers_by(
         raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
     if tolerances.carrier:
         raise ParameterError("carrier", f"expected 0, since powers do not tell it, found {tolerances.carrier:g}")
-    if dataset.frequency is None:
+    if dataset.frequency.source == "assumed":
         say(f"{dataset.folder}: no frequency is stated, so the scene's, {scene.frequency / 1e6:g} MHz, is assumed")
     scenes = scenes_with_gateways(scene, dataset)
     which = of_gateways(scene, list(scenes), tolerances)
     if not which:
         raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
-    positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
+    positions, powers = dataset.positions[known], dataset.powers[known]
     if np.isnan(powers).all():
         raise InputError(f"{dataset.folder}: expected received powers at the known positions, found none")
     region = bounding_box(positions)

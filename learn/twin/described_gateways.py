@@ -14,9 +14,9 @@ from simulate.dataset.dataset import Dataset
 from simulate.generation.listening_gateways import gateways_of
 
 
-def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]:
+def scenes_with_gateways(scene: Scene, dataset: Dataset) -> dict[str, Scene]:
     """The scene as described with each gateway of received powers alone, by the gateway's name."""
-    if dataset.frequency is not None and other_frequency(dataset.wavelength, scene.wavelength):
+    if dataset.frequency.source != "assumed" and other_frequency(dataset.wavelength, scene.wavelength):
         raise InputError(
             f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
             f"found {scene.wavelength:.4g} m"
@@ -27,7 +27,7 @@ def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]
     return scenes
 
 
-def described_gateways(dataset: RssiDataset) -> dict[str, Gateway]:
+def described_gateways(dataset: Dataset) -> dict[str, Gateway]:
     """The gateways of received powers: their places from the folder, all else from its metadata.json if that has it."""
     places = {name: tuple(place) for name, place in zip(dataset.gateway_names, dataset.gateway_positions, strict=True)}
     stated = dataset.metadata.get("gateways", {})

@@ -8,7 +8,6 @@ known spectra predict the field better than any description of the place.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -215,7 +214,7 @@ class Twin(PredictsResponses):
             everywhere[known] = values
             field.report = self.report  # type: ignore[method-assign]
             has_weight = field is self.rest or enough_known(len(known))
-            (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
+            (field.fit if has_weight else field.keep)(dataset.with_values(response=everywhere), known)
         fields, powers = (self.rest, self.whole), (self.power, self.whole_power)
         trust = best_trust(_pairs(held_out), fields, powers, dataset.pictures[known], self.beamforming)
         self.trust = torch.tensor(trust)

@@ -19,12 +19,12 @@ from scenes.files.npz_file import Expected, read_npy
 from scenes.files.schema import conform
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import stated_frequency
-from simulate.dataset.dataset_kinds import CHANNELS
+from simulate.dataset.dataset_kinds import CHANNELS, TAKE_CHANNELS, TAKE_PLACED_CHANNELS
 from simulate.dataset.index_files import numbered_split
 from simulate.dataset.inspection import Coordinate, Inspection
 from simulate.dataset.metadata import band_of, write_metadata
 from simulate.dataset.receivers import Antennas
-from simulate.positions.positions import write_positions
+from simulate.positions.positions import box_in_words, write_positions
 
 STATION = "base-station.yml"
 
@@ -140,13 +140,18 @@ def assumptions_of_channels(dataset: Dataset) -> list[str]:
 
 def describe_channels(dataset: Dataset) -> dict[str, str]:
     """What ``bisplat check`` prints of channels alone."""
-    each = dataset.uplink.shape[2]
-    low, high = (part.round(3).tolist() for part in (dataset.gateway_positions.min(0), dataset.gateway_positions.max(0)))
+    antennas, each = dataset.uplink.shape[1:]
     medians = [f"{np.median(np.abs(link)):.3g}" for link in (dataset.uplink, dataset.downlink)]
+    takers = f"bisplat {TAKE_CHANNELS}, which predict the downlink, by NeRF² and GSRF"
+    if dataset.places is not None:
+        takers += f"; by bisplat {TAKE_PLACED_CHANNELS}; bisplat dataset makes spectra of csidata.npy and tx_pos.csv"
     return {
+        "holds": f"channels (CSI): {len(dataset)} rows × {antennas} antennas × {2 * each} subcarriers",
+        "band": "not stated" if dataset.band is None else f"{dataset.band.bandwidth / 1e6:g} MHz wide (metadata.json)",
         "task": f"the downlink (the last {each} subcarriers) from the uplink (the first {each})",
-        "antennas (m)": f"{low} to {high}",
+        "antennas (m)": box_in_words(dataset.gateway_positions),
         "magnitudes": f"median {medians[0]} (uplink), {medians[1]} (downlink); the unit is not stated",
+        "can be used": f"by {takers}",
     }
 
 

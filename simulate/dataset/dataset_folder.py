@@ -96,11 +96,12 @@ def assumptions_of(dataset: Dataset) -> list[str]:
     return ASSUMPTIONS.get(dataset.quantities[0], lambda _: [])(dataset)
 
 
-def given_dataset(dataset: Dataset | Path | str, quantity: str = "spectrum") -> Dataset:
-    """The dataset that a caller gives, or that is in the folder. It must have the quantity."""
+def given_dataset(dataset: Dataset | Path | str, *quantities: str) -> Dataset:
+    """The dataset that a caller gives, or that is in a folder. It must have one of the quantities; none: spectra."""
     require_instance(Dataset, str, PathLike, dataset=dataset)
     found = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
-    found.require(quantity)
+    if not any(quantity in found.values for quantity in quantities):
+        found.require(quantities[0] if quantities else "spectrum")
     return found
 
 

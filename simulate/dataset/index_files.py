@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +107,7 @@ def numbered_split(found: Inspection, count: int) -> tuple[Int[np.ndarray, " n"]
     return train, test
 
 
-def write_index(path: Path, names: Sequence[object]) -> None:
+def write_index(path: Path, names: Iterable[object]) -> None:
     """Write train_index.txt or test_index.txt."""
     write_atomically(path, "".join(f"{name}\n" for name in names).encode())
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,7 @@ from msgspec import Meta
 
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.metadata import read_metadata_file
+from simulate.dataset.metadata import read_metadata
 from simulate.positions.positions import FARTHEST, points_digest, read_points
 
 Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
@@ -56,11 +55,8 @@ class Inspection:
         return self.noting(None, read_points, self.folder / "tx_pos.csv")
 
     def metadata(self) -> dict[str, Any]:
-        """The content of metadata.json; empty if there is none."""
-        path = self.folder / "metadata.json"
-        if not os.path.lexists(path):
-            return {}
-        return self.noting({}, read_metadata_file, path, "the settings of a dataset")
+        """The content of metadata.json; empty if there is none, or a problem."""
+        return self.noting({}, read_metadata, self.folder / "metadata.json")
 
     def note_changed_places(self, metadata: dict[str, Any], **rows: Float[np.ndarray, "K 3"] | None) -> None:
         """Note that the rows ``tx_pos`` or ``rx_pos`` are not those that the folder was simulated with."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 from dataclasses import MISSING
 from importlib.metadata import version
 from pathlib import Path
@@ -70,6 +71,11 @@ class Simulated(Metadata, kw_only=True):
     measurement: RECEIVER  # type: ignore[valid-type]
     power: bool
     seed: Count
+
+
+def read_metadata(path: Path) -> dict[str, Any]:
+    """Read metadata.json and check every field; empty if there is none."""
+    return read_metadata_file(path, "the settings of a dataset") if os.path.lexists(path) else {}
 
 
 def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from scenes.files.json_yaml_xml import PlainDumper
 from scenes.files.schema import conform
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import stated_frequency
-from simulate.dataset.dataset_kinds import NOT_RECEIVED, POWERS
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, POWERS, TAKE_POWERS
 from simulate.dataset.index_files import numbered_split, write_drawn_split
 from simulate.dataset.inspection import Inspection
 from simulate.dataset.metadata import write_metadata
@@ -173,12 +173,14 @@ def describe_powers(dataset: Dataset) -> dict[str, str]:
     powers = dataset.powers[heard]
     span = f"{powers.min():.4g} to {powers.max():.4g}, median {np.median(powers):.4g}" if powers.size else "none"
     return {
+        "holds": f"received powers (RSSI): {len(dataset)} positions × {len(at)} gateways",
         "gateways at (m)": ", ".join(at[:LISTED]) + more,
         "distances": f"{dataset.distances.min():.3g} to {dataset.distances.max():.3g} m",
         "floor": f"{dataset.floor_dbm:g} dBm ({stated})",
         "not received": f"{1 - heard.mean():.1%} of the powers, {NOT_RECEIVED:g} in the file",
         "powers (dBm)": span,
         "distance law": "too few powers or distances to tell" if law is None else str(law),
+        "can be used": f"by bisplat {TAKE_POWERS}, by NeRF² and GSRF",
     }
 
 

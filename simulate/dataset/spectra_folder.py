@@ -173,7 +173,7 @@ def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orie
 
 
 def _receivers(found: Inspection, moving: Moving, count: int | None) -> Float[np.ndarray, "K 3"] | None:
-    """Read rx_pos.csv: where the middle of the array is for each row of tx_pos.csv, if both ends move."""
+    """Where the middle of the array is for each row of tx_pos.csv, as rx_pos.csv states it, if both ends move."""
     path = found.folder / "rx_pos.csv"
     if moving != "both":
         if os.path.lexists(path):
@@ -182,10 +182,14 @@ def _receivers(found: Inspection, moving: Moving, count: int | None) -> Float[np
                 "--moving both states it"
             )
         return None
-    receivers = found.noting(None, read_points, path)
-    if receivers is not None and count is not None and len(receivers) != count:
-        found.problems.append(f"{path}: expected {count} rows, as in tx_pos.csv, found {len(receivers)}")
-        return None
+    return found.noting(None, read_receivers, path, count)
+
+
+def read_receivers(path: Path, count: int | None) -> Float[np.ndarray, "K 3"]:
+    """Read rx_pos.csv, which has as many rows as tx_pos.csv."""
+    receivers = read_points(path)
+    if count is not None and len(receivers) != count:
+        raise InputError(f"{path}: expected {count} rows, as in tx_pos.csv, found {len(receivers)}")
     return receivers
 
 

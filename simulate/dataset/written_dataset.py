@@ -78,10 +78,10 @@ def write_dataset(
 ) -> Dataset:
     """Write a dataset folder from responses, spectra, received powers or channels of one's own, measured or computed.
 
-    Exactly one of ``responses``, ``spectra``, ``powers`` and ``channels`` is given. The folder is one that the published
-    loaders of NeRF² and GSRF read. Of responses, the pictures are their spectra. Folders of spectra have no index files,
-    so a split must be named when a model is trained on them; those of powers and channels have a random 80/20 split of
-    seed 0, which NeRF² and GSRF need.
+    Exactly one of ``responses``, ``spectra``, ``powers`` and ``channels`` is given. The published loaders of NeRF² and
+    GSRF read the folder. The pictures of responses are their spectra. Folders of spectra have no index files, so a
+    split must be named when a model is trained on them; those of powers and channels have a random 80/20 split of seed
+    0, which NeRF² and GSRF need.
 
     Args:
         folder: the new dataset folder.
@@ -155,10 +155,11 @@ def write_dataset(
         if value is not None and name not in TAKES[quantity]:
             raise ParameterError(name, f"expected none beside {quantity}, found {shown(value)}")
     hertz = read_frequency(frequency)  # type: ignore[arg-type]  # refuses None, too
-    places = None if positions is None and quantity == "channels" else check_points(positions)  # type: ignore[arg-type]
+    unplaced = positions is None and quantity == "channels"
+    places = np.zeros((0, 3)) if unplaced else check_points(positions)  # type: ignore[arg-type]  # refuses None, too
     with new_folder(Path(folder)) as unfinished:
-        if places is None or channels is not None:
-            _fill_channels(unfinished, places, channels, antennas, hertz, bandwidth)
+        if channels is not None:
+            _fill_channels(unfinished, None if unplaced else places, channels, antennas, hertz, bandwidth)
         elif powers is not None:
             _fill_powers(unfinished, places, powers, gateways, hertz, floor_dbm, str(folder))
         else:
@@ -174,12 +175,13 @@ def write_dataset(
             kind = {} if array is None and spectra is not None else _of_gateway(array, hertz)
             gateway = Gateway(gateway_position, gateway_orientation, **kind)  # type: ignore[arg-type]  # checks both
             ends = gateway, hertz, grid, moving, arrays
-            if spectra is not None:
+            if responses is None:
+                assert spectra is not None
                 _fill_spectra(unfinished, Path(folder), places, spectra, *ends, stated=array is not None)
             else:
-                band = _band(responses, "responses", bandwidth, hertz)
-                found = own_responses(responses, len(places), array_of(gateway, hertz).elements, band)
-                fill_dataset(unfinished, Path(folder), places, found, *ends, phases=phases, band=band)
+                band = _band(np.shape(responses), "responses", bandwidth, hertz)
+                own = own_responses(responses, len(places), array_of(gateway, hertz).elements, band)
+                fill_dataset(unfinished, Path(folder), places, own, *ends, phases=phases, band=band)
         require_written(unfinished, Path(folder))
     return read_dataset(folder)
 
@@ -194,11 +196,10 @@ def _of_gateway(array: Array | None, hertz: float) -> dict[str, Any]:
     return array.of_gateway()
 
 
-def _band(values: ArrayLike, name: str, bandwidth: float | str | None, hertz: float) -> Band | None:
+def _band(shape: tuple[int, ...], name: str, bandwidth: float | str | None, hertz: float) -> Band | None:
     """The band of responses or channels; None if no bandwidth is given."""
     if bandwidth is None:
         return None
-    shape = np.shape(values)
     if len(shape) != 3:
         wrong = f"expected subcarriers along the third axis beside a bandwidth, found shape {shape}"
         raise ParameterError(name, wrong)
@@ -230,7 +231,7 @@ def _fill_powers(
 def _fill_channels(
     folder: Path,
     positions: Float[np.ndarray, "K 3"] | None,
-    channels: Complex[ArrayLike, "K A subcarriers"] | None,
+    channels: Complex[ArrayLike, "K A subcarriers"],
     antennas: Float[ArrayLike, "A 3"] | None,
     hertz: float,
     bandwidth: float | str | None,
@@ -244,7 +245,7 @@ def _fill_channels(
     found = check_array("channels", channels, (count, len(at), None), what, "c").astype(np.complex64)
     if found.shape[2] % 2:
         raise ParameterError("channels", f"expected an even number of subcarriers, found {found.shape[2]}")
-    band = _band(found, "channels", bandwidth, hertz)
+    band = _band(found.shape, "channels", bandwidth, hertz)
     stated = {"kind": "csi", **({} if band is None else {"band": asdict(band)}), "frequency_hz": hertz}
     write_channels(folder, positions, at, found, made_here() | stated)
     write_drawn_split(folder, len(found), 0)

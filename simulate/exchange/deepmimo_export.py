@@ -13,7 +13,7 @@ from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_kinds import require_spectra
-from simulate.dataset.dataset_reader import read_metadata
+from simulate.dataset.metadata import read_metadata
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo_scenario import (
     MOST_INTERACTIONS,
@@ -83,10 +83,9 @@ def _check_name(folder: Path) -> None:
 
 def _request(source: Path) -> tuple[Request, Rays]:
     """The request and the engine that the dataset was simulated with."""
-    if other := not_spectra(source):
-        raise InputError(other)
+    require_spectra(source)
     path = source / "metadata.json"
-    if "scene_file" not in read_metadata(path, []):
+    if "scene_file" not in read_metadata(path):
         raise InputError(
             f"{source}: expected a simulated dataset, since its paths are traced in its scene, found one without a "
             "scene; a measured dataset has none"

@@ -121,10 +121,9 @@ class WrittenParts:
         problems: list[str] = []
         path, count = self.folder / "channels.npz", len(self.names)
         found_there = read_responses(path, count, self._elements, problems, self._band)
-        recorded = found_there.channels if self._band is None else found_there.over_band
         self.damage = [f"{problem}; it is made again" for problem in problems]
         with ThreadPoolExecutor() as pool:
-            recorded = None if found_there.retrieved else recorded
+            recorded = None if found_there.retrieved else found_there.responses
             found = {start: self._whole(start, recorded, pool) for start in self.starts}
         return {start: responses for start, responses in found.items() if responses is not None}
 

@@ -165,8 +165,7 @@ def read_request(folder: Path) -> Request:
     if not path.exists() and (folder / "scene.yaml").exists():
         scene_file = folder / "scene.yaml"
         raise InputError(f"{folder}: expected a simulated dataset, found the folder of a scene; give {scene_file}")
-    if other := not_spectra(folder):
-        raise InputError(other)
+    require_spectra(folder)
     metadata = read_metadata_file(path, "the metadata of a simulated dataset", simulated=True)
     errors = dict(metadata["measurement"])
     measurement_seed = errors.pop("seed")

@@ -156,3 +156,8 @@ def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
     text.write("x,y,z\n")
     np.savetxt(text, positions, fmt="%.6f", delimiter=",")
     write_atomically(path, text.getvalue().encode())
+
+
+def box_in_words(points: Float[np.ndarray, "n 3"]) -> str:
+    """The lowest and the highest corner of the box around points, metres."""
+    return " to ".join(str(corner.round(3).tolist()) for corner in (points.min(axis=0), points.max(axis=0)))

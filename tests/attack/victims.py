@@ -251,7 +251,13 @@ def write_powers(folder: Path) -> None:
     powers = generator.uniform(-90, -40, (12, 2))
     powers[3, 1] = np.nan
     gateways = {"door": (0.0, 0.0, 2.0), "7": (5.0, 0.0, 2.0)}
-    write_rssi(folder / "powers", generator.uniform((2, -1, 0), (4, 1, 2), (12, 3)), powers, gateways, 2.4e9)
+    write_dataset(
+        folder / "powers",
+        generator.uniform((2, -1, 0), (4, 1, 2), (12, 3)),
+        powers=powers,
+        gateways=gateways,
+        frequency=2.4e9,
+    )
     (folder / "gateways.yml").write_text(
         "door: [0.3, 0.5, 2.0]\nroof: {position: [1, 1, 2], boresight: [1, 0, 0], pattern: dipole}\n"
     )

@@ -471,8 +471,8 @@ NOT_CALLED = {
     "PredictsResponses": "a protocol",
     "Run": "made by train and load_run",
     "Dataset": "made by simulate and read_dataset",
-    "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
-    "CsiDataset": "made by read_csi",
+    "Dataset": "made by simulate_rssi, write_rssi and read_rssi",
+    "Dataset": "made by read_csi",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",
@@ -486,7 +486,9 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
     file = tmp_path_factory.mktemp("meshes") / "floor.ply"
     bisplat.shapes.sheet((0, 0, 0), (9, 0, 0), (0, 9, 0)).export(file)
     places = np.random.default_rng(0).uniform(0, 3, (12, 3))
-    bisplat.write_rssi(file.with_name("powers"), places, -50 - 10 * places[:, :1], {"door": (0, 0, 1)}, 2.4e9)
+    bisplat.write_dataset(
+        file.with_name("powers"), places, powers=-50 - 10 * places[:, :1], gateways={"door": (0, 0, 1)}, frequency=2.4e9
+    )
     banded = np.exp(1j * np.arange(20 * 4 * 8)).reshape(20, 4, 8)
     square = bisplat.PlanarArray(2, 2)
     bisplat.write_dataset(file.with_name("wide"), np.eye(20, 3), banded, square, 2.4e9, bandwidth=20e6)

@@ -87,7 +87,13 @@ def place(tmp_path_factory, write_folder) -> Path:
     write_folder(folder / "data")
     write_gateway(folder / "data" / "gateway_info.yml", "lab", scene.gateway.position, scene.gateway.orientation)
     heard = np.random.default_rng(0).uniform(1, 3, (20, 3))
-    write_rssi(folder / "heard", heard, -50 - 10 * heard[:, :1], {"door": (1.0, 0.6, 2.2)}, scene.frequency)
+    write_dataset(
+        folder / "heard",
+        heard,
+        powers=-50 - 10 * heard[:, :1],
+        gateways={"door": (1.0, 0.6, 2.2)},
+        frequency=scene.frequency,
+    )
     request = Request(scene, np.array([[2.5, 3.0, 1.2]]), "given", Rays(), 0)
     (folder / "traced").mkdir()
     write_scene(scene, folder / "traced" / "scene")

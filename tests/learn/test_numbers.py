@@ -122,7 +122,7 @@ def test_models(name, odd, scene):
     config = Config(dataset="odd", model=name, options=options, by_steps=entry.by_steps)
     torch.manual_seed(0)
     model = build_model(config, box_of(data.positions[parts.train]), data.beamformer, data.wavelength)
-    if (name == "twin" and odd == "black") or (name == "mirror-images" and data.responses is None):
+    if (name == "twin" and odd == "black") or (name == "mirror-images" and "response" not in data.values):
         for learn in (model.fit, model.refit):
             with pytest.raises(InputError, match=r"expected (spectra of several grey levels|element responses)"):
                 learn(data, parts.train)

@@ -32,14 +32,14 @@ def channels_at(places: np.ndarray, scatterers: np.ndarray, antennas: np.ndarray
 
 
 @pytest.fixture(scope="module")
-def csi(tmp_path_factory) -> bisplat.CsiDataset:
+def csi(tmp_path_factory) -> bisplat.Dataset:
     generator = np.random.default_rng(0)
     places = generator.uniform((2, -1.5, 1), (5, 1.5, 1.5), (160, 3))
     folder = tmp_path_factory.mktemp("csi") / "links"
     antennas = np.array([[0, 0.06 * number, 2] for number in range(8)])
     write_links(folder, channels_at(places, np.array([[4.0, 4, 1], [7, -1, 2]]), antennas))
     write_positions(folder / "tx_pos.csv", places)
-    return bisplat.read_csi(folder)
+    return bisplat.read_dataset(folder)
 
 
 @pytest.fixture(scope="module")

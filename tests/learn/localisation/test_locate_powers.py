@@ -17,11 +17,11 @@ KNOWN, TEST = np.arange(60), np.arange(60, 100)
 
 
 @pytest.fixture(scope="module")
-def hall(tmp_path_factory) -> bisplat.RssiDataset:
+def hall(tmp_path_factory) -> bisplat.Dataset:
     """A hundred positions and four gateways with 2 dB of noise; what lies below −66 dBm is not received."""
     folder = tmp_path_factory.mktemp("powers") / "hall"
     made = write_hall(folder, [(0, 0, 0.5), (9, 6, 1.5)], 100, GATEWAYS, floor_dbm=-66)
-    assert 0.01 < np.isnan(made.rssi_dbm).mean() < 0.2
+    assert 0.01 < np.isnan(made.powers).mean() < 0.2
     return made
 
 
@@ -38,17 +38,15 @@ def test_likelihood_by_hand():
 
 
 def test_errors_are_smaller_than_those_of_simpler_methods(hall):
-    places = locate_powers(hall, hall.rssi_dbm[TEST], known=KNOWN, level=0)
-    rows = error_rows(
-        places, hall.positions[TEST], by_powers(hall, KNOWN, hall.rssi_dbm[TEST], 0), hall.positions[KNOWN]
-    )
+    places = locate_powers(hall, hall.powers[TEST], known=KNOWN, level=0)
+    rows = error_rows(places, hall.positions[TEST], by_powers(hall, KNOWN, hall.powers[TEST], 0), hall.positions[KNOWN])
     found = {row["method"]: row["median, m"] for row in rows}
     assert found["locate"] < 0.9 * min(each for name, each in found.items() if name != "locate")
     assert rows[0]["within 90 % region"] >= 0.8
 
 
 def test_level_of_another_device_is_estimated(hall, capsys):
-    sent = hall.rssi_dbm[TEST]
+    sent = hall.powers[TEST]
     heard = np.where(sent - 6 < hall.floor_dbm, np.nan, sent - 6)
     places = locate_powers(hall, heard, known=KNOWN)
     assert "6 dB weaker" in capsys.readouterr().err
@@ -60,7 +58,7 @@ def test_level_of_another_device_is_estimated(hall, capsys):
 
 
 def test_transmitter_that_nobody_hears_has_no_place(hall):
-    heard = np.stack([hall.rssi_dbm[60], np.full(4, -100.0)])
+    heard = np.stack([hall.powers[60], np.full(4, -100.0)])
     found = locate_powers(hall, heard, level=0)
     assert len(found[0]) == 1 and found[1] == []
 
@@ -82,12 +80,12 @@ def test_command_locates_the_test_part_or_what_was_heard(hall, bisplat_command):
     with open("where.csv") as file:
         rows = list(csv.DictReader(file))
     assert {int(row["name"]) for row in rows} == set(hall.test.tolist()) and {row["part"] for row in rows} == {"test"}
-    turned = "d,c,b,a\n" + ",".join(f"{each:g}" for each in np.nan_to_num(hall.rssi_dbm[61][::-1], nan=-100)) + "\n"
+    turned = "d,c,b,a\n" + ",".join(f"{each:g}" for each in np.nan_to_num(hall.powers[61][::-1], nan=-100)) + "\n"
     with open("heard.csv", "w") as file:
         file.write(turned)
     status, out, _ = bisplat_command("locate", hall.folder, "--heard", "heard.csv", "--level", "0", "-o", "there.csv")
     assert status == 0 and "1 transmitters" in out and "log-distance" not in out
-    [place] = locate_powers(hall, hall.rssi_dbm[[61]], level=0)[0]
+    [place] = locate_powers(hall, hall.powers[[61]], level=0)[0]
     with open("there.csv") as file:
         [row] = csv.DictReader(file)
     assert float(row["x"]) == pytest.approx(place.position[0], abs=1e-3) and row["part"] == "new"
@@ -97,7 +95,9 @@ def test_the_stated_level_is_that_of_the_simpler_methods_too(hall, bisplat_comma
     """A device that is 6 dB stronger, and said to be, is located as well by all methods as one of the same level."""
     tables = []
     for name, level in (("same", 0), ("stronger", 6)):
-        bisplat.write_rssi(name, hall.positions[60:80], hall.rssi_dbm[60:80] + level, GATEWAYS, "2.4 GHz")
+        bisplat.write_dataset(
+            name, hall.positions[60:80], powers=hall.powers[60:80] + level, gateways=GATEWAYS, frequency="2.4 GHz"
+        )
         status, out, _ = bisplat_command("locate", hall.folder, "--heard", name, "--level", level, "-o", f"{name}.csv")
         assert status == 0 and "None" not in out
         tables.append([line for line in out.splitlines() if "fingerprint" in line or "log-distance" in line])
@@ -125,7 +125,7 @@ def test_heard_powers_of_other_gateways_are_refused(hall, bisplat_command, conte
 )
 def test_gateways_elsewhere_or_of_another_frequency_are_refused(hall, bisplat_command, up, frequency, message):
     moved = {name: (x, y, z + up * (name == "b")) for name, (x, y, z) in GATEWAYS.items()}
-    bisplat.write_rssi("other", hall.positions, hall.rssi_dbm, moved, frequency)
+    bisplat.write_dataset("other", hall.positions, powers=hall.powers, gateways=moved, frequency=frequency)
     status, _, err = bisplat_command("locate", hall.folder, "--heard", "other", "-o", "where.csv")
     assert status == 1 and message in err.replace("2.4 GHz", "2400 MHz"), err
 

@@ -30,7 +30,7 @@ def test_scores_by_hand():
 def test_every_method_is_scored_on_the_same_powers(hall):
     comparison = bisplat.compare_powers(hall)
     assert len({(row["powers"], row["not_received"]) for row in comparison}) == 1
-    truth = hall.rssi_dbm[hall.test]
+    truth = hall.powers[hall.test]
     assert comparison.rows[0]["not_received"] == np.isnan(truth).sum() > 0
     for errors in comparison.errors.values():
         assert np.array_equal(np.isnan(errors), np.isnan(truth))
@@ -81,7 +81,7 @@ def test_nothing_received_at_the_test_positions(bisplat_command, tmp_path):
     places = np.random.default_rng(0).uniform(0, 5, (30, 3))
     powers = np.full((30, 1), np.nan)
     powers[0] = -50
-    bisplat.write_rssi(tmp_path / "far", places, powers, {"far": (90, 0, 0)}, "2.4 GHz")
+    bisplat.write_dataset(tmp_path / "far", places, powers=powers, gateways={"far": (90, 0, 0)}, frequency="2.4 GHz")
     status, _, err = bisplat_command("compare", tmp_path / "far", "--split", "blocked", "-o", "out")
     assert status == 0, err
     facts = json.loads((tmp_path / "out" / "results.json").read_text())

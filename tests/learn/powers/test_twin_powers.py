@@ -46,7 +46,7 @@ def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(hear
     kriging.fit(KnownPowers.of(heard, np.arange(60)))
     test = slice(60, None)
     kriged, traced = (
-        score_powers(method.predict(heard.positions[test]), heard.rssi_dbm[test], heard.floor_dbm)
+        score_powers(method.predict(heard.positions[test]), heard.powers[test], heard.floor_dbm)
         for method in (kriging, fitted)
     )
     assert traced["error_median_db"] < 0.75 * kriged["error_median_db"]
@@ -63,14 +63,14 @@ def test_a_description_of_another_place_does_no_harm(heard):
     for method in (HelmholtzPowers(), TwinPowers(other, heard, PLACES, ONCE)):
         method.fit(KnownPowers.of(heard, np.arange(60)))
         found = method.predict(heard.positions[60:])
-        errors.append(score_powers(found, heard.rssi_dbm[60:], heard.floor_dbm)["error_median_db"])
+        errors.append(score_powers(found, heard.powers[60:], heard.floor_dbm)["error_median_db"])
     assert errors[1] < 1.15 * errors[0]
 
 
 def test_where_no_path_leads_the_trend_stays_in_its_range(heard, fitted):
     behind = np.array([[2.0, 1.75, 1.5]])  # inside the cabinet of metal
     found = fitted.predict(behind)
-    assert np.isfinite(found.median).all() and (found.median > heard.rssi_dbm.min() - 40).all()
+    assert np.isfinite(found.median).all() and (found.median > heard.powers.min() - 40).all()
     assert (found.low < found.median).all() and (found.median < found.high).all()
 
 

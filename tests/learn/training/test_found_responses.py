@@ -73,7 +73,7 @@ def likeness(one, other):
 @pytest.mark.slow
 def test_responses_behind_pictures_of_one_field_are_the_true_ones_but_for_a_factor_and_a_flip(closet, capsys):
     dataset, parts = closet
-    learned, true = found(replace(dataset, responses=None), parts)[:80], dataset.responses[:80]
+    learned, true = found(dataset.with_values(response=None), parts)[:80], dataset.responses[:80]
     assert max(likeness(learned, true), likeness(learned, flipped(true))) > 0.95
     assert "learns from responses found behind the pictures" in capsys.readouterr().err
 
@@ -102,7 +102,7 @@ def test_responses_are_found_only_where_a_model_can_learn_them(closet):
     dataset, parts = closet
     assert found(dataset, parts) is dataset.responses
     assert found(dataset, parts, "mlp") is None
-    pictures = replace(dataset, responses=None)
+    pictures = dataset.with_values(response=None)
     assert found(pictures, parts, "mlp") is None
     assert found(pictures, parts, find_phases=False) is None
     assert found(pictures, Split(np.arange(15), parts.validation, parts.test)) is None

@@ -154,12 +154,14 @@ def heard(tmp_path_factory):
 def described(heard, folder, off):
     """The same powers, of gateways that are described to be elsewhere."""
     places = dict(zip(TRUE, (heard.gateway_positions + off).tolist(), strict=True))
-    return bisplat.write_rssi(folder, heard.positions, heard.rssi_dbm, places, 915e6, floor_dbm=heard.floor_dbm)
+    return bisplat.write_dataset(
+        folder, heard.positions, powers=heard.powers, gateways=places, frequency=915e6, floor_dbm=heard.floor_dbm
+    )
 
 
 def error(scene, gateways, data):
     """Median error of traced powers at the positions that were not used, dB."""
-    off = data.rssi_dbm - 10 * np.log10(traced_powers(scene, gateways, data.positions, COARSE)[0])
+    off = data.powers - 10 * np.log10(traced_powers(scene, gateways, data.positions, COARSE)[0])
     return np.median(np.abs(off - np.median(off[:50], axis=0))[50:])
 
 
@@ -178,7 +180,7 @@ def test_gateways_and_materials_are_found(heard, tmp_path):
     assert found.error[0] < 0.7 * found.error[1]
     assert error(found.scene, found.gateways, data) < 0.7 * error(wrong, described_gateways(data), data)
     predicted = found.predict(data.positions[50:])
-    assert np.median(np.abs(predicted - data.rssi_dbm[50:])) < 1
+    assert np.median(np.abs(predicted - data.powers[50:])) < 1
     assert (found.deviations <= [1.001 * each.tolerance for each in found.which]).all()
     assert found.which[3].label == "gateway desk x"
 
@@ -192,7 +194,7 @@ def test_a_tolerance_of_zero_keeps_the_places(heard):
 
 def test_powers_that_do_not_fit_are_refused(heard):
     place, known = small_scene(CABINET), np.arange(5)
-    silent = replace(heard, rssi_dbm=np.full_like(heard.rssi_dbm, np.nan))
+    silent = replace(heard, rssi_dbm=np.full_like(heard.powers, np.nan))
     with pytest.raises(InputError, match="small: expected a scene of the dataset's wavelength"):
         calibrate_powers_by(replace(place, frequency=2.4e9), heard, known, ONLY_PLACES, COARSE)
     with pytest.raises(InputError, match="small: expected a tolerance above 0"):
@@ -239,4 +241,4 @@ def test_command_writes_gateways_for_the_next_simulation(heard, tmp_path, bispla
     status, out, _ = bisplat_command(*arguments)
     assert status == 0 and "median error of the received powers: " in out
     found = read_gateways(tmp_path / "corrected" / "gateways.yml")
-    assert list(found) == list(read_rssi(data.folder).gateway_names)
+    assert list(found) == list(read_dataset(data.folder).gateway_names)

@@ -103,7 +103,7 @@ def test_gains_of_chains_are_found(data, true, tmp_path):
     factors = 1 + 0.5 * np.random.default_rng(3).normal(size=(tracer.chains, 2)) @ [1, 1j]
     responses = tracer.responses(data.positions, factors)
     assert correlation(traced[test], responses[test]) < 0.96
-    twin.refit(replace(data, responses=responses), known)
+    twin.refit(data.with_values(response=responses), known)
     assert correlation(predict(twin, data.positions[test]).responses, responses[test]) > 0.995
 
 

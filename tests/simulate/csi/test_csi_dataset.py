@@ -9,7 +9,6 @@ import pytest
 
 import bisplat
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import inspect
 from tests.corpus import ANY_FILE
 
 ANTENNAS, COUNT = 4, 6
@@ -37,10 +36,10 @@ def folder(tmp_path) -> Path:
 
 
 def test_published_folder_is_read_and_what_is_assumed_is_said(folder, capsys):
-    read = bisplat.read_csi(folder)
+    read = bisplat.read_dataset(folder)
     np.testing.assert_array_equal(np.concatenate([read.uplink, read.downlink], axis=-1), channels())
     assert read.uplink.shape == read.downlink.shape == (COUNT, ANTENNAS, 26)
-    np.testing.assert_allclose(read.antenna_positions[3], [0, 0.18, 2])
+    np.testing.assert_allclose(read.gateway_positions[3], [0, 0.18, 2])
     assert (read.positions, read.frequency, read.frequencies) == (None, None, None)
     assert (read.train.tolist(), read.test.tolist()) == ([0, 1, 2, 5], [3, 4])
     said = capsys.readouterr().err
@@ -54,7 +53,7 @@ def test_export_and_reading_are_each_others_inverse(tmp_path, capsys):
     wide = bisplat.write_dataset(tmp_path / "wide", places, channels(), array, "2.4 GHz", bandwidth="20 MHz")
     bisplat.export_csi(wide, tmp_path / "csi")
     capsys.readouterr()
-    read = bisplat.read_csi(tmp_path / "csi")
+    read = bisplat.read_dataset(tmp_path / "csi")
     np.testing.assert_array_equal(np.concatenate([read.uplink, read.downlink], axis=-1), wide.band_responses)
     np.testing.assert_allclose(read.positions, wide.positions, atol=1e-6)
     np.testing.assert_array_equal(read.frequencies, wide.band.frequencies(2.4e9))
@@ -114,7 +113,7 @@ BAND = '{"frequency_hz": %g, "band": {"bandwidth": 2e7, "subcarriers": %d}}'
 def test_each_fault_has_one_sentence(break_it, sentence, folder):
     break_it(folder)
     with pytest.raises(InputError, match=re.escape(f"{folder}/{sentence}")) as error:
-        bisplat.read_csi(folder)
+        bisplat.read_dataset(folder)
     assert "more problems" not in str(error.value)
 
 

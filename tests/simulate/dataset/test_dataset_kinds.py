@@ -45,10 +45,10 @@ def test_what_is_found_is_named_wherever_another_kind_is_expected(folder, mark, 
                 read(place)
     if mark != POWERS:
         with pytest.raises(InputError, match=rf"expected received powers \(gateway_rssi\.csv\), found {found}"):
-            read_rssi(place)
+            read_dataset(place)
     if mark != CHANNELS:
         with pytest.raises(InputError, match=rf"expected channels \(csidata\.npy\), found {found}"):
-            read_csi(place)
+            read_dataset(place)
 
 
 def test_every_command_that_takes_a_folder_exists():

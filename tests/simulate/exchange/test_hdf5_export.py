@@ -69,7 +69,7 @@ def test_measured_dataset_has_no_responses_but_those_that_were_retrieved(dataset
         dataset, responses=None, metadata={}, frequency=Frequency(), train=np.zeros(0, int), test=np.zeros(0, int)
     )
     export_hdf5(measured, tmp_path / "measured.h5")
-    export_hdf5(replace(measured, retrieved=dataset.responses), tmp_path / "retrieved.h5")
+    export_hdf5(measured.with_values(retrieved=dataset.responses), tmp_path / "retrieved.h5")
     with h5py.File(tmp_path / "measured.h5") as file:
         assert "responses" not in file and "retrieved_responses" not in file
         assert file.attrs["frequency_source"] == "assumed" and len(file["train_index"]) == 0

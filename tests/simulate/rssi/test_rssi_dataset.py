@@ -8,7 +8,6 @@ import pytest
 
 import bisplat
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_folder import inspect
 from tests.corpus import ANY_FILE
 
 PLACES = np.array([[1.0, 2.0, 1.0], [4.0, 2.0, 1.0], [2.5, 0.25, 1.125], [3.0, 3.0, 1.0], [0.5, 1.5, 1.0]])
@@ -19,7 +18,9 @@ GATEWAYS = {"door": (0.0, 0.0, 2.5), "7": (5.0, 0.0, 2.5)}
 @pytest.fixture
 def folder(tmp_path) -> Path:
     """A valid folder."""
-    bisplat.write_rssi(tmp_path / "hall", PLACES, POWERS, GATEWAYS, "2.4 GHz", floor_dbm=-99)
+    bisplat.write_dataset(
+        tmp_path / "hall", PLACES, powers=POWERS, gateways=GATEWAYS, frequency="2.4 GHz", floor_dbm=-99
+    )
     return tmp_path / "hall"
 
 
@@ -41,9 +42,9 @@ def test_files_are_those_of_nerf2_byte_by_byte(folder):
 
 
 def test_what_is_written_is_what_is_read(folder):
-    read = bisplat.read_rssi(folder)
+    read = bisplat.read_dataset(folder)
     np.testing.assert_array_equal(read.positions, PLACES)
-    np.testing.assert_array_equal(read.rssi_dbm, [[-48, -61.25], [-60, np.nan], [-52, np.nan], [-70, -99], [np.nan, 0]])
+    np.testing.assert_array_equal(read.powers, [[-48, -61.25], [-60, np.nan], [-52, np.nan], [-70, -99], [np.nan, 0]])
     assert read.gateway_names == list(GATEWAYS)
     np.testing.assert_array_equal(read.gateway_positions, list(GATEWAYS.values()))
     assert (read.floor_dbm, read.frequency.hertz, len(read)) == (-99, 2.4e9, 5)
@@ -53,7 +54,7 @@ def test_what_is_written_is_what_is_read(folder):
 def test_a_foreign_folder_needs_neither_metadata_nor_index_files(folder):
     for name in ("metadata.json", "train_index.txt", "test_index.txt"):
         (folder / name).unlink()
-    read = bisplat.read_rssi(folder)
+    read = bisplat.read_dataset(folder)
     assert read.frequency is None and read.floor_dbm == -100 and len(read.train) == len(read.test) == 0
 
 
@@ -91,7 +92,7 @@ def test_a_mistake_is_refused_in_one_sentence(mistake, folder):
     name, content, sentence = MISTAKES[mistake]
     (folder / name).write_text(content)
     with pytest.raises(InputError, match=sentence) as refused:
-        bisplat.read_rssi(folder)
+        bisplat.read_dataset(folder)
     assert "\n" not in str(refused.value) and str(refused.value).startswith(str(folder))
 
 
@@ -102,15 +103,15 @@ def test_what_is_no_file_is_refused(name, kind, folder):
     (folder / name).unlink()
     make(folder / name)
     with pytest.raises(InputError, match="expected"):
-        bisplat.read_rssi(folder)
+        bisplat.read_dataset(folder)
 
 
 def test_other_folders_are_refused(tmp_path, folder):
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match=r"expected received powers \(gateway_rssi.csv\), found no such file"):
-        bisplat.read_rssi(tmp_path / "empty")
+        bisplat.read_dataset(tmp_path / "empty")
     with pytest.raises(InputError, match="found nothing there"):
-        bisplat.read_rssi(tmp_path / "nowhere")
+        bisplat.read_dataset(tmp_path / "nowhere")
     with pytest.raises(InputError, match=r"expected a dataset of spectra, found received powers \(RSSI\)"):
         bisplat.read_dataset(folder)
 
@@ -131,13 +132,15 @@ def test_other_folders_are_refused(tmp_path, folder):
 def test_wrong_arguments_write_nothing(changed, message, tmp_path):
     given = {"positions": PLACES, "rssi_dbm": POWERS, "gateways": GATEWAYS, "frequency": 2.4e9} | changed
     with pytest.raises(InputError, match=message):
-        bisplat.write_rssi(tmp_path / "hall", **given)
+        bisplat.write_dataset(tmp_path / "hall", **given)
     assert not (tmp_path / "hall").exists()
 
 
 def test_powers_at_the_mark_count_as_not_received(tmp_path, capsys):
-    made = bisplat.write_rssi(tmp_path / "x", PLACES[:2], [[-100.0, -50], [-103, -60]], GATEWAYS, 2.4e9)
-    assert np.isnan(made.rssi_dbm[:, 0]).all()
+    made = bisplat.write_dataset(
+        tmp_path / "x", PLACES[:2], powers=[[-100.0, -50], [-103, -60]], gateways=GATEWAYS, frequency=2.4e9
+    )
+    assert np.isnan(made.powers[:, 0]).all()
     assert "2 powers of -100 dBm or less count as not received" in capsys.readouterr().err
 
 
@@ -157,7 +160,7 @@ def by_distance(at_one_metre: float, slope: float) -> tuple[np.ndarray, np.ndarr
 
 
 def test_check_tells_the_exponent_of_the_distance(tmp_path):
-    bisplat.write_rssi(tmp_path / "x", *by_distance(-30, 25), GATEWAYS, 2.4e9)
+    bisplat.write_dataset(tmp_path / "x", *by_distance(-30, 25), GATEWAYS, 2.4e9)
     found = bisplat.check(tmp_path / "x")
     assert found.warnings == [] and found.figures()["distance_exponent"] == pytest.approx(2.5, abs=1e-3)
     assert "exponent 2.5" in found.description()["distance law"]
@@ -175,13 +178,13 @@ def test_check_tells_the_exponent_of_the_distance(tmp_path):
     ],
 )
 def test_check_warns_of_oddities(change, warning, tmp_path):
-    bisplat.write_rssi(tmp_path / "x", *change(*by_distance(-20, 30)), GATEWAYS, 2.4e9)
+    bisplat.write_dataset(tmp_path / "x", *change(*by_distance(-20, 30)), GATEWAYS, 2.4e9)
     assert re.search(warning, "\n".join(bisplat.check(tmp_path / "x").warnings))
 
 
 def test_powers_weaker_than_the_mark_are_kept_and_named(folder):
     (folder / "gateway_rssi.csv").write_text(HEAD + ROWS.replace("-99", "-104"))
-    assert np.nanmin(bisplat.read_rssi(folder).rssi_dbm) == -104
+    assert np.nanmin(bisplat.read_dataset(folder).powers) == -104
     assert "1 of 7 powers lie below -100 dBm" in bisplat.check(folder).warnings[0]
 
 
@@ -189,9 +192,9 @@ def test_hdf5_has_all(folder, tmp_path):
     import h5py
 
     bisplat.export_hdf5(folder, tmp_path / "hall.h5")
-    read = bisplat.read_rssi(folder)
+    read = bisplat.read_dataset(folder)
     with h5py.File(tmp_path / "hall.h5") as file:
-        np.testing.assert_array_equal(file["rssi_dbm"], read.rssi_dbm)
+        np.testing.assert_array_equal(file["rssi_dbm"], read.powers)
         np.testing.assert_array_equal(file["positions_m"], read.positions)
         np.testing.assert_array_equal(file["gateway_positions_m"], read.gateway_positions)
         assert [name.decode() for name in file["gateway_names"]] == read.gateway_names
