@@ -214,7 +214,7 @@ def of_pose(
     which = unknowns(scene, tolerances)
     off = wrong_poses(scene, which, far, draw + 1)[draw]
     if subcarriers == 1:
-        data = replace(data, band=None, band_responses=None)
+        data = data.with_values(response=data.responses)
     begun = time.perf_counter()
     found = calibrate_by(vary(scene, which, off), data, np.arange(spectra), tolerances, followed)
     left = np.linalg.norm(np.subtract(found.scene.gateway.position, scene.gateway.position))

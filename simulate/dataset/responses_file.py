@@ -56,6 +56,7 @@ class Recorded(NamedTuple):
             largest = float(np.abs(found[finite]).max(initial=0))
         if not low <= largest <= high:
             problems.append(f"{path}: expected a largest magnitude from {low:g} to {high:g}, found {largest:.4g}")
+            return {}
         return {"retrieved" if self.retrieved else "response": found.astype(np.complex64)}
 
 

@@ -131,18 +131,32 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         ),
         "Band": Call(bisplat.Band, {"bandwidth": 20e6, "subcarriers": 64}, {"bandwidth": (*NUMBER, 0)}),
         "Band.frequencies": Call(bisplat.Band(20e6, 64).frequencies, {}, {"carrier": (*NUMBER, 0)}),
-        "read_rssi": Call(bisplat.read_rssi, {}, {"folder": other}),
-        "read_csi": Call(bisplat.read_csi, {}, {"folder": other}),
-        "write_rssi": Call(
-            bisplat.write_rssi,
+        "write_dataset.powers": Call(
+            bisplat.write_dataset,
             two | {
-                "folder": "out", "rssi_dbm": [[-50.0], [-60.0]], "gateways": {"door": (0, 0, 1)}, "frequency": 2.4e9,
+                "folder": "out", "powers": [[-50.0], [-60.0]], "gateways": {"door": (0, 0, 1)}, "frequency": 2.4e9,
             },
             {
-                "rssi_dbm": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
+                "powers": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
                 "gateways": ("x", None, {}, [(0, 0, 1)], {3: (0, 0, 1)}, *({"door": each} for each in POINT)),
-                "floor_dbm": (*NUMBER, -101, 61, None),
+                "floor_dbm": (*NUMBER, -101, 61, None), "array": (array,), "antennas": ([[0, 0, 1]],),
             },
+        ),
+        "write_dataset.channels": Call(
+            bisplat.write_dataset,
+            {
+                "folder": "out", "positions": None, "channels": np.ones((2, 1, 4)) * 1j, "antennas": [[0, 0, 1]],
+                "frequency": 2.4e9,
+            },
+            {
+                "channels": ("x", None, 3, np.ones((2, 2, 4)) * 1j, np.ones((2, 1, 3)) * 1j), "gateways": ({},),
+                "antennas": ("x", None, 3, [(0, 0, 1)] * 2), "bandwidth": BANDWIDTH,
+            },
+        ),
+        "write_dataset.spectra": Call(
+            bisplat.write_dataset,
+            two | {"folder": "out", "spectra": dataset.spectra[:2], "frequency": 2.4e9},
+            {"spectra": ("x", None, 3, dataset.spectra, 2 * dataset.spectra[:2]), "floor_dbm": (*NUMBER, -60)},
         ),
         "simulate_rooms": Call(
             bisplat.simulate_rooms,
@@ -471,8 +485,6 @@ NOT_CALLED = {
     "PredictsResponses": "a protocol",
     "Run": "made by train and load_run",
     "Dataset": "made by simulate and read_dataset",
-    "Dataset": "made by simulate_rssi, write_rssi and read_rssi",
-    "Dataset": "made by read_csi",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",

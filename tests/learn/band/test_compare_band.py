@@ -1,7 +1,5 @@
 """The comparison of methods that predict responses over a band, and runs that predict them."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -57,7 +55,7 @@ def test_a_run_predicts_the_band(wide, tmp_path):
 
 
 def test_a_dataset_without_band_is_refused(wide):
-    carrier = dataclasses.replace(wide, band=None, band_responses=None)
+    carrier = wide.with_values(response=wide.responses)
     with pytest.raises(InputError, match="expected responses over a band"):
         bisplat.compare_band(carrier, ["nearest"], split="random")
 

@@ -287,7 +287,7 @@ def test_spectra_of_two_elements_are_not_scored(tiny, tmp_path, function):
     dataset = read_dataset(tiny)
     small = Identification(Beamformer(PlanarArray(1, 2)), source="metadata")
     with pytest.raises(InputError, match="at least 3 elements to score spectra, found 1 × 2"):
-        function(replace(dataset, identification=small), output=tmp_path / "out")
+        function(replace(dataset, receiver=replace(dataset.receiver, identification=small)), output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

@@ -58,7 +58,7 @@ class Own:
 @pytest.mark.parametrize("split", ["files", "random", "blocked", "area"])
 def test_splits_are_those_of_spectra(kind, split):
     places = np.random.default_rng(1).uniform(0, 5, (60, 3))
-    dataset = replace(kind.dataset, positions=places)
+    dataset = replace(kind.dataset, places=places)
     comparison = kind.compare(dataset, [kind.worse], split=split)
     parts = bisplat.split(dataset, split, 0)
     assert (comparison.known, comparison.test) == (len(parts.known), len(parts.test))

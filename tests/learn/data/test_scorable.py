@@ -29,13 +29,14 @@ def blackened(tiny):
         dataset = read_dataset(tiny)
         pictures = dataset.pictures.copy()
         pictures[indices] = level
-        return replace(dataset, pictures=pictures)
+        return dataset.with_values(spectrum=pictures)
 
     return made
 
 
 def of_array(dataset, rows, columns):
-    return replace(dataset, identification=Identification(Beamformer(PlanarArray(rows, columns)), source="metadata"))
+    known = Identification(Beamformer(PlanarArray(rows, columns)), source="metadata")
+    return replace(dataset, receiver=replace(dataset.receiver, identification=known))
 
 
 @pytest.mark.parametrize("level", [0, 120])

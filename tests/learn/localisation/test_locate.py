@@ -3,7 +3,6 @@
 import csv
 import json
 import shutil
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -169,7 +168,7 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     test = runs[0].split(data).test
     pictures = data.pictures.copy()
     pictures[test[2:]] = 0
-    monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
+    monkeypatch.setattr(type(runs[0]), "dataset", lambda self: data.with_values(spectrum=pictures))
     assert evaluate_locations(heard_by([runs[0]])).names == [data.names[each] for each in test[:2]]
     pictures[test] = 0
     with pytest.raises(InputError, match="found none in 30"):

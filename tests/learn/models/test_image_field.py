@@ -15,6 +15,7 @@ from learn.models.kriging.kriged_field import KrigedField
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.train import train
 from scenes.files.errors import InputError
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.dataset.written_dataset import write_dataset
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
 
@@ -47,7 +48,7 @@ def room():
     places = np.array([0.3, 0.2, 0.7]) + np.random.default_rng(0).uniform(0, 1, (40, 3))
     responses = sum(amplitude * waves(places, *image) for amplitude, *image in WALLS)
     found = dataset_of(places, responses)
-    return dataclasses.replace(found, gateway_position=GATEWAY, gateway_orientation=TURN.as_quat())
+    return dataclasses.replace(found, receiver=ArrayReceiver(GATEWAY, TURN.as_quat(), found.identification))
 
 
 @pytest.fixture(scope="module")

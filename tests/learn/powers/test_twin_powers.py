@@ -25,6 +25,10 @@ PLACES = Tolerances(position=0.03, objects=0, materials=0)
 PLACE = small_scene(CABINET)
 
 
+def moved_to(heard, positions):
+    return replace(heard, receiver=replace(heard.receiver, positions=positions))
+
+
 @pytest.fixture(scope="module")
 def heard(tmp_path_factory):
     """Powers of the direct path and the reflections at the floor and the cabinet, at 240 positions."""
@@ -35,7 +39,7 @@ def heard(tmp_path_factory):
 @pytest.fixture(scope="module")
 def fitted(heard):
     """The twin of a description whose gateways are 3 cm off along each axis, fitted to 60 of the powers."""
-    described = replace(heard, gateway_positions=heard.gateway_positions + np.array([0.03, -0.03, 0.03]))
+    described = moved_to(heard, heard.gateway_positions + np.array([0.03, -0.03, 0.03]))
     twin = TwinPowers(PLACE, described, PLACES, ONCE)
     twin.fit(KnownPowers.of(described, np.arange(60)))
     return twin
@@ -100,7 +104,7 @@ def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, expe
 
 
 def test_a_gateway_inside_an_object_is_refused(heard):
-    inside = replace(heard, gateway_positions=np.array([[2.0, 1.75, 1.5], [2.5, -2.0, 1.4]]))
+    inside = moved_to(heard, np.array([[2.0, 1.75, 1.5], [2.5, -2.0, 1.4]]))
     with pytest.raises(InputError, match="heard: gateway door"):
         bisplat.compare_powers(inside, ["twin"], split="random", scene=PLACE)
 

@@ -52,7 +52,7 @@ EXACT = Tolerances(position=0, rotation=0, objects=0, materials=0)
 def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerances, expected):
     data = read_dataset(tiny)
     identification = replace(data.identification, beamformer=replace(data.beamformer, array=array))
-    data = replace(data, identification=identification)
+    data = replace(data, receiver=replace(data.receiver, identification=identification))
     with pytest.raises(InputError, match=expected):
         calibrate_by(replace(small_scene(CABINET), **of_scene), data, np.arange(3), tolerances)
     with pytest.raises(ParameterError, match="diffuse: expected no diffuse reflection"):
@@ -79,11 +79,12 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
 def test_a_band_is_used_at_four_subcarriers_unless_each_position_has_a_phase_of_its_own(tiny, monkeypatch, recorded):
     gateway = small_scene().gateway
     at, orientation = np.array(gateway.position), np.array(gateway.orientation)
-    data, band = replace(read_dataset(tiny), gateway_position=at, gateway_orientation=orientation), Band(20e6, 16)
+    data, band = read_dataset(tiny), Band(20e6, 16)
+    receiver = replace(data.receiver, position=at, orientation=orientation)
     carrier = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
     responses = carrier[..., None] * np.exp(1j * np.arange(16))
-    of_carrier = {"responses": carrier} if recorded else {"responses": None, "retrieved": carrier}
-    data = replace(data, band=band, band_responses=responses, **of_carrier)
+    values = {"response": responses} if recorded else {"response": None, "retrieved": responses}
+    data = replace(data.with_values(**values), band=band, receiver=receiver)
     used = []
     monkeypatch.setattr(calibrate_module, "most_likely", lambda *arguments: used.extend(arguments))
     calibrate_by(small_scene(CABINET), data, np.arange(3))
@@ -194,7 +195,7 @@ def test_a_tolerance_of_zero_keeps_the_places(heard):
 
 def test_powers_that_do_not_fit_are_refused(heard):
     place, known = small_scene(CABINET), np.arange(5)
-    silent = replace(heard, rssi_dbm=np.full_like(heard.powers, np.nan))
+    silent = heard.with_values(power=np.full_like(heard.powers, np.nan))
     with pytest.raises(InputError, match="small: expected a scene of the dataset's wavelength"):
         calibrate_powers_by(replace(place, frequency=2.4e9), heard, known, ONLY_PLACES, COARSE)
     with pytest.raises(InputError, match="small: expected a tolerance above 0"):

@@ -86,7 +86,7 @@ def test_pictures_correct_the_scene_too(data, wrong):
     pictures = data.pictures.copy()
     pictures[3] = 0  # a black one says nothing
     twin = Twin(data.positions[[0, 1]], data.beamformer, data.wavelength, scene=wrong, materials=0.0)
-    twin.fit(replace(data, pictures=pictures, responses=None), known)
+    twin.fit(data.with_values(spectrum=pictures, response=None), known)
     found = correlation(predict(twin, data.positions[test]).responses, data.responses[test])
     assert found > 0.995  # as described: below 0.99
     assert len(twin.rest.places) == 11

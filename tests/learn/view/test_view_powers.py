@@ -146,6 +146,6 @@ def test_channels_have_a_profile_of_each_row(tmp_path, join):
     found = float(said[0].removeprefix("strongest delay ").removesuffix(" ns"))
     assert found == pytest.approx(20, abs=1)
     with pytest.raises(bisplat.InputError, match=r"tx_pos\.csv: "):
-        require_places_and_band(dataclasses.replace(channels, positions=None))
+        require_places_and_band(dataclasses.replace(channels, places=None))
     with pytest.raises(bisplat.InputError, match=r"metadata\.json: .* band"):
         require_places_and_band(dataclasses.replace(channels, metadata={}))

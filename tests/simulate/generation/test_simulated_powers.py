@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from simulate.rssi import rssi_simulation
 
 import bisplat
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.engines.rays_engine import Rays
+from simulate.generation import simulated_powers
 from simulate.generation.listening_gateways import read_gateways
 from tests.folders import contents
 from tests.small_scene import small_scene
@@ -125,7 +125,7 @@ def test_gateway_of_given_elements_has_one_of_them(tmp_path):
 
 def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
     """Stopped in the second gateway: the first one is not traced again, and the files are those of a whole run."""
-    monkeypatch.setattr(rssi_simulation, "AT_ONCE", 3)
+    monkeypatch.setattr(simulated_powers, "AT_ONCE", 3)
     call = {"positions": PLACES, "propagation": SIGHT, "shadowing_db": 2.0, "seed": 1}
     bisplat.simulate_rssi(small_scene(), tmp_path / "whole", GATEWAYS, **call)
     traced, tracer_of = [], Rays.tracer
