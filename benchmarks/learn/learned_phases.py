@@ -72,7 +72,7 @@ def main(
                 some = replace(closet, train=known, test=np.sort(order[:tested]))
                 result[f"{model}, closet, {size}"] = row(some, folder / f"{model}-{size}", model, "files", steps)
             if measured is not None and not smallest:
-                sample = replace(read_dataset(measured), responses=None)
+                sample = read_dataset(measured).with_values(response=None)
                 for split in ("files", "blocked"):
                     name = f"{model}, measured, {split}"
                     result[name] = row(sample, folder / f"{model}-{split}", model, split, steps)

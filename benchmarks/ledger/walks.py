@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -33,8 +32,6 @@ GATEWAYS = {
     "desk": (11.0, 3.0, 1.1),
 }
 """Of the office, metres."""
-
-Walked = TypeVar("Walked", Dataset, Dataset)
 
 
 def walk(scene: Scene, count: int, moving: str = "transmitter") -> Float[np.ndarray, "count 3"]:
@@ -69,7 +66,7 @@ def receiver_in_bedroom(folder: Path) -> Dataset:
     return simulate(scene, folder, positions=positions, seed=0, moving="receiver")
 
 
-def with_known(dataset: Walked, kind: SplitKind, known: int) -> Walked:
+def with_known(dataset: Dataset, kind: SplitKind, known: int) -> Dataset:
     """The dataset with the test part of a split, and so many of the other rows known; fewer are among more."""
     parts = split(dataset, kind, 0)
     drawn = np.random.default_rng(0).permutation(parts.known)

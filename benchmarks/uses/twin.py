@@ -95,7 +95,7 @@ class Truth:
         """SSIM, and correlation of the responses if the model predicts any."""
         found = predict(model, self.tested.positions)
         figures = {f"SSIM, {name}": float(np.median(ssim(found.spectra, self.tested.spectra)))}
-        if found.responses is not None and self.tested.responses is not None:
+        if found.responses is not None and "response" in self.tested.values:
             true = self.tested.responses
             product_ = np.abs((found.responses.conj() * true).sum(axis=1))
             size = np.linalg.norm(found.responses, axis=1) * np.linalg.norm(true, axis=1)

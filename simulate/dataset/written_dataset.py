@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any, get_args
 
@@ -142,18 +143,20 @@ def write_dataset(
         >>> bisplat.write_dataset("hall", places, powers=heard, gateways=gateways, frequency="2.4 GHz")
         Dataset('hall': received powers of 2 positions, 2 gateways, 2400 MHz)
     """
+    given = locals()
     require_path(folder=folder)
-    given = {"responses": responses, "spectra": spectra, "powers": powers, "channels": channels}
-    chosen = [name for name, each in given.items() if each is not None]
+    chosen = [name for name in TAKES if given[name] is not None]
     if len(chosen) != 1:
         found = " and ".join(chosen) or "none of them"
         raise ParameterError(
-            chosen[-1] if chosen else "responses", f"expected one of {', '.join(given)}, found {found}"
+            chosen[-1] if chosen else "responses", f"expected one of {', '.join(TAKES)}, found {found}"
         )
     [quantity] = chosen
-    for name, value in {"array": array, "gateways": gateways, "antennas": antennas, "bandwidth": bandwidth}.items():
-        if value is not None and name not in TAKES[quantity]:
-            raise ParameterError(name, f"expected none beside {quantity}, found {shown(value)}")
+    parameters = signature(write_dataset).parameters.items()
+    defaults = {name: each.default for name, each in parameters if each.default is not Parameter.empty}
+    for name in defaults.keys() - {quantity, "frequency", *TAKES[quantity]}:
+        if given[name] is not defaults[name]:
+            raise ParameterError(name, f"expected none beside {quantity}, found {shown(given[name])}")
     hertz = read_frequency(frequency)  # type: ignore[arg-type]  # refuses None, too
     unplaced = positions is None and quantity == "channels"
     places = np.zeros((0, 3)) if unplaced else check_points(positions)  # type: ignore[arg-type]  # refuses None, too

@@ -127,7 +127,10 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "write_dataset": Call(
             bisplat.write_dataset,
             two | {"folder": "out", "responses": np.ones((2, 16)) * (1 + 1j), "array": array, "frequency": 915e6},
-            {"responses": ("x", 3, None, np.ones((2, 16))), "phases": WORD},
+            {
+                "responses": ("x", 3, None, np.ones((2, 16))), "phases": WORD, "spectra": ("x", 3),
+                "powers": ([[-50.0]],), "channels": (np.ones((2, 1, 4)) * 1j,), "gateways": ({},), "antennas": (3,),
+            },
         ),
         "Band": Call(bisplat.Band, {"bandwidth": 20e6, "subcarriers": 64}, {"bandwidth": (*NUMBER, 0)}),
         "Band.frequencies": Call(bisplat.Band(20e6, 64).frequencies, {}, {"carrier": (*NUMBER, 0)}),
@@ -139,7 +142,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "powers": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
                 "gateways": ("x", None, {}, [(0, 0, 1)], {3: (0, 0, 1)}, *({"door": each} for each in POINT)),
-                "floor_dbm": (*NUMBER, -101, 61, None), "array": (array,), "antennas": ([[0, 0, 1]],),
+                "floor_dbm": (*NUMBER, -101, 61, None), "array": (array,), "antennas": (3,),
+                "responses": (3,), "spectra": (3,), "channels": (3,),
             },
         ),
         "write_dataset.channels": Call(
@@ -151,12 +155,14 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "channels": ("x", None, 3, np.ones((2, 2, 4)) * 1j, np.ones((2, 1, 3)) * 1j), "gateways": ({},),
                 "antennas": ("x", None, 3, [(0, 0, 1)] * 2), "bandwidth": BANDWIDTH,
+                "positions": ("x", 3), "responses": (3,), "spectra": (3,), "powers": (3,),
             },
         ),
         "write_dataset.spectra": Call(
             bisplat.write_dataset,
             two | {"folder": "out", "spectra": dataset.spectra[:2], "frequency": 2.4e9},
-            {"spectra": ("x", None, 3, dataset.spectra, 2 * dataset.spectra[:2]), "floor_dbm": (*NUMBER, -60)},
+            {"spectra": ("x", None, 3, dataset.spectra, 2 * dataset.spectra[:2]), "floor_dbm": (-60,), "gateways": ({},),
+             "antennas": (3,), "responses": (3,), "powers": (3,), "channels": (3,)},
         ),
         "simulate_rooms": Call(
             bisplat.simulate_rooms,

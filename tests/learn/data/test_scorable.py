@@ -57,7 +57,7 @@ def test_evaluation_leaves_them_out_of_all_scores(finished_run, tiny, blackened)
     # A little lighter in one place: another dataset, of which all are scored.
     changed = read_dataset(tiny).pictures.copy()
     changed[0, 0, 0] ^= 1
-    full = evaluate(run, replace(read_dataset(tiny), pictures=changed))
+    full = evaluate(run, read_dataset(tiny).with_values(spectrum=changed))
     for name, scores in shown.scores.items():
         assert len(scores.ssim) == 22
         np.testing.assert_allclose(scores.ssim, np.delete(full.scores[name].ssim, [3, 7]), atol=1e-3)
