@@ -143,7 +143,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "powers": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
                 "gateways": ("x", None, {}, [(0, 0, 1)], {3: (0, 0, 1)}, *({"door": each} for each in POINT)),
                 "floor_dbm": (*NUMBER, -101, 61, None), "array": (array,), "antennas": (3,),
-                "responses": (3,), "spectra": (3,), "channels": (3,),
+                "responses": (3,), "spectra": (3,), "channels": (3,), "phases": WORD,
             },
         ),
         "write_dataset.channels": Call(
@@ -155,14 +155,18 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "channels": ("x", None, 3, np.ones((2, 2, 4)) * 1j, np.ones((2, 1, 3)) * 1j), "gateways": ({},),
                 "antennas": ("x", None, 3, [(0, 0, 1)] * 2), "bandwidth": BANDWIDTH,
-                "positions": ("x", 3), "responses": (3,), "spectra": (3,), "powers": (3,),
+                "positions": ("x", 3), "responses": (3,), "spectra": (3,), "powers": (3,), "phases": WORD,
+                "floor_dbm": (-60,), "array": (array,),
             },
         ),
         "write_dataset.spectra": Call(
             bisplat.write_dataset,
             two | {"folder": "out", "spectra": dataset.spectra[:2], "frequency": 2.4e9},
-            {"spectra": ("x", None, 3, dataset.spectra, 2 * dataset.spectra[:2]), "floor_dbm": (-60,), "gateways": ({},),
-             "antennas": (3,), "responses": (3,), "powers": (3,), "channels": (3,)},
+            {
+                "spectra": ("x", None, 3, dataset.spectra, 2 * dataset.spectra[:2]), "floor_dbm": (-60,),
+                "gateways": ({},), "antennas": (3,), "responses": (3,), "powers": (3,), "channels": (3,),
+                "phases": WORD,
+            },
         ),
         "simulate_rooms": Call(
             bisplat.simulate_rooms,

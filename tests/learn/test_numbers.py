@@ -171,5 +171,5 @@ def test_folders_of_pictures_of_one_grey_level(level, tmp_path):
     write_index(tmp_path / "train_index.txt", ["00001", "00002", "00003"])
     write_index(tmp_path / "test_index.txt", ["00004"])
     found = check(tmp_path)
-    assert found.valid and found.leakage is not None and np.isfinite(found.leakage.ssim).all()
+    assert found.valid and found.split.leakage is not None and np.isfinite(found.split.leakage.ssim).all()
     assert all(text.isprintable() and "nan" not in text for text in found.description().values())

@@ -160,10 +160,10 @@ def test_pairs_over_a_band_and_at_several_frequencies(scene, tmp_path):
 def test_check_describes_pairs(pairs):
     found = check(pairs.folder)
     told = found.description()
-    assert found.valid and found.leakage is None and found.spacing is None
+    assert found.valid and found.split.leakage is None and found.split.spacing is None
     assert told["moving"].startswith("both ends")
     assert "receivers (m)" in told and "gateway at (m)" not in told and "known positions" not in told
-    assert found.split_figures()["test"] == 1
+    assert found.figures()["split"]["test"] == 1
 
 
 @pytest.mark.parametrize(
