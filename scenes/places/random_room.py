@@ -156,9 +156,9 @@ def random_room(
         finishes = [WALLS[number] for number in generator.integers(len(WALLS), size=4)]
         floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
         openings = _openings(outline, generator)
-        if (antennas := _antennas(outline, np.array(sizes.region), generator)) is not None:
+        if antennas := _antennas(outline, np.array(sizes.region), generator):
+            gateway, transmitter = antennas
             break
-    gateway, transmitter = antennas
     if furniture is not None:
         generator = np.random.default_rng([seed, furniture])
     around = np.array([[-1.0], [1.0]])
