@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from math import hypot
 
 import mapbox_earcut
 import numpy as np
@@ -166,7 +168,7 @@ def cut_rings(
     """
     rings = np.split(np.arange(len(plane)), ends[:-1])
     area = sum(turned_area(plane[ring]) for ring in rings)
-    bent = [ring[_is_bent(plane[ring])] for ring in rings]
+    bent = [_bent(plane, ring) for ring in rings]
     used = np.concatenate(bent)
     limits = np.cumsum([len(ring) for ring in bent if len(ring)]).astype(np.uint32)
     ears = mapbox_earcut.triangulate_float64(np.ascontiguousarray(plane[used]), limits)
@@ -179,11 +181,22 @@ def cut_rings(
     return _with_all_corners(ears, rings)
 
 
-def _is_bent(ring: Float[np.ndarray, "n 2"]) -> np.ndarray:
-    """Whether a ring turns at each corner. A corner on a straight edge would have a triangle without area."""
-    before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
-    turning = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return np.abs(turning) > STRAIGHT * (np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)) ** 2
+def _bent(plane: Float[np.ndarray, "n 2"], ring: Integer[np.ndarray, " n"]) -> Integer[np.ndarray, " m"]:
+    """Leave out the corners on straight edges, which would have triangles without area, and repeated ones but the last.
+
+    One after another, since two corners at one place are each on a straight edge while the other is there.
+    """
+    places = plane[ring]
+    tip = int(((places - places.mean(axis=0)) ** 2).sum(axis=1).argmax())
+    corners = np.roll(places, -tip, axis=0).tolist()
+    kept, (x, y) = [0], corners[0]
+    for number, ((here_x, here_y), (next_x, next_y)) in enumerate(pairwise([*corners[1:], corners[0]]), 1):
+        before, after = (here_x - x, here_y - y), (next_x - here_x, next_y - here_y)
+        turning = abs(before[0] * after[1] - before[1] * after[0])
+        if turning > STRAIGHT * (hypot(*before) + hypot(*after)) ** 2:
+            kept.append(number)
+            x, y = here_x, here_y
+    return ring[np.sort((np.array(kept) + tip) % len(ring))] if len(kept) > 2 else ring[:0]
 
 
 def turned_area(ring: Float[np.ndarray, "n 2"]) -> float:
