@@ -33,7 +33,6 @@ class Leaf(NamedTuple):
 
 
 def is_door(name: str) -> bool:
-    """Whether an object's name has the word "door" or "Tür"."""
     words = re.findall(r"[A-ZÄÖÜ]?[a-zäöü]+|[A-ZÄÖÜ]+", name)
     return not {word.lower() for word in words}.isdisjoint({"door", "doors", "tür", "türen"})
 
@@ -79,7 +78,6 @@ def closed_leaves(
 
 
 def _pieces(lines: Float[np.ndarray, "n 2 2"]) -> list[Int[np.ndarray, " n"]]:
-    """Return the indices of the lines of each piece of a section."""
     pairs = cKDTree(lines.reshape(-1, 2)).query_pairs(TOUCH, output_type="ndarray") // 2
     piece = connected_component_labels(pairs, node_count=len(lines))
     return [np.flatnonzero(piece == number) for number in np.unique(piece)]

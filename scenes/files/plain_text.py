@@ -66,7 +66,6 @@ UNLIMITED = 10_000  # Characters per line: more than any table has
 
 
 def print_table(title: str, columns: dict[str, dict]) -> None:
-    """Print a table that is given by its columns."""
     # A narrow terminal would break inverse-distance in the middle of a word.
     dash = "-\n" if sys.stdout.isatty() else "-"
     headings = [printable(name.replace("_", " ")).replace("-", dash) for name in columns]
@@ -75,7 +74,6 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
 
 
 def print_rows(title: str, rows: list[dict]) -> None:
-    """Print a table that is given by its rows."""
     _print(title, map(printable, rows[0]), (row.values() for row in rows))
 
 

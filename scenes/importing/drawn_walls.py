@@ -36,14 +36,12 @@ class DrawnWalls:
     """An imported scene, and what is to be said about its walls."""
 
     scene: Scene  # the scene
-    # thickness of the slab in metres of each object that was drawn as boxes and is now sheets, by name
-    sheets: dict[str, float]
+    sheets: dict[str, float]  # thickness of the slab, metres, of each object that is sheets now, by name
     assumed: tuple[str, ...]  # sentences about what was made of the walls
     warnings: tuple[str, ...]  # sentences about surfaces that count twice
 
 
 def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
-    """Treat the walls of a scene as the user wants it."""
     as_sheets, sheets = walls_as_sheets(scene)
     warnings, assumed = [], []
     if walls == "as-drawn":

@@ -81,8 +81,6 @@ class Surface:
 
 @dataclass(frozen=True)
 class Regions:
-    """Flat regions of a surface."""
-
     labels: Int[np.ndarray, " F"]  # number of each face's region, -1 if it belongs to none
     normals: Float[np.ndarray, "R 3"]
     offsets: Float[np.ndarray, " R"]  # a point x of the plane has normal · x = offset, metres
