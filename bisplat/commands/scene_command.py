@@ -13,10 +13,10 @@ from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import parse_number
+from scenes.files.lengths import plain
 from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
-from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # a slow import that the help of the command line does not need
     from scenes.scene.description import Scene

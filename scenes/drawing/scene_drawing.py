@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
 
 from scenes.drawing.floor_plan import REGION, draw_plan
 from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason, require_instance, require_path, shown
+from scenes.files.json_yaml_xml import plain_values
+from scenes.files.lengths import rounded
 from scenes.files.long_work import doing
 from scenes.files.plain_text import in_figure
-from scenes.scene.antennas import Gateway
+from scenes.scene.antennas import Gateway, stated
 from scenes.scene.description import Scene
 
 if TYPE_CHECKING:
@@ -25,62 +26,37 @@ if TYPE_CHECKING:
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
     """Return a summary of a scene for ``json.dumps``: lengths in metres, frequency in Hz."""
-    transmitter = scene.transmitter
-    return {
-        "name": scene.name,
-        "frequency": scene.frequency,
-        "wavelength": scene.wavelength,
-        "bounds": {"min": _round(scene.bounds[0]), "max": _round(scene.bounds[1])},
-        "gateway": _describe_gateway(scene.gateway),
-        "further_gateways": {name: _describe_gateway(gateway) for name, gateway in scene.further_gateways.items()},
-        "transmitter": {
-            "region": {"min": list(transmitter.region_min), "max": list(transmitter.region_max)},
-            "pattern": transmitter.pattern,
-            "polarization": transmitter.polarization,
-            "orientation": list(transmitter.orientation),
-        },
-        "objects": [
-            {
-                "name": item.name,
-                "material": item.material,
-                "thickness": scene.thickness(item),
-                "size": _round(item.mesh.extents),
-                "triangles": len(item.mesh.faces),
-                "closed": bool(item.parts.closed.all()),
-            }
-            for item in scene.objects
-        ],
-        "materials": [
-            {
-                "name": name,
-                "relative_permittivity": material.relative_permittivity,
-                "conductivity": material.conductivity,
-                "thickness": material.thickness,
-            }
-            for name, material in scene.materials.items()
-        ],
-    }
+    of_material = ("relative_permittivity", "conductivity", "thickness")
+    return plain_values(
+        {
+            "name": scene.name,
+            "frequency": scene.frequency,
+            "wavelength": scene.wavelength,
+            "bounds": {name: rounded(corner) for name, corner in zip(("min", "max"), scene.bounds, strict=True)},
+            "gateway": _describe_gateway(scene.gateway),
+            "further_gateways": {name: _describe_gateway(each) for name, each in scene.further_gateways.items()},
+            "transmitter": stated(scene.transmitter),
+            "objects": [
+                {
+                    "name": item.name,
+                    "material": item.material,
+                    "thickness": scene.thickness(item),
+                    "size": rounded(item.mesh.extents),
+                    "triangles": len(item.mesh.faces),
+                    "closed": bool(item.parts.closed.all()),
+                }
+                for item in scene.objects
+            ],
+            "materials": [
+                {"name": name, **{key: getattr(material, key) for key in of_material}}
+                for name, material in scene.materials.items()
+            ],
+        }
+    )
 
 
 def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
-    return {
-        "position": list(gateway.position),
-        "orientation": list(gateway.orientation),
-        "boresight": _round(gateway.boresight),
-        **_describe_array(gateway),
-        "pattern": gateway.pattern,
-        "polarization": gateway.polarization,
-    }
-
-
-def _describe_array(gateway: Gateway) -> dict[str, Any]:
-    if gateway.elements is None:
-        return {"rows": gateway.rows, "columns": gateway.columns, "spacing": gateway.spacing}
-    return {"elements": [_round(np.array(place)) for place in gateway.elements]}
-
-
-def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
-    return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
+    return {**stated(gateway), "boresight": rounded(gateway.boresight)}
 
 
 def _array_in_title(gateway: Gateway) -> str:

@@ -106,6 +106,15 @@ def plain_number(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} is not JSON serializable")
 
 
+def plain_values(value: Any) -> Any:
+    """Turn tuples into lists and NumPy's numbers into Python's, within mappings and lists, too: YAML has no others."""
+    if isinstance(value, dict):
+        return {key: plain_values(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain_values(each) for each in value]
+    return value.item() if hasattr(value, "item") else value
+
+
 INTEGER, FLOAT, TIMESTAMP = (f"tag:yaml.org,2002:{name}" for name in ("int", "float", "timestamp"))
 
 NUMBERS = {

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt64
 
 from scenes.checks.enclosure import barycentric
-from scenes.importing.lengths import plain
+from scenes.files.lengths import plain
 from scenes.importing.material_rules import listed
 from scenes.importing.thick_walls import SOLID, walls_as_sheets
 from scenes.scene.description import Scene, SceneObject, conducting_objects

@@ -11,11 +11,11 @@ from scipy.sparse.csgraph import connected_components
 from trimesh import Trimesh
 from trimesh.triangles import area as area_of
 
+from scenes.files.lengths import plain
 from scenes.files.plain_text import say
 from scenes.importing.flat_polygons import as_planes, holes
 from scenes.importing.flat_regions import LEAST_TRIANGLES, NARROW, Regions, Surface, flat_regions
 from scenes.importing.imported_objects import SLIVER
-from scenes.importing.lengths import plain
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import union

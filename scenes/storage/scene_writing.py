@@ -17,10 +17,10 @@ from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically, write_together
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.input_file import require_regular
-from scenes.files.json_yaml_xml import PlainDumper
+from scenes.files.json_yaml_xml import PlainDumper, plain_values
 from scenes.files.long_work import doing
 from scenes.files.output_folder import locked
-from scenes.scene.antennas import Gateway
+from scenes.scene.antennas import stated
 from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial, p2040_source
 
@@ -105,16 +105,13 @@ def _mesh_names(scene: Scene) -> list[str]:
 def _yaml_of(scene: Scene) -> bytes:
     """Return the content of scene.yaml. Materials that no object has are left out, as reading leaves them out."""
     used = {item.material for item in scene.objects}
-    further = {name: _gateway_entry(gateway) for name, gateway in scene.further_gateways.items()}
+    further = {name: stated(gateway) for name, gateway in scene.further_gateways.items()}
     values = {
         "name": scene.name,
         "frequency": scene.frequency,
-        "gateway": _gateway_entry(scene.gateway),
+        "gateway": stated(scene.gateway),
         **({"further_gateways": further} if further else {}),
-        "transmitter": {
-            "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
-            **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},
-        },
+        "transmitter": stated(scene.transmitter),
         "materials": {
             name: _material_entry(material, scene.frequency)
             for name, material in scene.materials.items()
@@ -127,15 +124,7 @@ def _yaml_of(scene: Scene) -> bytes:
         ],
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
-    return yaml.dump(_plain(values), Dumper=PlainDumper, width=110, **style).encode()
-
-
-def _gateway_entry(gateway: Gateway) -> dict[str, Any]:
-    """The keys of a gateway: those of a planar array, or the positions of the elements."""
-    keys = asdict(gateway)
-    for key in ("elements",) if gateway.elements is None else ("rows", "columns", "spacing"):
-        del keys[key]
-    return keys
+    return yaml.dump(plain_values(values), Dumper=PlainDumper, width=110, **style).encode()
 
 
 def _material_entry(material: RadioMaterial, frequency: float) -> dict[str, Any]:
@@ -146,15 +135,6 @@ def _material_entry(material: RadioMaterial, frequency: float) -> dict[str, Any]
         return keys | {"frequency": material.frequency or frequency}
     del keys["relative_permittivity"], keys["conductivity"]
     return {"p2040": source} | keys
-
-
-def _plain(value: Any) -> Any:
-    """Turn tuples into lists and NumPy scalars into Python numbers, since YAML has only these types."""
-    if isinstance(value, dict):
-        return {key: _plain(v) for key, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _ply_of(mesh: Trimesh) -> bytes:
