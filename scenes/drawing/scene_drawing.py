@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -136,15 +136,22 @@ def _figure(scene: Scene) -> Figure:
         key = [Patch(alpha=0, label=f"{number} {in_figure(name)}") for number, name in enumerate(names, start=1)]
         style: dict[str, Any] = {"ncols": 4, "frameon": False, "fontsize": 9}
         left.legend(handles=key, loc="outside lower center", handlelength=0, handletextpad=0, **style)
-    handles: list[Any] = [
-        Patch(facecolor=m.color, edgecolor="0.3", label=in_figure(name)) for name, m in scene.materials.items()
-    ]
-    handles.append(Line2D([], [], color="0.3", lw=1.6, label="plan: section"))
-    handles += plan.get_legend_handles_labels()[0]  # doors, if there are any
-    handles.append(Patch(facecolor=REGION, edgecolor="green", label="transmitter region"))
-    handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
+    section = Line2D([], [], color="0.3", lw=1.6, label="plan: section")
+    handles = _legend([scene], section, *plan.get_legend_handles_labels()[0])  # doors, if there are any
     right.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
     return figure
+
+
+def _legend(scenes: Iterable[Scene], *lines: Any) -> list[Any]:
+    from matplotlib.patches import Patch
+
+    colors = {name: material.color for scene in scenes for name, material in scene.materials.items()}
+    return [
+        *(Patch(facecolor=color, edgecolor="0.3", label=in_figure(name)) for name, color in colors.items()),
+        *lines,
+        Patch(facecolor=REGION, edgecolor="green", label="transmitter region"),
+        Patch(facecolor="crimson", label="gateway and boresight"),
+    ]
 
 
 ACROSS, INCHES, MOST = 5, 3.2, 40
@@ -154,7 +161,6 @@ ACROSS, INCHES, MOST = 5, 3.2, 40
 def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
     """Draw the floor plans of the first ``MOST`` scenes side by side, as ``draw_scene`` does but without numbers."""
     from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
 
     shown = dict(list(scenes.items())[:MOST])
     columns = min(ACROSS, len(shown))
@@ -168,14 +174,14 @@ def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
         axis.tick_params(labelsize=7)
     for axis in axes[len(shown) :]:
         axis.remove()
-    materials = {name: material.color for scene in shown.values() for name, material in scene.materials.items()}
-    handles: list[Any] = [
-        Patch(facecolor=color, edgecolor="0.3", label=in_figure(name)) for name, color in materials.items()
-    ]
     doors = {label: line for axis in figure.axes for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    handles += [*doors.values(), Patch(facecolor=REGION, edgecolor="green", label="transmitter region")]
-    handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=2 * wide, frameon=False, fontsize=9)
+    figure.legend(
+        handles=_legend(shown.values(), *doors.values()),
+        loc="outside lower center",
+        ncols=2 * wide,
+        frameon=False,
+        fontsize=9,
+    )
     content = BytesIO()
     figure.savefig(content, format="png")
     write_atomically(path, content.getbuffer())

@@ -88,7 +88,6 @@ def antenna_warnings(scene: Scene) -> list[str]:
 
 
 def _roofed(scene: Scene, point: Float[np.ndarray, " 3"]) -> bool:
-    """Whether a surface is straight above a point."""
     return lowest_above(point, np.vstack([item.mesh.triangles for item in scene.objects])) < np.inf
 
 

@@ -83,8 +83,6 @@ class Region(Struct, forbid_unknown_fields=True):
 
 
 class TransmitterEntry(Struct, forbid_unknown_fields=True):
-    """``Transmitter`` in a file."""
-
     region: Region
     pattern: str = Transmitter.pattern
     polarization: str = Transmitter.polarization
@@ -92,8 +90,6 @@ class TransmitterEntry(Struct, forbid_unknown_fields=True):
 
 
 class ObjectEntry(Struct, forbid_unknown_fields=True):
-    """``SceneObject`` in a file."""
-
     name: str
     mesh: str
     material: str
