@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import math
 from pathlib import Path
 from urllib.parse import unquote, unquote_to_bytes
 
@@ -27,7 +26,7 @@ class Arrays:
         self.header, self.binary, self.path, self.source = header, binary, path, str(path)
         self.buffers: dict[int, bytes] = {}
         self.arrays: dict[int, np.ndarray] = {}
-        self.left, self.room, self.triangles = LARGEST_FILE, 2 * LARGEST_FILE, 0  # Bytes of files, and of arrays
+        self.left = LARGEST_FILE
 
     def read(self, index: int, kind: str) -> np.ndarray:
         """Return the array of an accessor, with integers that stand for −1 to 1 or 0 to 1 converted."""
@@ -42,11 +41,6 @@ class Arrays:
         shape = (accessor.count,) if accessor.type == "SCALAR" else (accessor.count, COMPONENTS[accessor.type])
         if accessor.sparse is not None:
             raise InputError(f"{label}: expected a plain array, found a sparse one; export without sparse accessors")
-        self.room -= math.prod(shape) * np.dtype("<f4").itemsize
-        if self.room < 0:
-            raise InputError(
-                f"{label}: expected arrays of at most {2 * LARGEST_FILE / MEGABYTE:g} MB together, found more"
-            )
         if accessor.buffer_view is None:
             raise InputError(
                 f"{label}: expected plain geometry, found none; if it is compressed by {COMPRESSION[0]}, export it "

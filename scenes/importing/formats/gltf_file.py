@@ -15,21 +15,20 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, named, shown
-from scenes.files.schema import conform
-from scenes.importing.formats.gltf_arrays import Arrays
+from scenes.importing.formats.gltf_arrays import LARGEST_FILE, Arrays
 from scenes.importing.formats.gltf_header import (
     COMPRESSION,
     DEEPEST,
     FAN,
-    INSTANCING,
     IRRELEVANT,
     OBEYED,
     POINTS_AND_LINES,
     STRIP,
     Header,
-    Instances,
     Node,
     Primitive,
+    check_sizes,
+    instances,
     node_name,
     pick,
     read_header,
@@ -39,9 +38,9 @@ from scenes.importing.formats.mesh_part import (
     ImportedPart,
     parts_of_node,
     require_corners,
-    require_few,
     require_ordinary,
 )
+from scenes.scene.description import MOST_TRIANGLES
 
 Vertices = Float[np.ndarray, "V 3"]
 Faces = Integer[np.ndarray, "F 3"]
@@ -54,6 +53,7 @@ Places = Float[np.ndarray, "n 4 4"]
 def read_gltf(data: bytes, path: Path) -> ImportedFile:
     """Read the triangles of a glTF file's scene, y up (specification, 3.4), with a part for each node and material."""
     header, binary = read_header(data, str(path))
+    check_sizes(header, str(path), 2 * LARGEST_FILE, MOST_TRIANGLES)
     arrays = Arrays(header, binary, path)
     parts: list[ImportedPart] = []
     with np.errstate(all="ignore"):  # numbers that are not finite are refused
@@ -80,10 +80,7 @@ def _meshes(index: int, places: dict[int, np.ndarray], arrays: Arrays, label: st
         faces = corners.reshape(-1, 3)
         vertices = positions[used].astype(float)
         require_ordinary(vertices, label)
-        instances = _instance_places(node, arrays, label)
-        arrays.triangles += len(instances) * len(faces)
-        require_few(arrays.triangles, arrays.source)
-        vertices, faces = _repeat(vertices, faces, places[index] @ instances)
+        vertices, faces = _repeat(vertices, faces, places[index] @ _instance_places(node, arrays, label))
         require_ordinary(vertices, label)
         by_material[_material(part, arrays)].append((vertices, faces))
     return {material: _joined(pieces) for material, pieces in by_material.items()}
@@ -103,9 +100,7 @@ def _require_plain(node: Node, part: Primitive, weights: list[float], label: str
 
 def _faces(part: Primitive, count: int, arrays: Arrays, label: str) -> Faces:
     """Return the triangles of a primitive as vertex numbers."""
-    numbers = range(count) if part.indices is None else arrays.read(part.indices, "SCALAR")
-    require_few(len(numbers) // 3, label)
-    corners = np.array(numbers, int)
+    corners = np.arange(count) if part.indices is None else arrays.read(part.indices, "SCALAR").astype(int)
     if part.mode == FAN:
         second = np.arange(1, max(len(corners) - 1, 1))
         return corners[np.stack([0 * second, second, second + 1], axis=1)]
@@ -211,14 +206,11 @@ def _node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 
 def _instance_places(node: Node, arrays: Arrays, label: str) -> Places:
     """Return the places of a node's instances relative to the node; one place if it has none."""
     kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
-    entries: dict[str, int] = {}
-    if INSTANCING in node.extensions:
-        entries = conform(node.extensions[INSTANCING], Instances, f"{label}: {INSTANCING}").attributes
+    entries = instances(node, label)
     found = {name: arrays.read(entries[name], kind) for name, kind in kinds.items() if name in entries}
     counts = {len(each) for each in found.values()} or {1}
     if len(counts) > 1:
         raise InputError(f"{label}: expected as many translations as rotations and scales, found {sorted(counts)}")
-    require_few(max(counts), label)
     at_rest = {"TRANSLATION": [0, 0, 0], "ROTATION": [0, 0, 0, 1], "SCALE": [1, 1, 1]}
     moves, turns, scales = (found.get(name, np.tile(rest, (*counts, 1))) for name, rest in at_rest.items())
     return _transforms(moves, turns, scales, label)

@@ -21,6 +21,7 @@ Matrix4 = Annotated[list[float], Meta(min_length=16, max_length=16)]
 Extensions = dict[str, Any]
 
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+WIDEST = 4  # Bytes of the widest component
 DEEPEST = 100  # Most levels of nodes
 POINTS_AND_LINES, TRIANGLES, STRIP, FAN = (0, 1, 2, 3), 4, 5, 6  # Modes of primitives
 
@@ -143,6 +144,22 @@ def read_header(data: bytes, source: str) -> tuple[Header, bytes | None]:
     return header, binary
 
 
+def check_sizes(header: Header, source: str, most_bytes: int, most_triangles: int) -> None:
+    """Refuse a file whose arrays or triangles are too large."""
+    size = sum(view.byte_length for view in header.buffer_views)
+    size += sum(WIDEST * each.count * COMPONENTS.get(each.type, 16) for each in header.accessors)
+    if size > most_bytes:
+        raise InputError(f"{source}: expected arrays of at most {most_bytes / 1e6:g} MB, found {size / 1e6:.4g} MB")
+    triangles = [sum(_most_triangles(part, header, source) for part in mesh.primitives) for mesh in header.meshes]
+    drawn = 0
+    for node in header.nodes:
+        if node.mesh is not None:
+            drawn += pick(triangles, node.mesh, source, "meshes") * _most_instances(node, header, source)
+    total = max(drawn, sum(triangles))
+    if total > most_triangles:
+        raise InputError(f"{source}: expected at most {most_triangles} triangles, found {total}")
+
+
 def pick(things: Sequence[T], index: int, source: str, key: str) -> T:
     """Return one of several things that a file refers to by its number. Raise an InputError if there is none."""
     if index >= len(things):
@@ -150,6 +167,13 @@ def pick(things: Sequence[T], index: int, source: str, key: str) -> T:
             f"{source}: expected references to parts of the file, found one to {key}[{index}], which does not exist"
         )
     return things[index]
+
+
+def instances(node: Node, source: str) -> dict[str, int]:
+    """Return the accessors of the places at which a node's mesh is repeated, by name; none if it is not repeated."""
+    if INSTANCING not in node.extensions:
+        return {}
+    return conform(node.extensions[INSTANCING], Instances, f"{source}: {INSTANCING}").attributes
 
 
 def node_name(header: Header, index: int) -> str:
@@ -179,3 +203,18 @@ def _chunks(data: bytes, source: str) -> tuple[str, bytes | None]:
         return data.decode("utf-8-sig"), binary
     except UnicodeDecodeError:
         raise InputError(f"{source}: expected a glTF header as UTF-8, found another encoding") from None
+
+
+def _most_triangles(part: Primitive, header: Header, source: str) -> int:
+    """Return a number of triangles that a primitive cannot exceed."""
+    if part.mode in POINTS_AND_LINES:
+        return 0
+    used = [part.attributes["POSITION"]] if "POSITION" in part.attributes else []
+    used += [] if part.indices is None else [part.indices]
+    corners = max((pick(header.accessors, index, source, "accessors").count for index in used), default=0)
+    return corners // 3 if part.mode == TRIANGLES else corners
+
+
+def _most_instances(node: Node, header: Header, source: str) -> int:
+    counts = [pick(header.accessors, index, source, "accessors").count for index in instances(node, source).values()]
+    return max(counts, default=1)
