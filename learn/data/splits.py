@@ -32,8 +32,6 @@ from simulate.positions.positions import MOST_POSITIONS
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.dataset.dataset import Dataset
 
-    Recorded = Dataset
-
 SplitKind = Literal["files", "random", "blocked", "area"]
 SPLITS: tuple[str, ...] = get_args(SplitKind)
 

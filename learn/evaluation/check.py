@@ -111,12 +111,12 @@ class Check:
             "array" and "grid", each with a "source" that says how it is known: "metadata" (metadata.json states it),
             "freq.txt", "fitted" (to the pictures) or "assumed"; and "split", with the numbers of spectra "train",
             "validation" and "test" (the folder's own split has no "validation"), the distances between them and the
-            spacing of the known positions. Of powers and channels: their "kind", sizes and range. Empty if there are
-            problems.
+            spacing of the known positions. Of powers and channels: their "kind", sizes and range. No spectra, if there
+            are problems.
         """
         dataset = self.dataset
         if dataset is None:
-            return {}
+            return {"spectra": 0, "fingerprint": None, "split": {}}
         found = {"fingerprint": dataset.fingerprint, **SAID[dataset.quantities[0]].figures(dataset)}
         if self.split is not None:
             return found | {"split": self.split.figures()}

@@ -77,7 +77,7 @@ def _powers(comparison: PowerComparison, model: str) -> Iterable[Sequence[Any]]:
 
 def _channels(comparison: ChannelComparison) -> Iterable[Sequence[Any]]:
     """A line for each test row, headings first: the SNR of each method."""
-    places = comparison.dataset.positions
+    places = comparison.dataset.places
     yield ["row", *([] if places is None else "xyz"), *(f"snr_db_{name}" for name in comparison.snr_db)]
     for row, index in enumerate(comparison.parts.test):
         values = ["" if each[row] != each[row] else f"{each[row]:.3f}" for each in comparison.snr_db.values()]
@@ -142,7 +142,7 @@ def draw_channel_figures(comparison: ChannelComparison, model: str, folder: Path
             f"median of {1e9 * np.median(true):.3g} ns. "
             f"Delays are told apart from {1e9 / bandwidth:.0f} ns on."
         )
-    if dataset.positions is not None:
+    if dataset.places is not None:
         low, high = (float(each) for each in np.percentile(snr[heard], (5, 95)))
         score = MapScore(snr[heard], (low, max(high, low + 1)), "SNR of the downlink (dB)")
         known = dataset.positions[comparison.parts.known]

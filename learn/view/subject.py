@@ -125,8 +125,8 @@ class Subject:
     def recorded(self, index: int) -> Spectrum:
         """A spectrum of the dataset."""
         assert self.dataset is not None
-        responses = self.dataset.responses
-        field = None if responses is None else self.beamformer.steering @ responses[index]
+        recorded = "response" in self.dataset.values
+        field = self.beamformer.steering @ self.dataset.responses[index] if recorded else None
         return Spectrum(spectrum_of(self.dataset.pictures[index]), field)
 
     @property

@@ -20,6 +20,8 @@ PARTS = "parts"
 NOT_RECEIVED = -100.0
 """dBm; stands in gateway_rssi.csv where nothing was received. NeRF² and GSRF leave such entries out."""
 
+STRONGEST = 60.0  # dBm; largest power that is believed: 1 kW at the receiver
+
 TAKE_POWERS = "compare, sweep, evaluate, locate, plan, coverage, calibrate, view and export --hdf5"
 TAKE_CHANNELS = "compare, sweep and evaluate"
 TAKE_PLACED_CHANNELS = "locate and view"

@@ -20,11 +20,9 @@ from scenes.files.errors import InputError, ParameterError, check_array, named, 
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.schema import conform
-from simulate.dataset.dataset_kinds import NOT_RECEIVED
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, STRONGEST
 from simulate.dataset.inspection import Coordinate
 from simulate.positions.positions import MOST_POSITIONS, check_points
-
-STRONGEST = 60.0  # dBm; largest power that is believed: 1 kW at the receiver
 
 MOST_GATEWAYS = 1000  # Most gateways of a dataset
 

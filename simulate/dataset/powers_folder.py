@@ -21,11 +21,11 @@ from scenes.files.json_yaml_xml import PlainDumper
 from scenes.files.schema import conform
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import stated_frequency
-from simulate.dataset.dataset_kinds import NOT_RECEIVED, POWERS, TAKE_POWERS
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, POWERS, STRONGEST, TAKE_POWERS
 from simulate.dataset.index_files import numbered_split, write_drawn_split
 from simulate.dataset.inspection import Inspection
 from simulate.dataset.metadata import write_metadata
-from simulate.dataset.powers_files import STRONGEST, fault_of_powers, read_gateway_positions, read_power_table
+from simulate.dataset.powers_files import fault_of_powers, read_gateway_positions, read_power_table
 from simulate.dataset.receivers import Antennas
 from simulate.positions.positions import write_positions
 

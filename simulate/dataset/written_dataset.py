@@ -28,10 +28,10 @@ from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.channels_folder import write_channels
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset, require_written
-from simulate.dataset.dataset_kinds import NOT_RECEIVED, Moving, Phases
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, STRONGEST, Moving, Phases
 from simulate.dataset.index_files import write_drawn_split
 from simulate.dataset.metadata import made_here
-from simulate.dataset.powers_files import STRONGEST, own_gateways, own_powers
+from simulate.dataset.powers_files import own_gateways, own_powers
 from simulate.dataset.powers_folder import write_powers
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES, write_responses
 from simulate.dataset.spectra_folder import write_spectra

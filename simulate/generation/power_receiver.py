@@ -11,8 +11,7 @@ from tyro.conf import arg
 
 from scenes.files.errors import require_seed, require_within
 from scenes.files.options import check_kinds
-from simulate.dataset.dataset_kinds import NOT_RECEIVED
-from simulate.dataset.powers_files import STRONGEST
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, STRONGEST
 
 SHADOWING = 5  # Stream of random numbers. The errors of ``Measurement`` have the streams 1 to 4.
 

@@ -148,4 +148,4 @@ def test_channels_have_a_profile_of_each_row(tmp_path, join):
     with pytest.raises(bisplat.InputError, match=r"tx_pos\.csv: "):
         require_places_and_band(dataclasses.replace(channels, places=None))
     with pytest.raises(bisplat.InputError, match=r"metadata\.json: .* band"):
-        require_places_and_band(dataclasses.replace(channels, metadata={}))
+        require_places_and_band(dataclasses.replace(channels, band=None))
