@@ -43,6 +43,7 @@ def main(
 ) -> None:
     """Compare methods over the band in the lab."""
     from learn.band.compare_band import compare_band
+
     from simulate.generation.simulation import simulate
     from simulate.rays.core.propagation import Propagation
 

@@ -126,8 +126,8 @@ def models(dataset: Any, names: list[str], known: int, scene: str) -> Iterator[t
 
 def baselines(dataset: Any, names: list[str], known: int) -> Iterator[tuple[str, Predict, None]]:
     """The baselines of ``compare``, which return numbers."""
-    from learn.baselines.kriging import krige_responses, krige_spectra
-    from learn.baselines.neighbours import inverse_distance, nearest
+    from learn.data.neighbours import inverse_distance, nearest
+    from learn.methods.interpolation import krige_responses, krige_spectra
 
     places, spectra = dataset.positions[:known], dataset.spectra[:known]
     made: dict[str, Callable[[], Predict]] = {

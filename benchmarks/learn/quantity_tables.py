@@ -54,8 +54,9 @@ SCORES: dict[str, dict[str, tuple[str, str]]] = {
 def compared(of: str, dataset: Any, output: Path) -> list[dict[str, Any]]:
     """The scores of all methods on the dataset's own parts, the best first."""
     from learn.channels.compare_channels import compare_channels
-    from learn.comparison.compare import compare
     from learn.powers.compare_powers import compare_powers
+
+    from learn.comparison.compare import compare
 
     if of == "receiver":
         return [row for row in compare(dataset, OF_SPECTRA, output=output).table() if row["label"] in OF_SPECTRA]

@@ -17,11 +17,11 @@ from typing import Annotated
 
 import numpy as np
 import tyro
+from learn.comparison.known_spectra import KnownSpectra
+from learn.comparison.spectrum_methods import BASELINES
 from rich.progress import track
 
 from benchmarks.ledger.printing import print_figures
-from learn.comparison.known_spectra import KnownSpectra
-from learn.comparison.spectrum_methods import BASELINES
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind
 from learn.models.kriging.helmholtz import HelmholtzField

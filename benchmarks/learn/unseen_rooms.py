@@ -32,11 +32,11 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple, get_args
 
 import tyro
+from learn.rooms.compare_rooms import GIVEN, compare_rooms
 from matplotlib.figure import Figure
 
 from benchmarks.ledger.printing import print_figures
 from learn.reports.method_styles import line_styles
-from learn.rooms.compare_rooms import GIVEN, compare_rooms
 from learn.rooms.room_methods import USUAL
 from simulate.dataset.dataset_folder import Rooms
 from simulate.dataset.dataset_kinds import Setting

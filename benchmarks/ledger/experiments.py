@@ -33,8 +33,9 @@ def experiment(runs: Path, name: str) -> Measured | None:
     folder = runs / name
     if not ((folder / "protocol.json").is_file() and (folder / "results.jsonl").is_file()):
         return None
-    from learn.baselines.array_ceiling import CEILING, shown_name
     from learn.comparison.averaged_table import averaged
+
+    from learn.quantities.array_ceiling import CEILING, shown_name
 
     protocol = json.loads((folder / "protocol.json").read_text())
     rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]

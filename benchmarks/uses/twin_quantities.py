@@ -26,12 +26,12 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 from jaxtyping import Float
+from learn.powers.power_comparison import score_powers
 
 from benchmarks.ledger.printing import print_figures
 from learn.powers.fit_powers import POWER_METHODS
-from learn.powers.known_powers import KnownPowers
-from learn.powers.power_comparison import score_powers
 from learn.powers.twin_powers import FOLLOWED, TwinPowers
+from learn.quantities.known_powers import KnownPowers
 from learn.twin.calibrate import calibrate_by
 from learn.twin.calibrate_powers import calibrate_powers_by, of_gateways, traced_powers
 from learn.twin.described_gateways import described_gateways

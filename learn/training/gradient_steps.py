@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -184,8 +185,12 @@ def train_by_steps(
     folder: Path,
     trainer: Mapping[str, Any],
     seconds_before: float = 0.0,
+    minutes: float | None = None,
 ) -> None:
-    """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights."""
+    """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights.
+
+    The training ends when its minutes, if they are given, are over.
+    """
     spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)
@@ -196,6 +201,7 @@ def train_by_steps(
     attempt = len(list(folder.glob("logs/version_*")))
     loop = quiet_trainer(
         max_epochs=len(spectra.epochs),
+        max_time=None if minutes is None else timedelta(minutes=max(minutes - seconds_before / 60, 0)),
         reload_dataloaders_every_n_epochs=1,  # each epoch has its own number of steps
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
         callbacks=[timer, ProgressOnStderr(by_steps.steps), checkpoints, *stopping],
@@ -226,7 +232,7 @@ def train_by_steps(
             error.filename = str(folder)
         raise
     if loop.is_global_zero:
-        if loop.global_step < by_steps.steps:
+        if stopping and loop.global_step < by_steps.steps:
             say(stopping[0].in_words(loop.global_step, spectra.epochs))
         model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
         data, parts = spectra.dataset, spectra.parts

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-
 from learn.comparison.known_spectra import KnownSpectra
 from learn.comparison.spectrum_methods import BASELINES
+
 from learn.data.splits import Split
 from learn.evaluation.check import check
 from learn.models.kriging import stacking, vecchia

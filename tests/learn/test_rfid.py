@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import ssim
+from learn.data.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.split_distances import leakage
 from learn.data.splits import split
 from learn.models.kriging.helmholtz import HelmholtzField

@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from learn.band.compare_band import score_band
 
 import bisplat
 from learn.band.band_methods import KnownBand, Kriging, PredictedBand
-from learn.band.compare_band import score_band
-from learn.baselines.neighbours import nearest
+from learn.data.neighbours import nearest
 from scenes.files.errors import InputError
 
 ARRAY, SUBCARRIERS = bisplat.PlanarArray(2, 2), 8

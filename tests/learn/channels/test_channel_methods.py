@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from learn.channels.channel_scores import snr_db
 
 from learn.channels.channel_methods import Copy, Nearest, Ramp
-from learn.channels.channel_scores import snr_db
 from learn.channels.known_channels import KnownChannels, strongest_ramp, without_ramp
 from learn.channels.linear_channels import Delays, HelmholtzChannels, fit_profile, regression
 from tests.folders import paths

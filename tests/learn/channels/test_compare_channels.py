@@ -5,9 +5,9 @@ import json
 
 import numpy as np
 import pytest
+from learn.channels.channel_scores import correlation, score_channels, snr_db
 
 import bisplat
-from learn.channels.channel_scores import correlation, score_channels, snr_db
 from simulate.spectra.band import delay_spread
 from tests.folders import write_links
 

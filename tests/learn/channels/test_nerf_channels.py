@@ -2,8 +2,8 @@
 
 import numpy as np
 import torch
-
 from learn.channels.channel_scores import snr_db
+
 from learn.channels.known_channels import KnownChannels
 from learn.channels.nerf_channels import NerfChannels
 from learn.models.peers.nerf2 import RaySize

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from learn.channels.channel_scores import coverage, snr_db
+
 from learn.channels.known_channels import KnownChannels
 from learn.channels.linear_channels import HelmholtzChannels, HelmholtzPositions
 

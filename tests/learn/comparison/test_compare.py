@@ -14,22 +14,22 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from learn.comparison.ablate import ablate, variants
+from learn.comparison.averaged_table import FEW_STEPS, averaged
+from learn.comparison.experiment import CEILING
+from learn.comparison.known_spectra import KnownSpectra
+from learn.comparison.spectrum_methods import TrainedModel, method_named, method_names
 from PIL import Image
 from safetensors.torch import load_file, save_file
 
 from bisplat.commands import comparison_commands, training_commands
-from learn.baselines.kriging import krige_responses, krige_spectra
-from learn.baselines.neighbours import nearest
 from learn.comparison import experiment
 from learn.comparison import spectrum_methods as trained_model
-from learn.comparison.ablate import ablate, variants
-from learn.comparison.averaged_table import FEW_STEPS, averaged
 from learn.comparison.compare import compare, spectrum_factories, sweep
-from learn.comparison.experiment import CEILING
-from learn.comparison.known_spectra import KnownSpectra
-from learn.comparison.spectrum_methods import TrainedModel, method_named, method_names
 from learn.data.metrics import score
+from learn.data.neighbours import nearest
 from learn.data.splits import split
+from learn.methods.interpolation import krige_responses, krige_spectra
 from learn.reports.comparison_report import validation_curve, write_ablation, write_comparison, write_sweep
 from learn.training.budget import Speed
 from learn.training.config import read_config

@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 import torch
-
-import bisplat
 from learn.comparison.method_factories import chosen_methods
 from learn.comparison.scored_methods import Parts
+
+import bisplat
 
 
 @dataclass(frozen=True)

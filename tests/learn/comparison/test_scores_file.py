@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from learn.comparison.experiment import read_scores, write_scores
+
 from learn.data.metrics import Scores
 from scenes.files.errors import InputError
 from tests import corpus

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
-from learn.baselines.array_ceiling import array_ceiling
-from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import aoa_error, score, ssim
+from learn.data.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.split_distances import leakage
+from learn.quantities.array_ceiling import array_ceiling
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index

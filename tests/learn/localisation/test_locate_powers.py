@@ -9,7 +9,7 @@ from scipy.stats import norm
 import bisplat
 from learn.localisation.baseline_positions import by_powers, error_rows
 from learn.localisation.locate_powers import PowerLikelihood, locate_powers, posterior_places
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.known_powers import PredictedPowers
 from tests.folders import write_hall
 
 GATEWAYS = {"a": (0.0, 0, 2), "b": (9.0, 0, 2), "c": (0.0, 6, 2), "d": (9.0, 6, 1)}

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from learn.baselines.kriging import krige_responses
+from learn.methods.interpolation import krige_responses
 from learn.models.images.image_field import ImageField
 from learn.models.kriging import stacking, vecchia
 from learn.models.kriging.helmholtz import HelmholtzField

@@ -6,10 +6,10 @@ import shutil
 
 import numpy as np
 import pytest
+from learn.powers.power_comparison import of_gateway, score_powers
 
 import bisplat
-from learn.powers.known_powers import PredictedPowers
-from learn.powers.power_comparison import of_gateway, score_powers
+from learn.quantities.known_powers import PredictedPowers
 
 
 def test_scores_by_hand():

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from learn.powers.power_baselines import InverseDistance, Kriging, Mean, by_inverse_distance
 
 from learn.powers.helmholtz_powers import HelmholtzPowers, _Gateway
-from learn.powers.known_powers import KnownPowers, decades
-from learn.powers.power_baselines import InverseDistance, Kriging, Mean, by_inverse_distance
 from learn.powers.power_covariance import PowerCovariance, squared_separations
+from learn.quantities.known_powers import KnownPowers, decades
 
 GATEWAYS = np.array([[-3.0, 0, 2], [4.0, 4, 2], [0.5, -5, 2], [6, 6, 1]])
 

@@ -5,8 +5,8 @@ import pytest
 
 from learn.powers import mirror_powers
 from learn.powers.helmholtz_powers import HelmholtzPowers
-from learn.powers.known_powers import KnownPowers, decades
 from learn.powers.mirror_powers import LEAST_KNOWN, MirrorPowers, PowerImages, images_in_one_plane, images_in_two_planes
+from learn.quantities.known_powers import KnownPowers, decades
 
 WAVELENGTH = 0.33
 GATEWAYS = np.array([[-2.0, 0.3, 2.1], [3.0, 2.5, 2.2], [0.4, -1.7, 1.9]])

@@ -4,8 +4,8 @@ import numpy as np
 import torch
 
 from learn.models.peers.nerf2 import RaySize
-from learn.powers.known_powers import KnownPowers
 from learn.powers.nerf_powers import NerfPowers
+from learn.quantities.known_powers import KnownPowers
 
 SMALL = RaySize(4, 2, 4, width=16, layers=4)
 GATEWAYS = np.array([[0.0, 0, 2], [6.0, 4, 2]])

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-
-from learn.powers.known_powers import KnownPowers, PathLoss, decades
 from learn.powers.power_baselines import LogDistance, Mri
+
+from learn.quantities.known_powers import KnownPowers, PathLoss, decades
 
 GATEWAYS = np.array([[0.0, 0, 2], [9.0, 0, 2]])
 

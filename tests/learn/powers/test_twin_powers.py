@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from learn.powers.power_comparison import score_powers
 
 import bisplat
 from learn.powers.helmholtz_powers import HelmholtzPowers
-from learn.powers.known_powers import KnownPowers
-from learn.powers.power_comparison import score_powers
 from learn.powers.twin_powers import TwinPowers
+from learn.quantities.known_powers import KnownPowers
 from scenes.files import optional_packages as extras
 from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from learn.baselines.array_ceiling import CEILING
 from learn.comparison.results_folder import Settings, row_name
+from learn.quantities.array_ceiling import CEILING
 from learn.reports.comparison_report import write_ablation
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, Picture, write_page

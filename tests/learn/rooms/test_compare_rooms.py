@@ -8,13 +8,13 @@ from functools import partial
 from types import SimpleNamespace
 from typing import ClassVar
 
+import learn.rooms.compare_rooms as compare_module
 import numpy as np
 import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
 import bisplat
-import learn.rooms.compare_rooms as compare_module
 from learn.rooms.neighbour_attention import RoomTensors, local_places, to_all_pixels
 from learn.rooms.room_methods import AttentionOverNeighbours, KnownInRoom, TwinInRoom
 from learn.twin.twin_model import Twin

@@ -3,8 +3,8 @@
 import json
 
 import pytest
-
 from learn.comparison.experiment import Experiment, begun
+
 from learn.comparison.results_folder import Settings
 from learn.training.config import Config, read_config
 from scenes.files.errors import InputError, ParameterError

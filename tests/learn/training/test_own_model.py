@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from learn.comparison.spectrum_methods import method_named
 
 import bisplat
-from learn.comparison.spectrum_methods import method_named
 from learn.training.gradient_steps import Training
 from learn.view.subject import subject
 from scenes.files.errors import InputError, ParameterError
