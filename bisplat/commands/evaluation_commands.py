@@ -148,7 +148,6 @@ def _evaluate_method(
 
 
 def _located(heard: Heard, run: Path, made: Provenance) -> Locations:
-    """Locate the test transmitters, and write the report of their errors."""
     from learn.evaluation.locations import evaluate_locations
     from learn.reports.evaluation_report import write_locations
     from learn.training.fit_progress import FitProgress

@@ -80,7 +80,6 @@ def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float,
 
 
 def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/region") -> LineSegmentsHandle:
-    """Draw the edges of a box."""
     return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
 
 

@@ -80,9 +80,7 @@ def _free_port(first: int) -> int:
     """Return the first free port from a number on. viser itself would never return if there is none."""
     for port in range(first, 65536) if first > 0 else ():
         with socket.socket() as probe:
-            probe.setsockopt(
-                socket.SOL_SOCKET, socket.SO_REUSEADDR, 1
-            )  # as viser's server, so that a port that was just closed is free
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a port that was just closed is free
             try:
                 probe.bind((HOST, port))
                 return port

@@ -33,7 +33,6 @@ def section_height(scene: Scene) -> float:
 
 
 def draw_plan(axes: Axes, scene: Scene, numbered: bool = True) -> tuple[list[str], str]:
-    """Draw a scene from above."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import PathPatch, Rectangle
 

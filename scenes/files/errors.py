@@ -46,7 +46,6 @@ class ParameterError(InputError):
 
 
 def require_positive(**values: float) -> None:
-    """Refuse parameters that are not positive, finite numbers."""
     for name, value in values.items():
         if not (is_number(value) and 0 < value < math.inf):
             raise ParameterError(name, f"expected a positive number, found {shown(value)}")
@@ -56,7 +55,6 @@ SEED_MOST = 2**32 - 1  # Largest seed that NumPy, PyTorch and the ray tracer all
 
 
 def require_whole(least: int, most: int, **values: int) -> None:
-    """Refuse parameters that are not whole numbers within a range."""
     for name, value in values.items():
         whole = isinstance(value, Integral) and not isinstance(value, bool)
         if not (whole and value >= least):
@@ -71,7 +69,6 @@ def require_seed(**values: int) -> None:
 
 
 def require_within(least: float, most: float, what: str, **values: float) -> None:
-    """Refuse parameters that are not numbers within a range."""
     for name, value in values.items():
         if not (is_number(value) and least <= value <= most):
             raise ParameterError(name, f"expected {what} from {least:g} to {most:g}, found {shown(value)}")
@@ -85,7 +82,6 @@ def require_flag(**values: bool) -> None:
 
 
 def require_word(known: Iterable[str], **values: str) -> None:
-    """Refuse words that are not among the known ones."""
     *others, last = known
     for name, value in values.items():
         if not (isinstance(value, str) and value in (*others, last)):
@@ -102,7 +98,6 @@ def require_path(**values: object) -> None:
 
 
 def require_instance(*kinds: type, **values: object) -> None:
-    """Refuse values of other classes."""
     for name, value in values.items():
         if not isinstance(value, kinds):
             raise ParameterError(name, f"expected {' or '.join(kind.__name__ for kind in kinds)}, found {shown(value)}")

@@ -38,7 +38,6 @@ def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
 
 
 def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial:
-    """Return a material at a frequency."""
     if name in own:
         return replace(own[name], name=name)
     try:

@@ -19,8 +19,6 @@ LISTED = 8  # Most names that a message lists
 
 @dataclass(frozen=True)
 class Choice:
-    """The material of a part."""
-
     material: RadioMaterial | None  # the material; None if there is none
     by: str  # what chose it, such as 'the rule "Wall*=concrete"'; or why there is none
     from_file: bool = False  # whether the file states the material, and the user gives no values for it
@@ -83,7 +81,6 @@ def _choice(
 
 
 def require_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[RadioMaterial]:
-    """Return the materials of all parts."""
     refused = next((choice.by for choice in choices if choice.material is None and choice.by), None)
     if refused is not None:
         raise InputError(refused if refused.startswith(str(file.path)) else f"{file.path}: {refused}")

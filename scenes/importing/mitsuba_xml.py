@@ -54,7 +54,6 @@ class MitsubaShape(ImportedPart):
 
     @property
     def states_thickness(self) -> bool:
-        """Whether the file has the thickness of the material."""
         return self.bsdf is not None and any(child.get("name") == "thickness" for child in self.bsdf)
 
     def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:

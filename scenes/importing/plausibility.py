@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.checks.enclosure import lowest_above
+from scenes.files.lengths import METRES, plain, plain_point, plain_size
 from scenes.importing.formats.mesh_part import ImportedFile
-from scenes.importing.lengths import METRES, plain, plain_point, plain_size
 from scenes.scene.description import FARTHEST, Scene
 
 FLAT = 1.0  # Height of a scene that is only ground, metres. Antennas above it are in the open.
@@ -88,7 +88,6 @@ def antenna_warnings(scene: Scene) -> list[str]:
 
 
 def _roofed(scene: Scene, point: Float[np.ndarray, " 3"]) -> bool:
-    """Whether a surface is straight above a point."""
     return lowest_above(point, np.vstack([item.mesh.triangles for item in scene.objects])) < np.inf
 
 

@@ -38,8 +38,7 @@ PARALLEL = float(np.radians(1.0))
 
 UNEVEN = 0.02  # Largest deviation of a face from a plane, as a share of the plate's thickness
 
-MOST_FACES = 1000
-"""Most faces of a body that is divided. Time grows with their square, and terrain has no plates."""
+MOST_FACES = 1000  # Faces of a body, the largest ones, that are looked at. Time grows with their square.
 
 SAMPLED = 16  # Triangles of a face, the largest ones, that are looked at to see what lies opposite
 
@@ -144,8 +143,8 @@ class Face:
 
 def mid_surfaces(body: Trimesh, thickest: float) -> list[MidSurface]:
     """Divide a body into plates. They may be turned, have openings, meet in corners, and lack parts of their rims."""
-    faces = _faces(body)
-    pairs = _pairs(faces, thickest) if len(faces) >= 2 else {}
+    faces = flat_faces(body)
+    pairs = plates(faces, thickest)
     groups = [
         (thickness, members)
         for thickness in dict.fromkeys(pairs.values())
@@ -177,19 +176,17 @@ def _connected(pairs: list[tuple[int, int]], count: int) -> list[list[int]]:
     return [[n for n in members if labels[n] == label] for label in dict.fromkeys(labels[members].tolist())]
 
 
-def _faces(body: Trimesh) -> list[Face]:
-    """Return the faces of a body that has few enough of them to be divided."""
+def flat_faces(body: Trimesh) -> list[Face]:
+    """The largest faces of a body."""
     flat = body.face_adjacency[body.face_adjacency_angles < PARALLEL]
     labels = trimesh.graph.connected_component_labels(flat, node_count=len(body.faces))
-    if labels.max() >= MOST_FACES:
-        return []
     areas, centres, normals = body.area_faces, body.triangles_center, body.face_normals
     middle = np.average(centres, axis=0, weights=areas)
     # Three times the volume, with the sign of the winding. It needs no closed body.
-    outward = np.sign((areas * (normals * (centres - middle)).sum(axis=1)).sum())
-    order = np.argsort(labels, kind="stable")
+    outward = np.sign((areas * (normals * (centres - middle)).sum(axis=1)).sum()) or 1.0
     faces = []
-    for which in np.split(order, np.flatnonzero(np.diff(labels[order])) + 1):
+    for label in np.sort(np.argsort(-np.bincount(labels, areas), kind="stable")[:MOST_FACES]):
+        which = np.flatnonzero(labels == label)
         normal = outward * areas[which] @ normals[which]
         area = float(areas[which].sum())
         if np.linalg.norm(normal) > 0:
@@ -198,8 +195,10 @@ def _faces(body: Trimesh) -> list[Face]:
     return faces
 
 
-def _pairs(faces: list[Face], thickest: float) -> dict[tuple[int, int], float]:
+def plates(faces: list[Face], thickest: float) -> dict[tuple[int, int], float]:
     """The numbers of faces that are the two sides of a plate, and their distance, metres."""
+    if len(faces) < 2:
+        return {}
     normals = np.array([face.normal for face in faces])
     centres = np.array([face.centre for face in faces])
     heights = normals @ centres.T

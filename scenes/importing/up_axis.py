@@ -46,8 +46,6 @@ DECISIVE = 2
 
 @dataclass(frozen=True)
 class UpEvidence:
-    """Evidence for the up axis of a file."""
-
     axis: Axis  # the axis that the evidence speaks for
     reasons: tuple[str, ...]  # a clause for each piece of evidence for this axis, without those for the other
     weight: int  # by how much it outweighs the evidence for the other axis

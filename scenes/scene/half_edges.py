@@ -46,7 +46,7 @@ def half_edges(faces: Int[np.ndarray, "n 3"]) -> HalfEdges:
 def connected(edges: HalfEdges) -> Int[np.ndarray, " faces"]:
     """Return the part that each triangle is of: two are connected if no others share an edge of theirs."""
     one, other = edges.pairs
-    return _components(one // 3, other // 3, len(edges.order) // 3)
+    return _components(np.column_stack([one, other]) // 3, len(edges.order) // 3)
 
 
 def turned(edges: HalfEdges, part: Int[np.ndarray, " faces"]) -> Bool[np.ndarray, " faces"]:
@@ -57,15 +57,13 @@ def turned(edges: HalfEdges, part: Int[np.ndarray, " faces"]) -> Bool[np.ndarray
     if not same.any():
         return np.zeros(count, bool)
     # The graph has each triangle in both windings. One of them is connected with the first triangle of the part.
-    rows = np.concatenate([one // 3, one // 3 + count])
-    columns = np.concatenate([other // 3 + count * same, other // 3 + count * ~same])
-    way = _components(rows, columns, 2 * count)[:count]
+    first = np.concatenate([one // 3, one // 3 + count])
+    second = np.concatenate([other // 3 + count * same, other // 3 + count * ~same])
+    way = _components(np.column_stack([first, second]), 2 * count)[:count]
     return way != way[np.unique(part, return_index=True)[1]][part]
 
 
-def _components(rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"], count: int) -> Int[np.ndarray, " count"]:
-    from scipy.sparse import coo_array  # slow to import
-    from scipy.sparse.csgraph import connected_components
+def _components(pairs: Int[np.ndarray, "n 2"], count: int) -> Int[np.ndarray, " count"]:
+    from trimesh.graph import connected_component_labels  # slow to import
 
-    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(count, count))
-    return connected_components(graph, directed=False)[1]
+    return connected_component_labels(pairs, node_count=count)

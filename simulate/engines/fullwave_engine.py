@@ -70,7 +70,6 @@ class FullWave(Engine):
 
     name: ClassVar[str] = "fullwave"
     called: ClassVar[str] = "full wave"
-    spreads_parts: ClassVar[bool] = False
     keeps_source: ClassVar[bool] = True
     knows_bands: ClassVar[bool] = True
     knows_frequencies: ClassVar[bool] = True

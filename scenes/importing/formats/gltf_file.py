@@ -61,9 +61,7 @@ def read_gltf(data: bytes, path: Path) -> ImportedFile:
         for index in sorted(places):
             name = node_name(header, index)
             parts += parts_of_node(name, name, _meshes(index, places, arrays, f"{path}: {shown(name)}"))
-    return ImportedFile(
-        path, parts, "y", tuple(_left_out(header, places)), header.asset.generator
-    )  # y: specification, 3.4
+    return ImportedFile(path, parts, "y", tuple(_left_out(header, places)), header.asset.generator)
 
 
 def _meshes(index: int, places: dict[int, np.ndarray], arrays: Arrays, label: str) -> dict[str | None, Trimesh]:

@@ -61,7 +61,6 @@ def short_name(name: str) -> str:
 
 
 def parts_of_node(node: str, otherwise: str, meshes: Mapping[str | None, Trimesh]) -> list[ImportedPart]:
-    """Name the parts of a node."""
     name = node or otherwise
     return [
         ImportedPart(f"{name}/{material}" if material is not None and len(meshes) > 1 else name, mesh, node, material)
