@@ -20,12 +20,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import tyro
 from jaxtyping import Complex, Float, Int
-from learn.channels.channel_scores import correlation, snr_db
 from tyro.conf import Positional
 
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.response_methods import METHODS, Known, Predict
 from learn.localisation.locate_tags import locate_tags
+from learn.quantities.complex_scores import correlation, snr_db
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.exchange.recorded_responses import one_way
 

@@ -191,7 +191,7 @@ def compare(
         index_sha256=index,
     )
     folder = None if output is None else Path(output)
-    with results_in(folder, settings) as kept:
+    with results_in(folder, settings, of.ranked_by) as kept:
         if isinstance(cases, OneDataset) and distances is not None:
             say_distances(distances)
         measuring = _Measuring(of, cases, settings, kept, kind, known)

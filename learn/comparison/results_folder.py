@@ -89,8 +89,8 @@ class ResultRow(Struct, frozen=True, kw_only=True):
 class Results:
     """The rows in results.jsonl, a JSON object per line, and the scores of each test row in per_sample/."""
 
-    def __init__(self, folder: Path):
-        self.folder, self.path = folder, folder / RESULTS
+    def __init__(self, folder: Path, score: str | None = None):
+        self.folder, self.path, self._score = folder, folder / RESULTS, score  # the key that every row has besides
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -103,6 +103,9 @@ class Results:
             place = f"{self.path}, line {number}"
             rows.append(parse_json(line, place, "the scores of a method", nan=True))
             conform(rows[-1], ResultRow, place)
+            if not isinstance(rows[-1].get(self._score), int | float | None):
+                found = shown(rows[-1][self._score])
+                raise InputError(f"{place}: {self._score}: expected a number or nothing, found {found}")
         return rows
 
     def row(self, key: dict[str, Any]) -> dict[str, Any] | None:
@@ -166,11 +169,11 @@ def run_folder(row: Mapping[str, Any]) -> Path:
 
 
 @contextmanager
-def results_in(output: Path | None, settings: Settings) -> Iterator[Results]:
+def results_in(output: Path | None, settings: Settings, score: str) -> Iterator[Results]:
     """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it."""
     if output is None:
         with tempfile.TemporaryDirectory(prefix="bisplat-") as temporary:
-            yield Results(Path(temporary))
+            yield Results(Path(temporary), score)
         return
     path = output / PROTOCOL
     require_writable(path)
@@ -184,4 +187,4 @@ def results_in(output: Path | None, settings: Settings) -> Iterator[Results]:
                         "in another folder"
                     )
         write_atomically(path, (json.dumps(to_builtins(settings), indent=2, default=plain_number) + "\n").encode())
-        yield Results(output)
+        yield Results(output, score)

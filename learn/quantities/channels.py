@@ -40,7 +40,8 @@ class Channels(OfComplex):
 
     def score(self, prediction: Prediction, truth: Complex[np.ndarray, "K A S"], dataset: CsiDataset) -> Scored:
         row, each = super().score(prediction, truth, dataset)
-        return Scored(row, {**each, "examples": level(dataset) * prediction.value[examples(len(truth))]})
+        shown = prediction.value[examples(len(truth))].astype(complex)
+        return Scored(row, {**each, "examples": level(dataset) * shown})
 
     def arrays(self, truth: Complex[np.ndarray, "K A S"]) -> dict[str, Expected]:
         kept = (len(examples(len(truth))), *truth.shape[1:])

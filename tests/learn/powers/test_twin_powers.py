@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from learn.powers.power_comparison import score_powers
 
 import bisplat
 from learn.powers.helmholtz_powers import HelmholtzPowers
 from learn.powers.twin_powers import TwinPowers
-from learn.quantities.known_powers import KnownPowers
+from learn.quantities.known import Known
+from learn.quantities.powers import Powers, score_powers
 from scenes.files import optional_packages as extras
 from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject
@@ -37,13 +37,13 @@ def fitted(heard):
     """The twin of a description whose gateways are 3 cm off along each axis, fitted to 60 of the powers."""
     described = replace(heard, gateway_positions=heard.gateway_positions + np.array([0.03, -0.03, 0.03]))
     twin = TwinPowers(PLACE, described, PLACES, ONCE)
-    twin.fit(KnownPowers.of(described, np.arange(60)))
+    twin.fit(Known.of(described, Powers(), np.arange(60)))
     return twin
 
 
 def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(heard, fitted):
     kriging = HelmholtzPowers()
-    kriging.fit(KnownPowers.of(heard, np.arange(60)))
+    kriging.fit(Known.of(heard, Powers(), np.arange(60)))
     test = slice(60, None)
     kriged, traced = (
         score_powers(method.predict(heard.positions[test]), heard.rssi_dbm[test], heard.floor_dbm)
@@ -61,7 +61,7 @@ def test_a_description_of_another_place_does_no_harm(heard):
     other = replace(PLACE, objects=(floor, wall))
     errors = []
     for method in (HelmholtzPowers(), TwinPowers(other, heard, PLACES, ONCE)):
-        method.fit(KnownPowers.of(heard, np.arange(60)))
+        method.fit(Known.of(heard, Powers(), np.arange(60)))
         found = method.predict(heard.positions[60:])
         errors.append(score_powers(found, heard.rssi_dbm[60:], heard.floor_dbm)["error_median_db"])
     assert errors[1] < 1.15 * errors[0]
@@ -70,8 +70,8 @@ def test_a_description_of_another_place_does_no_harm(heard):
 def test_where_no_path_leads_the_trend_stays_in_its_range(heard, fitted):
     behind = np.array([[2.0, 1.75, 1.5]])  # inside the cabinet of metal
     found = fitted.predict(behind)
-    assert np.isfinite(found.median).all() and (found.median > heard.rssi_dbm.min() - 40).all()
-    assert (found.low < found.median).all() and (found.median < found.high).all()
+    assert np.isfinite(found.value).all() and (found.value > heard.rssi_dbm.min() - 40).all()
+    assert (found.low < found.value).all() and (found.value < found.high).all()
 
 
 def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
