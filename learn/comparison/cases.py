@@ -17,7 +17,7 @@ from learn.data.split_distances import SplitDistances
 from learn.data.splits import Split, SplitKind, split
 from learn.quantities.known import HowSplit
 from learn.quantities.quantity import Quantity
-from scenes.files.errors import InputError, ParameterError, require_whole
+from scenes.files.errors import InputError, require_whole
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Rooms
 from simulate.spectra.spectrum import evenly
@@ -33,6 +33,15 @@ class Case(NamedTuple):
 
 class Cases(Protocol):
     """What is known and tested in a comparison."""
+
+    data: Any  # the dataset, or the rooms
+    split: str  # how the test part is chosen
+    test_rooms: int | None  # number of test rooms. None: there are none.
+    fingerprint: str  # SHA-256 of the data
+    index_sha256: str  # digest of what the index files name, if they chose the test part
+
+    def sizes(self, asked: Sequence[int | None]) -> list[int | None]:
+        """The numbers of training rows that are asked for, if there are so many."""
 
     @property
     def training(self) -> Sequence[Any]:
@@ -53,21 +62,32 @@ class OneDataset:
     """One dataset, split into a training, a validation and a test part."""
 
     training: Sequence[Any] = ()
+    test_rooms = None
 
     def __init__(self, dataset: Any, quantity: Quantity, kind: SplitKind, seed: int, guard: float, tested: int | None):
-        self.dataset, self.quantity, self.tested = dataset, quantity, tested
+        quantity.require(dataset)
+        self.data, self.quantity, self.split, self.tested = dataset, quantity, kind, tested
+        self.fingerprint, self.index_sha256 = quantity.fingerprint(dataset), ""
         self.parts = cache(lambda size: split(dataset, kind, seed, size, guard))
         self.how = lambda size: HowSplit(kind, seed, size, guard)
+        if kind == "files":
+            parts = [part.tolist() for part in (dataset.train, dataset.test)]
+            self.index_sha256 = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+    def sizes(self, asked: Sequence[int | None]) -> list[int | None]:
+        for size in asked:
+            self.parts(size)  # refuses one that is too large
+        return list(asked)
 
     @cached_property
     def test(self) -> Int[np.ndarray, " K"]:
         """The rows on which every method is scored: those of the test part that can be scored."""
-        rows = self.quantity.tested(self.dataset, self.parts(None).test)
+        rows = self.quantity.tested(self.data, self.parts(None).test)
         return rows if self.tested is None else evenly(rows, self.tested)
 
     @property
     def tests(self) -> Sequence[tuple[Any, Int[np.ndarray, " K"]]]:
-        return [(self.dataset, self.test)]
+        return [(self.data, self.test)]
 
     def known(self, size: int | None, seed: int) -> list[Case]:
         parts, most = self.parts(size), self.quantity.most_known
@@ -75,21 +95,13 @@ class OneDataset:
             say(f"the methods learn from {most} of the {len(parts.known)} known {self.quantity.things}")
             some = np.sort(np.random.default_rng(self.how(size).seed).permutation(parts.known)[:most])
             parts = Split(train=some, validation=some[:0], test=parts.test)
-        return [Case(self.dataset, parts, self.how(size))]
+        return [Case(self.data, parts, self.how(size))]
 
     def distances(self, size: int | None) -> SplitDistances | None:
-        positions, wavelength = self.dataset.positions, self.dataset.wavelength
+        positions, wavelength = self.data.positions, self.data.wavelength
         if positions is None or wavelength is None:
             return None
         return SplitDistances.between(positions[self.parts(size).known], positions[self.test], wavelength)
-
-    @property
-    def index_sha256(self) -> str:
-        """Digest of what the index files name, if they chose the test part."""
-        if self.how(None).kind != "files":
-            return ""
-        parts = [part.tolist() for part in (self.dataset.train, self.dataset.test)]
-        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
 GIVEN = 5, 10, 25, 50, 100  # Numbers of known spectra of a test room
@@ -105,15 +117,17 @@ class ManyRooms:
     Of the others, L are known, drawn at random; fewer ones are among more.
     """
 
+    split = "rooms"
+    index_sha256 = ""
+
     def __init__(self, rooms: Rooms, test_rooms: int | None, tested: int | None, seed: int):
         if test_rooms is None:
             test_rooms = max(1, len(rooms) // TEST_ROOMS)
         require_whole(1, len(rooms), test_rooms=test_rooms)
-        datasets = list(rooms)
+        self.data, self.test_rooms, datasets = rooms, test_rooms, list(rooms)
         _require_one_array(datasets)
         first = len(rooms) - test_rooms
         self.training, self._tested = datasets[:first], datasets[first:]
-        self.names = rooms.names[:first], rooms.names[first:]
         # A room keeps its test spectra, however many rooms are test rooms.
         drawn = [_drawn(each, [seed, first + number]) for number, each in enumerate(self._tested)]
         self._test = [test if tested is None else evenly(test, tested) for test, _ in drawn]
@@ -134,24 +148,17 @@ class ManyRooms:
     def distances(self, size: int | None) -> None:
         return None
 
-    def sizes(self, given: Sequence[int | None]) -> list[int | None]:
+    def sizes(self, asked: Sequence[int | None]) -> list[int | None]:
         """The numbers of known spectra that are asked for, or the usual ones that the rooms have."""
         rooms = zip(self._tested, map(len, self._others), strict=True)
         smallest, most = min(rooms, key=lambda each: each[1])
-        if list(given) == [None]:
+        if list(asked) == [None]:
             return [size for size in GIVEN if size <= most] or [most]
-        largest = max(size for size in given if size is not None)
+        largest = max(size for size in asked if size is not None)
         if largest > most:
             found = f"found {len(smallest)}, of which {most} are not tested"
             raise InputError(f"{smallest.folder}: expected {largest} known spectra beside the test spectra, {found}")
-        return list(given)
-
-    def require_training(self, learning: str) -> None:
-        """Refuse a method that learns in other rooms if there are none."""
-        if not self.training:
-            count = len(self._tested)
-            found = f"found {count}, of which {count} are test rooms"
-            raise ParameterError("methods", f"expected a training room for {learning}, {found}")
+        return list(asked)
 
 
 def _require_one_array(rooms: Sequence[Any]) -> None:

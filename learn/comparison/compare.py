@@ -2,42 +2,32 @@
 
 from __future__ import annotations
 
-import datetime
-import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from learn.comparison.averages import average_name
 from learn.comparison.cases import Cases, ManyRooms, OneDataset
 from learn.comparison.comparison import Comparison
 from learn.comparison.given_methods import (
-    built,
     check_effort,
     checked_sizes,
     chosen_methods,
-    is_own,
-    named,
-    source_of,
 )
-from learn.comparison.predictions import Predictions
-from learn.comparison.results_folder import Results, Settings, results_in, run_folder
+from learn.comparison.results_folder import Settings, results_in
 from learn.data.split_distances import say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, SplitKind
 from learn.methods.table import BASELINES, methods_of, require_scene, usual_names
 from learn.methods.trained_model import TrainedModel
-from learn.quantities.known import Known, MakesMethod, Method
-from learn.quantities.quantity import Prediction, Quantity
+from learn.quantities.known import MakesMethod, Method
 from learn.quantities.spectra import SpectraInRooms
 from learn.quantities.table import QuantityName, quantity_named, quantity_of
 from learn.training.config import require_untested
 from learn.training.run_files import device_name
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
-    InputError,
     ParameterError,
     require_instance,
     require_path,
@@ -161,62 +151,48 @@ def compare(
         chosen |= _continued(run, kind)
     missing = [name for name in BASELINES[kind] if name not in chosen]
     chosen = {**{name: known[name] for name in missing}, **chosen}
+    cases: Cases
     if isinstance(given, Rooms):
-        cases: Cases = (rooms := ManyRooms(given, test_rooms, tested, seed))
-        asked, digest, index = rooms.sizes(asked), rooms.fingerprint, ""
-        test_rooms = len(rooms.tests)
+        cases = ManyRooms(given, test_rooms, tested, seed)
     else:
-        of.require(given)
-        cases = (one := OneDataset(given, of, split, seed, guard, tested))
-        for size in asked:
-            one.parts(size)  # refuses a size that is too large before anything is measured
-        if len(one.test) and run is not None and run.is_trained_on(given):
-            require_untested(run.split(given).known, run.folder, given, one.parts(None))
-        digest, index = of.fingerprint(given), one.index_sha256
-        stated, distances = of.stated(given), one.distances(asked[-1])
-        if stated is not None:
-            say(stated)
+        cases = OneDataset(given, of, split, seed, guard, tested)
+        if run is not None and run.is_trained_on(given):
+            require_untested(run.split(given).known, run.folder, given, cases.parts(None))
+    asked = cases.sizes(asked)
     settings = Settings(
         dataset=str(given.folder.resolve()),
         quantity=of.name,
-        split="rooms" if isinstance(given, Rooms) else split,
+        split=cases.split,
         seed=seed,
         guard=float(guard),
         minutes=float(budget) if steps is None else None,
         steps=steps,
         device=device_name(),
         tested=tested,
-        test_rooms=test_rooms,
-        data_sha256=digest,
-        index_sha256=index,
+        test_rooms=cases.test_rooms,
+        data_sha256=cases.fingerprint,
+        index_sha256=cases.index_sha256,
     )
-    folder = None if output is None else Path(output)
+    folder, distances = None if output is None else Path(output), cases.distances(asked[-1])
     with results_in(folder, settings, of.ranked_by) as kept:
-        if isinstance(cases, OneDataset) and distances is not None:
+        if stated := of.stated(given):
+            say(stated)
+        if distances is not None:
             say_distances(distances)
-        measuring = _Measuring(of, cases, settings, kept, kind, known)
 
         def so_far() -> Comparison:
-            rows, truth = kept.rows, cases.tests[0]
-            expected = of.arrays(of.of(truth[0], truth[1]))
-            if isinstance(given, Rooms):
-                return Comparison(quantity=of, settings=settings, folder=folder, rows=rows, dataset=given)
-            each = {average_name(row): kept.arrays(row, expected) for row in rows if row["seed"] == 0}
-            parts = one.parts(max((row["train_size"] or 0 for row in rows), default=0) or None)
-            return Comparison(
-                quantity=of,
-                settings=settings,
-                folder=folder,
-                rows=rows,
-                each=each,
-                dataset=given,
-                parts=parts,
-                test=one.test,
-                distances=distances,
+            found = Comparison(
+                quantity=of, settings=settings, folder=folder, rows=kept.rows, dataset=given, distances=distances
             )
+            if not isinstance(cases, OneDataset):
+                return found
+            expected = of.arrays(of.of(given, cases.test))
+            each = {average_name(row): kept.arrays(row, expected) for row in found if row["seed"] == 0}
+            largest = max((row["train_size"] or 0 for row in found), default=0) or None
+            return replace(found, each=each, test=cases.test, parts=cases.parts(largest))
 
         try:
-            measuring.measure(chosen, seeds, asked)
+            Measuring(of, cases, settings, kept, known).measure(chosen, seeds, asked)
         except KeyboardInterrupt:
             if kept.rows:
                 say(f"interrupted; the table so far:\n{so_far()}")
@@ -245,161 +221,3 @@ def _continued(run: Run, kind: str) -> dict[str, Callable[[], Any]]:
         raise ParameterError("init", f"expected a run of a model that is trained by steps, found one of {model}")
     start = str(run.folder.resolve())
     return {f"{model} from {run.name}": lambda: TrainedModel(model, dict(run.config.options), init=start)}
-
-
-class _Measuring:
-    """Fits and scores methods where the row is missing: all with the first seed, then all with the next one."""
-
-    def __init__(
-        self,
-        quantity: Quantity,
-        cases: Cases,
-        settings: Settings,
-        kept: Results,
-        kind: str,
-        known: Mapping[str, Callable[[], Any]],
-    ):
-        self.quantity, self.cases, self.settings, self.kept, self.ours = quantity, cases, settings, kept, known
-
-    def measure(self, methods: Mapping[str, Callable[[], Any]], seeds: int, sizes: Sequence[int | None]) -> None:
-        self.kept.require_file_names(methods)
-        methods = self._suited(methods, sizes)
-        number, total = 0, seeds * len(sizes) * len(methods)
-        for seed in range(seeds):
-            for label, make in methods.items():
-                learned = None
-                for size in sizes:
-                    number += 1
-                    key = {"label": label, "seed": seed, "train_size": size}
-                    method = built(label, make) if learned is None else learned
-                    if isinstance(method, Predictions):
-                        if seed:  # which no seed changes
-                            continue
-                        self._read(method)
-                    source, name = source_of(label, method, self.ours), average_name(key)
-                    if self.kept.is_measured(key, name, is_own(method), source):
-                        continue
-                    say(f"{name}, seed {seed} ({number} of {total})")
-                    if learned is None and hasattr(method, "learn"):
-                        with named(label, method, "learn to learn from rooms"):
-                            method.learn(self.cases.training, self.settings.minutes, seed)
-                        learned = method
-                    self._measure(key, method, source)
-        self._measure_bound()
-
-    def _suited(
-        self, methods: Mapping[str, Callable[[], Any]], sizes: Sequence[int | None]
-    ) -> dict[str, Callable[[], Any]]:
-        """The methods without those that cannot be used on the data, after a word on each."""
-        dataset, found = self.cases.tests[0][0], {}
-        for label, make in methods.items():
-            method = built(label, make)
-            why = method.unsuited(dataset) if callable(getattr(method, "unsuited", None)) else None
-            if isinstance(method, Predictions):
-                if list(sizes) != [None]:
-                    raise ParameterError("methods", f"expected methods that are fitted, found the predictions {label}")
-                self._read(method)  # refuses wrong ones before anything is fitted
-            elif hasattr(method, "learn") and not self.cases.training:
-                why = "expected a training room to learn in, found none"
-            if why is None:
-                found[label] = make
-            elif len(methods) == 1 + len(found):
-                raise InputError(f"{label}: {why}")
-            else:
-                say(f"left out {label}: {why}")
-        return found
-
-    def _read(self, method: Predictions) -> None:
-        """Read the predictions of the test part, of which the scored ones are kept."""
-        assert isinstance(self.cases, OneDataset)
-        dataset, rows = self.cases.dataset, self.cases.parts(None).test
-        row_of = {index: row for row, index in enumerate(rows.tolist())}
-        names = getattr(dataset, "names", None) or [str(index) for index in range(len(dataset))]
-        shape = self.quantity.of(dataset, rows[:1]).shape[1:]
-        method.read(self.quantity, [names[index] for index in row_of], [row_of[row] for row in self.cases.test], shape)
-
-    def _measure(self, key: dict[str, Any], method: Any, source: str | None) -> None:
-        label, settings, seed = key["label"], self.settings, key["seed"]
-        known_as = {} if source is None else {"source": source}
-        folder = self.kept.folder / run_folder({**key, **known_as})
-        known = self.cases.known(key["train_size"], seed)
-        predicted, truths, fitting, predicting = [], [], 0.0, 0.0
-        for case, (dataset, test) in zip(known, self.cases.tests, strict=True):
-            taught = Known(dataset, self.quantity, case.parts, seed, settings.minutes, settings.steps, folder, case.how)
-            truth = self.quantity.of(dataset, test)
-            began = time.perf_counter()
-            with named(label, method, "fit to learn from what is known"):
-                method.fit(taught)
-            fitted = time.perf_counter()
-            with named(label, method, "predict to return predictions"):
-                predicted.append(self._predict(label, method, dataset, test, truth.shape))
-            truths.append(truth)
-            fitting, predicting = fitting + fitted - began, predicting + time.perf_counter() - fitted
-        together = joined(predicted)
-        scored = self.quantity.score(together, np.concatenate(truths), self.cases.tests[0][0])
-        fitted_before = isinstance(method, Predictions)
-        seconds = getattr(method, "seconds", fitting / len(known))
-        distances = self.cases.distances(key["train_size"])
-        count = sum(map(len, truths))
-        row = {
-            "train": len(known[0].parts.train),
-            "known": len(known[0].parts.known),
-            "test": count,
-            **scored.row,
-            **(self._of_rooms(predicted, truths) if len(known) > 1 or self.cases.training else {}),
-            "parameters": getattr(method, "parameters", None),
-            "steps": getattr(method, "steps", None),
-            "seconds": None if fitted_before else round(seconds, 3),
-            "milliseconds": None if fitted_before else round(1e3 * predicting / count, 3),
-            "found": getattr(method, "found", None),
-            **({} if distances is None else distances.facts()),
-            "date": datetime.date.today().isoformat(),
-            **known_as,
-        }
-        if row["found"] is not None:
-            say(f"{label}: {row['found']}")
-        self.kept.keep(key, row, scored.each)
-
-    def _predict(self, label: str, method: Any, dataset: Any, test: Any, shape: tuple[int, ...]) -> Prediction:
-        """What a method predicts of test rows, in pieces if there are many."""
-        positions, given = dataset.positions, self.quantity.given(dataset, test)
-        places = None if positions is None else positions[test]
-        at_once = self.quantity.at_once or max(len(test), 1)
-        parts = []
-        for first in range(0, len(test), at_once):
-            some = slice(first, first + at_once)
-            where = None if places is None else places[some]
-            found = method.predict(where) if given is None else method.predict(where, given[some])
-            parts.append(self.quantity.checked(label, found, (len(test[some]), *shape[1:])))
-        return joined(parts)
-
-    def _of_rooms(self, predicted: list[Prediction], truths: list[np.ndarray]) -> dict[str, Any]:
-        """The score in each room."""
-        rooms = zip(predicted, truths, self.cases.tests, strict=True)
-        each = [self.quantity.score(found, truth, dataset).each["ssim"] for found, truth, (dataset, _) in rooms]
-        return {"rooms": [round(float(np.median(one)), 4) for one in each]}
-
-    def _measure_bound(self) -> None:
-        """Measure the row of the quantity's bound, if it has one."""
-        dataset, test = self.cases.tests[0]
-        if any(row.get("bound") for row in self.kept.rows):
-            return
-        bound = self.quantity.bound(dataset, test)
-        if bound is None:
-            return
-        label, prediction, rows = bound
-        scored = self.quantity.score(prediction, self.quantity.of(dataset, rows), dataset)
-        key = {"label": label, "seed": 0, "train_size": None}
-        row = {"test": len(rows), **scored.row, "bound": True, "date": datetime.date.today().isoformat()}
-        self.kept.keep(key, row, scored.each)
-
-
-def joined(parts: Sequence[Prediction]) -> Prediction:
-    """Several predictions as one; what one of them does not state, none does."""
-
-    def together(name: str) -> np.ndarray | None:
-        found = [getattr(each, name) for each in parts]
-        return None if any(each is None for each in found) else np.concatenate(found)
-
-    value = np.concatenate([each.value for each in parts])
-    return Prediction(value, together("low"), together("high"), together("deviation"))

@@ -70,7 +70,7 @@ class TwinPowers(ExplainedPowers):
         scenes_with_gateways(scene, dataset)  # refuses what does not fit
         self._scene, self._tolerances, self._followed = scene, tolerances, propagation
         stated = f"{scene_digest(scene)} {tolerances} {propagation}"
-        self.scene, self.source = scene.name, hashlib.sha256(stated.encode()).hexdigest()[:16]
+        self.source = hashlib.sha256(stated.encode()).hexdigest()[:16]
         # without the powers, some of which are tested
         self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
 
@@ -96,6 +96,7 @@ class TwinPowers(ExplainedPowers):
         after, before = found.error
         say(f"twin: the median error of rays there is {before:.2f} dB as described and {after:.2f} dB as corrected")
         self.calibration: PowerCalibration = found
+        self.found = f"rays in {self._scene.name}, corrected"
         box = bounding_box(np.vstack([self._scene.transmitter.region, known.positions]))
         self._tracers: list[Tracer] = [
             Tracer(each, self._followed, box) for each in alone(found.scene, found.gateways).values()

@@ -76,11 +76,9 @@ def test_where_no_path_leads_the_trend_stays_in_its_range(heard, fitted):
 
 def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
     monkeypatch.setattr(TwinPowers.__init__, "__defaults__", (PLACES, DIRECT))
-    comparison = bisplat.compare_powers(
-        heard, ["mean", "twin"], split="random", train_size=12, scene=replace(PLACE, name="hall")
-    )
-    assert {row["label"] for row in comparison} == {"mean", "twin"} and comparison.facts()["scene"] == "hall"
-    assert comparison.predicted["twin, 12"].low is not None
+    comparison = bisplat.compare(heard, ["twin"], split="random", sizes=[12], scene=replace(PLACE, name="hall"))
+    (row,) = [row for row in comparison if row["label"] == "twin"]
+    assert "hall" in row["found"] and "low" in comparison.each["twin, 12"]
     fitted = bisplat.fit_powers(heard, "twin", known=np.arange(12), scene=PLACE)
     assert bisplat.coverage_map(fitted, step=0.5).width is not None
 
@@ -96,17 +94,17 @@ def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
 )
 def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, expected):
     with pytest.raises(InputError, match=expected):
-        bisplat.compare_powers(heard, methods, split="random", scene=scene)
+        bisplat.compare(heard, methods, split="random", scene=scene)
 
 
 def test_a_gateway_inside_an_object_is_refused(heard):
     inside = replace(heard, gateway_positions=np.array([[2.0, 1.75, 1.5], [2.5, -2.0, 1.4]]))
     with pytest.raises(InputError, match="heard: gateway door"):
-        bisplat.compare_powers(inside, ["twin"], split="random", scene=PLACE)
+        bisplat.compare(inside, ["twin"], split="random", scene=PLACE)
 
 
 def test_without_the_ray_tracer_all_else_works(heard, monkeypatch):
     monkeypatch.setattr(extras, "find_spec", lambda module: None)
-    assert len(bisplat.compare_powers(heard, ["mean"], split="random")) == 1
+    assert bisplat.compare(heard, ["mean"], split="random").rows
     with pytest.raises(InputError, match=r"bisplat-wrf\[rays\]"):
-        bisplat.compare_powers(heard, ["twin"], split="random", scene=PLACE)
+        bisplat.compare(heard, ["twin"], split="random", scene=PLACE)
