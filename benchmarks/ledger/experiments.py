@@ -1,4 +1,4 @@
-"""The figures of a folder of ``bisplat compare``, ``ablate`` or ``sweep``."""
+"""The figures of a folder of ``bisplat compare``."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Sequence
 from functools import cache, cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Int
@@ -31,38 +31,11 @@ class Case(NamedTuple):
     how: HowSplit | None  # how ``bisplat.split`` chose them. None: it did not.
 
 
-class Cases(Protocol):
-    """What is known and tested in a comparison."""
-
-    data: Any  # the dataset, or the rooms
-    split: str  # how the test part is chosen
-    test_rooms: int | None  # number of test rooms. None: there are none.
-    fingerprint: str  # SHA-256 of the data
-    index_sha256: str  # digest of what the index files name, if they chose the test part
-
-    def sizes(self, asked: Sequence[int | None]) -> list[int | None]:
-        """The numbers of training rows that are asked for, if there are so many."""
-
-    @property
-    def training(self) -> Sequence[Any]:
-        """Datasets in which methods may learn before."""
-
-    @property
-    def tests(self) -> Sequence[tuple[Any, Int[np.ndarray, " K"]]]:
-        """Each dataset with its test rows."""
-
-    def known(self, size: int | None, seed: int) -> list[Case]:
-        """What is known in each dataset, for a number of training rows and a seed."""
-
-    def distances(self, size: int | None) -> SplitDistances | None:
-        """From the test positions to the nearest known ones. None: they are not known, or differ by seed."""
-
-
 class OneDataset:
     """One dataset, split into a training, a validation and a test part."""
 
-    training: Sequence[Any] = ()
-    test_rooms = None
+    training: Sequence[Any] = ()  # datasets in which methods may learn before
+    test_rooms: int | None = None
 
     def __init__(self, dataset: Any, quantity: Quantity, kind: SplitKind, seed: int, guard: float, tested: int | None):
         quantity.require(dataset)
@@ -75,6 +48,7 @@ class OneDataset:
             self.index_sha256 = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
     def sizes(self, asked: Sequence[int | None]) -> list[int | None]:
+        """The numbers of training rows that are asked for, if there are so many."""
         for size in asked:
             self.parts(size)  # refuses one that is too large
         return list(asked)
@@ -87,9 +61,11 @@ class OneDataset:
 
     @property
     def tests(self) -> Sequence[tuple[Any, Int[np.ndarray, " K"]]]:
+        """Each dataset with its test rows."""
         return [(self.data, self.test)]
 
     def known(self, size: int | None, seed: int) -> list[Case]:
+        """What is known in each dataset, for a number of training rows and a seed."""
         parts, most = self.parts(size), self.quantity.most_known
         if most is not None and len(parts.known) > most:
             say(f"the methods learn from {most} of the {len(parts.known)} known {self.quantity.things}")
@@ -98,6 +74,7 @@ class OneDataset:
         return [Case(self.data, parts, self.how(size))]
 
     def distances(self, size: int | None) -> SplitDistances | None:
+        """From the test positions to the nearest known ones. None: positions or frequency are not known."""
         positions, wavelength = self.data.positions, self.data.wavelength
         if positions is None or wavelength is None:
             return None
@@ -146,7 +123,7 @@ class ManyRooms:
         return cases
 
     def distances(self, size: int | None) -> None:
-        return None
+        """None: they differ by seed."""
 
     def sizes(self, asked: Sequence[int | None]) -> list[int | None]:
         """The numbers of known spectra that are asked for, or the usual ones that the rooms have."""
@@ -178,3 +155,7 @@ def _drawn(dataset: Any, seed: Sequence[int]) -> tuple[Int[np.ndarray, " K"], In
     order = np.random.default_rng(seed).permutation(len(dataset))
     count = max(1, math.ceil(len(dataset) / TESTED))
     return np.sort(order[:count]), np.sort(order[count:])
+
+
+Cases = OneDataset | ManyRooms
+"""What is known and tested in a comparison."""

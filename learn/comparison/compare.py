@@ -16,6 +16,7 @@ from learn.comparison.given_methods import (
     checked_sizes,
     chosen_methods,
 )
+from learn.comparison.measuring import Measuring
 from learn.comparison.results_folder import Settings, results_in
 from learn.data.split_distances import say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, SplitKind
