@@ -13,7 +13,7 @@ from trimesh.intersections import mesh_plane
 
 from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
 from scenes.drawing.doors import Leaf, closed_doors
-from scenes.scene.closed_parts import parts_of
+from scenes.scene.connected_parts import parts_of
 from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:

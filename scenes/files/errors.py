@@ -156,6 +156,13 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
     return f"valid names are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"
 
 
+def listed(names: Iterable[str], most: int = 8) -> str:
+    """List the first names, without repetitions."""
+    each = list(dict.fromkeys(names))
+    rest = f" and {len(each) - most} more" if len(each) > most else ""
+    return ", ".join(each[:most]) + rest
+
+
 NUMBERS = {"f": "numbers", "c": "complex numbers"}
 """Kinds of numbers in an array, by NumPy's codes. Real numbers count as complex ones, too."""
 

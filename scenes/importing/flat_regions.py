@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from scenes.scene.half_edges import half_edges
+from scenes.scene.connected_parts import half_edges
 
 LEAST_TRIANGLES = 32  # Triangles of a region at least. Fewer are as drawn, or not worth a plane.
 

@@ -6,15 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from scenes.files.errors import InputError, named
+from scenes.files.errors import InputError, listed, named
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, require_known
 from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
 from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS, MitsubaShape
 from scenes.scene.materials import RadioMaterial
 
 Rule = tuple[str, str]  # A name or pattern, and a material
-
-LISTED = 8  # Most names that a message lists
 
 
 @dataclass(frozen=True)
@@ -135,10 +133,3 @@ def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]
     if assumed:
         sentences.append(f"assumed a thickness of {usual:g} m, as Sionna RT does, for {listed(assumed)}")
     return sentences
-
-
-def listed(names: Iterable[str], most: int = LISTED) -> str:
-    """List the first names, without repetitions."""
-    each = list(dict.fromkeys(names))
-    rest = f" and {len(each) - most} more" if len(each) > most else ""
-    return ", ".join(each[:most]) + rest

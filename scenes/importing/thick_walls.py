@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, replace
 
+import networkx as nx
 import numpy as np
 import trimesh
 from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH, barycentric, beyond, outline
-from scenes.scene.closed_parts import part_meshes
+from scenes.scene.connected_parts import part_meshes
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.materials import is_conductor
 
@@ -148,32 +149,25 @@ def mid_surfaces(body: Trimesh, thickest: float) -> list[MidSurface]:
     groups = [
         (thickness, members)
         for thickness in dict.fromkeys(pairs.values())
-        for members in _connected([pair for pair, each in pairs.items() if each == thickness], len(faces))
+        for members in nx.connected_components(nx.Graph(pair for pair, each in pairs.items() if each == thickness))
     ]
     uses = Counter(number for _, members in groups for number in members)
     if sum(faces[number].area for number in uses) < MOSTLY * body.area:
         return []
     found = []
     for thickness, members in groups:
-        normal = faces[members[0]].normal
-        sides = [[number for number in members if sign * (faces[number].normal @ normal) > 0] for sign in (1, -1)]
+        normal = faces[min(members)].normal
+        sides = [
+            [number for number in sorted(members) if sign * (faces[number].normal @ normal) > 0] for sign in (1, -1)
+        ]
         # A long face may be opposite shorter ones at several distances. Then these are the sheets.
-        side = max(sides, key=lambda side: (max(uses[number] for number in side) == 1, _area(faces, side)))
+        side = max(
+            sides, key=lambda side: (max(uses[number] for number in side) == 1, sum(faces[n].area for n in side))
+        )
         inward = np.concatenate([np.tile(faces[n].normal * -thickness / 2, (len(faces[n].triangles), 1)) for n in side])
         triangles = np.concatenate([faces[number].triangles for number in side])
         found.append(MidSurface(triangles + inward[:, None], thickness))
     return found
-
-
-def _area(faces: list[Face], numbers: list[int]) -> float:
-    return sum(faces[number].area for number in numbers)
-
-
-def _connected(pairs: list[tuple[int, int]], count: int) -> list[list[int]]:
-    """The numbers below ``count`` that are in pairs, divided into those that pairs connect."""
-    labels = trimesh.graph.connected_component_labels(np.array(pairs), node_count=count)
-    members = sorted({number for pair in pairs for number in pair})
-    return [[n for n in members if labels[n] == label] for label in dict.fromkeys(labels[members].tolist())]
 
 
 def flat_faces(body: Trimesh) -> list[Face]:
