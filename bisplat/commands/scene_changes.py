@@ -11,11 +11,7 @@ from scenes.files.plain_text import say
 
 
 def array_option(text: str) -> dict[str, Any]:
-    """Read the option ``--array``.
-
-    >>> array_option("4x8@0.4")
-    {'rows': 4, 'columns': 8, 'spacing': 0.4}
-    """
+    """Read the option ``--array``."""
     from scenes.scene.antennas import as_positions, fault_of, read_array
     from simulate.positions.positions import read_points
 

@@ -64,7 +64,6 @@ def require_whole(least: int, most: int, **values: int) -> None:
 
 
 def require_seed(**values: int) -> None:
-    """Raise a ParameterError for seeds that are not whole numbers from 0 to ``SEED_MOST``."""
     require_whole(0, SEED_MOST, **values)
 
 

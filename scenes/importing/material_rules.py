@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from scenes.files.errors import InputError, listed, named
-from scenes.importing.file_materials import known_material, material_at, proposed_rule, require_known
-from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart, material_at, proposed_rule, require_known
 from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS, MitsubaShape
 from scenes.scene.materials import RadioMaterial
 
@@ -64,12 +63,7 @@ def _choice(
         rule = deciding_rule(part, stem, rules)
         if rule is not None:
             return Choice(material_at(rule[1], frequency, own), f"the rule {_shown(rule)}")
-        if isinstance(part, MitsubaShape):
-            stated = part.radio_material(frequency, own)
-        else:
-            known = None if part.material is None else known_material(part.material, own)
-            stated = None if known is None else material_at(known, frequency, own)
-        if stated is not None:
+        if (stated := part.radio_material(frequency, own)) is not None:
             return Choice(stated, f'the file\'s "{part.material or stated.name}"', stated.name not in own)
         if default is not None:
             return Choice(material_at(default, frequency, own), "the default")

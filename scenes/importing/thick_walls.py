@@ -17,7 +17,7 @@ from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH, barycentric, beyond, outline
-from scenes.scene.connected_parts import part_meshes
+from scenes.scene.connected_parts import mesh_of, part_meshes
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.materials import is_conductor
 
@@ -65,13 +65,13 @@ def walls_as_sheets(scene: Scene) -> tuple[Scene, dict[str, float]]:
             thickness = plate.thickness if plate.thickness >= DRAWN_THIN * slab else slab
             groups.setdefault(thickness, []).append(sheet)
         if len(rest):
-            objects.append(replace(item, mesh=_mesh(rest)) if groups else item)
+            objects.append(replace(item, mesh=mesh_of(rest)) if groups else item)
         for thickness, parts in groups.items():
             name = item.name
             if len(rest) or len(groups) > 1:
                 name = _new_name(f"{item.name[: LONGEST_NAME - 30]}, {thickness:g} m thick", names)
             sheets[name] = thickness
-            objects.append(SceneObject(name, _mesh(np.concatenate(parts)), item.material, thickness))
+            objects.append(SceneObject(name, mesh_of(np.concatenate(parts)), item.material, thickness))
     return replace(scene, objects=tuple(objects)), sheets
 
 
@@ -98,7 +98,7 @@ def _placed(
     objects = []
     for item in scene.objects:
         found, rest = divided[item.name]
-        mesh = _mesh(np.concatenate([rest, *(plate.sheet for plate in found)])) if found else item.mesh
+        mesh = mesh_of(np.concatenate([rest, *(plate.sheet for plate in found)])) if found else item.mesh
         objects.append(replace(item, mesh=mesh))
     around = outline(replace(scene, objects=tuple(objects)))
     normals, front, back = beyond(np.stack([plate.sheet[0] for plate in every]), around)
@@ -107,12 +107,6 @@ def _placed(
     moved = np.where(np.minimum(front, back) + half < WALL_REACH, inward, 0.0)
     sheets = iter([plate.sheet + move * normal for plate, move, normal in zip(every, moved, normals, strict=True)])
     return {name: [next(sheets) for _ in found] for name, (found, _) in divided.items()}
-
-
-def _mesh(triangles: Float[np.ndarray, "n 3 3"]) -> Trimesh:
-    mesh = Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=False)
-    mesh.merge_vertices()
-    return mesh
 
 
 def _new_name(name: str, taken: set[str]) -> str:

@@ -117,3 +117,12 @@ def part_meshes(mesh: Trimesh, parts: Parts, closed: bool = True) -> list[Trimes
         used, index = np.unique(parts.faces[faces], return_inverse=True)
         found.append(Trimesh(np.asarray(mesh.vertices)[used], index.reshape(-1, 3), process=False))
     return found
+
+
+def mesh_of(triangles: Float[np.ndarray, "n 3 3"]) -> Trimesh:
+    """A mesh of triangles, which share the corners that they have in common."""
+    from trimesh import Trimesh  # slow to import
+
+    mesh = Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=False)
+    mesh.merge_vertices()
+    return mesh

@@ -99,7 +99,6 @@ def _require_plain(node: Node, part: Primitive, weights: list[float], label: str
 
 
 def _faces(part: Primitive, count: int, arrays: Arrays, label: str) -> Faces:
-    """Return the triangles of a primitive as vertex numbers."""
     corners = np.arange(count) if part.indices is None else arrays.read(part.indices, "SCALAR").astype(int)
     if part.mode == FAN:
         second = np.arange(1, max(len(corners) - 1, 1))
@@ -123,7 +122,6 @@ def _joined(pieces: list[tuple[Vertices, Faces]]) -> Trimesh:
 
 
 def _has_triangles(part: Primitive) -> bool:
-    """Whether a primitive is not of points or lines."""
     return part.mode not in POINTS_AND_LINES and "POSITION" in part.attributes
 
 
