@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from itertools import chain, count
 
 import networkx as nx
 import numpy as np
@@ -69,7 +70,9 @@ def walls_as_sheets(scene: Scene) -> tuple[Scene, dict[str, float]]:
         for thickness, parts in groups.items():
             name = item.name
             if len(rest) or len(groups) > 1:
-                name = _new_name(f"{item.name[: LONGEST_NAME - 30]}, {thickness:g} m thick", names)
+                new = f"{item.name[: LONGEST_NAME - 30]}, {thickness:g} m thick"
+                name = next(each for each in chain([new], (f"{new} {k}" for k in count(2))) if each not in names)
+                names.add(name)
             sheets[name] = thickness
             objects.append(SceneObject(name, mesh_of(np.concatenate(parts)), item.material, thickness))
     return replace(scene, objects=tuple(objects)), sheets
@@ -107,15 +110,6 @@ def _placed(
     moved = np.where(np.minimum(front, back) + half < WALL_REACH, inward, 0.0)
     sheets = iter([plate.sheet + move * normal for plate, move, normal in zip(every, moved, normals, strict=True)])
     return {name: [next(sheets) for _ in found] for name, (found, _) in divided.items()}
-
-
-def _new_name(name: str, taken: set[str]) -> str:
-    unique, count = name, 1
-    while unique in taken:
-        count += 1
-        unique = f"{name} {count}"
-    taken.add(unique)
-    return unique
 
 
 @dataclass(frozen=True)
