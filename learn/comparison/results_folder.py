@@ -17,7 +17,7 @@ from learn.data.splits import GUARD_MOST
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_yaml_xml import parse_json, plain_number, read_json
+from scenes.files.json_yaml_xml import parse_json, plain_values, read_json
 from scenes.files.npz_file import Expected, read_npz, write_arrays
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
@@ -140,9 +140,7 @@ class Results:
         write_arrays(self._arrays(key), each)
         rows, old, new = self.rows, self.row(key), {**key, **row}
         kept = [*rows, new] if old is None else [new if each == old else each for each in rows]
-        write_atomically(
-            self.path, ("\n".join(json.dumps(each, default=plain_number) for each in kept) + "\n").encode()
-        )
+        write_atomically(self.path, ("\n".join(json.dumps(plain_values(each)) for each in kept) + "\n").encode())
 
     def arrays(self, row: Mapping[str, Any], expected: Mapping[str, Expected]) -> dict[str, np.ndarray]:
         """What was kept of each test row of one of the rows."""
@@ -186,5 +184,5 @@ def results_in(output: Path | None, settings: Settings, score: str) -> Iterator[
                         f"{settings.dataset}: expected the {what} with which {output} was begun, found others; compare "
                         "in another folder"
                     )
-        write_atomically(path, (json.dumps(to_builtins(settings), indent=2, default=plain_number) + "\n").encode())
+        write_atomically(path, (json.dumps(to_builtins(settings), indent=2) + "\n").encode())
         yield Results(output, score)

@@ -61,25 +61,7 @@ def element_fields(
     return found
 
 
-def element_field_by_gprmax(
-    scene: Scene,
-    planned: Plan,
-    number: int,
-    working: Path,
-    geometry: Path,
-    gpu: bool,
-    report: Callable[[int], None] = lambda step: None,
-) -> StoredField:
-    """Run gprMax for one element, for as many time steps as planned."""
-    ends = looks(planned.steps)[-3:]
-    source = element_source(scene, planned, number)
-    fields = run(working, geometry, planned.grid, source, planned.box, ends, gpu, report)
-    unsettled, frequencies = still_to_come(*fields), (scene.frequency, planned.frequency)
-    return _in_region(scene, planned, fields[-1], unsettled, planned.steps, *frequencies)
-
-
 def element_source(scene: Scene, planned: Plan, number: int) -> Source:
-    """An element as a source."""
     position = element_positions(scene.gateway, scene.wavelength)[number]
     return Source(position, element_direction(scene), planned.frequency)
 
@@ -126,22 +108,21 @@ def run_of(solver: str, scene: Scene, planned: Plan, materials: EdgeMaterials, f
     """The function that runs a solver. gprMax writes its files to the folder, which must be empty."""
     if solver == OURS:
         return lambda elements, told: element_fields(scene, planned, elements, materials, told)
-    return _run_of_gprmax(scene, planned, materials, folder, gpu)
-
-
-def _run_of_gprmax(scene: Scene, planned: Plan, materials: EdgeMaterials, folder: Path, gpu: bool) -> Run:
-    """The function that runs gprMax, with its files in a folder."""
     geometry = folder / "geometry"
     geometry.mkdir()
     write_geometry(geometry, materials, planned.grid)
+    ends, box = looks(planned.steps)[-3:], planned.box
 
-    def run(elements: list[int], told: Callable[[int], None]) -> list[StoredField]:
+    def by_gprmax(elements: list[int], told: Callable[[int], None]) -> list[StoredField]:
         fields = []
         for element in elements:
             working = folder / f"element-{element:03d}"
             working.mkdir()
-            fields.append(element_field_by_gprmax(scene, planned, element, working, geometry, gpu, told))
+            source = element_source(scene, planned, element)
+            found = run(working, geometry, planned.grid, source, box, ends, gpu, told)
+            rest, frequencies = still_to_come(*found), (scene.frequency, planned.frequency)
+            fields.append(_in_region(scene, planned, found[-1], rest, planned.steps, *frequencies))
             shutil.rmtree(working)
         return fields
 
-    return run
+    return by_gprmax
