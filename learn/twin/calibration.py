@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from learn.twin.described_gateways import alone
 from learn.twin.power_residual import PowerFit
 from learn.twin.response_residual import ResponseFit
 from scenes.files.atomic import write_atomically
-from scenes.files.json_yaml_xml import PlainDumper
+from scenes.files.json_yaml_xml import PlainDumper, plain_values
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -115,8 +115,8 @@ def write_calibration(found: Calibration, folder: Path) -> None:
     write_scene(found.scene, folder)
     if found.gateways:
         keys = ("position", "orientation", "pattern", "polarization")
-        gateways = {name: {key: _plain(asdict(each)[key]) for key in keys} for name, each in found.gateways.items()}
-        text = yaml.dump(gateways, Dumper=PlainDumper, allow_unicode=True, sort_keys=False)
+        gateways = {name: {key: getattr(each, key) for key in keys} for name, each in found.gateways.items()}
+        text = yaml.dump(plain_values(gateways), Dumper=PlainDumper, allow_unicode=True, sort_keys=False)
         write_atomically(folder / GATEWAYS, text.encode())
     numbers = zip(found.which, found.values.tolist(), found.deviations.tolist(), strict=True)
     changes = [
@@ -131,7 +131,3 @@ def write_calibration(found: Calibration, folder: Path) -> None:
     else:
         content |= {"unexplained_power": misfit, "gain": [found.fit.gain.real, found.fit.gain.imag]}
     write_atomically(folder / RECORD, (json.dumps(content, indent=2) + "\n").encode())
-
-
-def _plain(value: Any) -> Any:
-    return [float(each) for each in value] if isinstance(value, tuple | list | np.ndarray) else value
