@@ -39,7 +39,6 @@ PROGRESS = re.compile(r"\|--->:.*?(\d+)/\d+ \[")
 
 
 def installed_gprmax(what: str) -> str:
-    """Name and version of the installed gprMax."""
     require_extra("fullwave", what)
     return f"gprMax {version('gprMax')}"
 
@@ -96,7 +95,6 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
 
 
 def _material(name: str, permittivity: float, conductivity: float | str, permeability: float) -> dict[str, object]:
-    """A material in the form of gprMax's database."""
     return {
         "name": name,
         "model": "constant",
@@ -121,7 +119,6 @@ def run(
     gpu: bool = False,
     report: Callable[[int], None] = lambda done: None,
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """Run gprMax for one source."""
     iterations = _write_input(folder, geometry, grid, source, box, ends)
     command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars", *(["-gpu"] if gpu else [])]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}

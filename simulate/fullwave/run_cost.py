@@ -18,7 +18,6 @@ LARGER = 1.1  # Step in the search for cells that fit
 
 
 def memory_of_runs(planned: Plan, elements: int, at_once: int) -> int:
-    """Bytes that some runs at a time take."""
     runs = min(at_once, elements)
     return runs * planned.memory(len(groups(list(range(elements)), runs)[0]))
 

@@ -101,7 +101,6 @@ def default_cell(scene: Scene) -> float:
 
 
 def two_digits_down(value: float) -> float:
-    """A positive number, rounded down to two digits."""
     digits = 1 - math.floor(math.log10(value))
     return round(math.floor(value * 10**digits) / 10**digits, digits)
 

@@ -38,8 +38,6 @@ TEST_FRACTION = 0.2  # Share of the spectra in test_index.txt
 
 @dataclass(frozen=True)
 class Request:
-    """A dataset to simulate."""
-
     scene: Scene  # the scene, with one gateway
     # places of the end that moves, metres, world frame; if both move, those of the transmitter
     positions: Float[np.ndarray, "K 3"]
@@ -64,7 +62,6 @@ class Request:
 
     @property
     def beamformer(self) -> Beamformer:
-        """The gateway's array at the scene's frequency, and the grid."""
         return Beamformer(array_of(self.scene.gateway, self.scene.frequency), self.grid)
 
     def __len__(self) -> int:

@@ -72,7 +72,6 @@ class Simulation(Places):
             raise ParameterError("bandwidth", "expected no band beside several frequencies, found one")
 
     def _require_pairs(self) -> None:
-        """Refuse options of pairs that contradict each other."""
         drawn = self.positions is None
         if self.transmitters is not None:
             if self.moving != "both":
