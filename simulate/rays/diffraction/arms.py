@@ -120,7 +120,7 @@ class PassingRays:
 
     def __init__(self, planes: Planes, edges: Edges):
         self._planes, self._edges = planes, edges
-        self._found = np.zeros(0, np.int64)
+        self._found = [np.zeros(0, np.int64)]
         # The planes of both faces of every edge. A sheet has one.
         tangents = edges.around(edges.exterior[:, None])[:, 0]
         normals = np.cross(tangents, edges.directions)
@@ -133,44 +133,51 @@ class PassingRays:
         self._of_plane = np.searchsorted(plane[order], np.arange(len(planes.normals) + 1))
         self._edge = order % max(1, len(edges))
 
-    def see(self, flights: Flights) -> None:
-        """Add the edges that some flights to surfaces pass."""
-        ends = (flights.starts + flights.lengths * flights.directions).T.astype(np.float64)
-        reach = SPREAD * (flights.travelled + flights.lengths).astype(np.float64)
-        given = ends, self._planes.of_face[flights.faces], reach, self._of_plane, self._edge
+    def see(self, flights: Flights, short: int) -> None:
+        """Add the edges that flights to surfaces pass, behind at most some number of reflections."""
         edges = self._edges.starts, self._edges.directions, self._edges.lengths
-        nothing = np.zeros(0, np.int64)
-        ray, edge = np.empty((2, _passed(*given, *edges, nothing, nothing)), np.int64)
-        _passed(*given, *edges, ray, edge)
-        self._found = np.union1d(self._found, flights.sequences[ray] * len(self._edges) + edge)
+        given = flights, short, self._planes.of_face, self._of_plane, self._edge, *edges
+        found = np.empty(_passed(*given, np.zeros(0, np.int64)), np.int64)
+        _passed(*given, found)
+        self._found.append(np.unique(found))
 
     def arms(self, explored: Explored) -> tuple[Int[np.ndarray, " arms"], Int[np.ndarray, " arms"]]:
         """Places of the sequences among the short ones of ``explored``, and the edges that their rays passed."""
-        number, edge = np.divmod(self._found, max(1, len(self._edges)))
+        number, edge = np.divmod(np.unique(np.concatenate(self._found)), max(1, len(self._edges)))
         place = np.searchsorted(explored.numbers, number).clip(0, len(explored.numbers) - 1)
         known = explored.numbers[place] == number
         return place[known], edge[known]
 
 
 @compiled(inline="always")
-def _squared_distance(points, point, starts, directions, lengths, edge):
+def _squared_distance(point, start, direction, length):
     """Square of the distance of a point from an edge."""
-    x, y, z = points[point, 0] - starts[edge, 0], points[point, 1] - starts[edge, 1], points[point, 2] - starts[edge, 2]
-    along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
-    beyond = along - min(max(along, 0.0), lengths[edge])
+    x, y, z = point[0] - start[0], point[1] - start[1], point[2] - start[2]
+    along = x * direction[0] + y * direction[1] + z * direction[2]
+    beyond = along - min(max(along, 0.0), length)
     return max(x * x + y * y + z * z - along * along, 0.0) + beyond * beyond
 
 
 @compiled
-def _passed(ends, planes, reach, of_plane, edge_of, starts, directions, lengths, rays, edges):
-    """Count the rays and edges near which they end; write their numbers into ``rays`` and ``edges`` if not empty."""
+def _passed(flights, short, plane_of, of_plane, edge_of, starts, directions, lengths, found):
+    """Count the edges near which flights end; write number of sequence × edges + edge into ``found`` if not empty."""
     count = 0
-    for ray in range(len(ends)):
-        for place in range(of_plane[planes[ray]], of_plane[planes[ray] + 1]):
+    for ray in range(len(flights.faces)):
+        if flights.faces[ray] < 0 or flights.reflections[ray] > short:
+            continue
+        plane, start, way, flown = (
+            plane_of[flights.faces[ray]],
+            flights.starts[ray],
+            flights.directions[ray],
+            flights.lengths[ray],
+        )
+        reach = SPREAD * (flights.travelled[ray] + flown)
+        point = (start[0] + flown * way[0], start[1] + flown * way[1], start[2] + flown * way[2])
+        for place in range(of_plane[plane], of_plane[plane + 1]):
             edge = edge_of[place]
-            if _squared_distance(ends, ray, starts, directions, lengths, edge) < reach[ray] ** 2:
-                if len(rays):
-                    rays[count], edges[count] = ray, edge
+            if _squared_distance(point, starts[edge], directions[edge], lengths[edge]) < reach**2:
+                if len(found):
+                    found[count] = flights.sequences[ray] * len(starts) + edge
                 count += 1
     return count
 
@@ -323,7 +330,7 @@ def _meet_beams(
     for beam in numba.prange(len(images)):
         count = 0
         for edge in range(len(starts)):
-            before = np.sqrt(_squared_distance(images, beam, starts, directions, lengths, edge))
+            before = np.sqrt(_squared_distance(images[beam], starts[edge], directions[edge], lengths[edge]))
             promise = strengths[beam] * promise_of(wavelength, max(before - radius, 0.0), behind[edge])
             if promise < least:
                 continue
