@@ -194,10 +194,10 @@ def _go_on(flights, reflected, passed, draws, most, refraction, conducts, plane_
             continue
         plane, start, way, length = plane_of[face], flights.starts[ray], flights.directions[ray], flights.lengths[ray]
         normal = normals[plane]
-        twice = 2 * (way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]) if turns else np.float32(0)
+        twice = np.float32(2 * turns) * (way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2])
         for axis in range(3):
             end, direction = start[axis] + length * way[axis], way[axis] - twice * normal[axis]
-            flights.starts[count, axis] = end + NEAR * direction
+            flights.starts[count, axis] = end + np.float32(NEAR) * direction
             flights.directions[count, axis] = direction
         flights.sequences[count] = flights.sequences[ray]
         flights.reflections[count] = flights.reflections[ray] + turns
