@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float
 
 from scenes.files.errors import InputError, ParameterError, shown
-from scenes.importing.lengths import METRES
+from scenes.files.lengths import METRES
 from simulate.exchange.array_files import Arrays
 from simulate.exchange.magnitudes_and_phases import has_phases, polar_responses
 from simulate.exchange.reading_options import Recording

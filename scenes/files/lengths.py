@@ -17,10 +17,13 @@ def plain(length: float) -> str:
 
 
 def plain_size(extents: Iterable[float]) -> str:
-    """Format the size of a box in metres."""
     return " x ".join(plain(extent) for extent in extents) + " m"
 
 
+def rounded(vector: Iterable[float], digits: int = 4) -> list[float]:
+    """Round coordinates for a file or a page; none becomes -0.0."""
+    return [round(float(value), digits) + 0.0 for value in vector]
+
+
 def plain_point(point: Iterable[float]) -> str:
-    """Format a position in metres."""
     return f"({', '.join(plain(coordinate) for coordinate in point)})"
