@@ -44,6 +44,8 @@ from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
 
+LEAST_SECONDS = 1e-3  # A training that has so little time still makes one step
+
 WARM_UP = 0.05  # Fraction of the steps during which the learning rate rises linearly to its full value
 
 
@@ -196,12 +198,12 @@ def train_by_steps(
     resumed = has_checkpoint(last.parent)
     checkpoints = Checkpoints(last)
     stopping = [StopsEarly(by_steps.patience)] if by_steps.patience else []
-    timer = Timer()  # its state is in the checkpoint, so it includes the time before an interruption
+    left = None if minutes is None else timedelta(seconds=max(60 * minutes - seconds_before, LEAST_SECONDS))
+    timer = Timer(left)  # its state is in the checkpoint, so it includes the time before an interruption
     # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
     loop = quiet_trainer(
         max_epochs=len(spectra.epochs),
-        max_time=None if minutes is None else timedelta(minutes=max(minutes - seconds_before / 60, 0)),
         reload_dataloaders_every_n_epochs=1,  # each epoch has its own number of steps
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
         callbacks=[timer, ProgressOnStderr(by_steps.steps), checkpoints, *stopping],

@@ -92,7 +92,6 @@ class WrittenParts:
         self._elements, self._band = request.beamformer.array.elements, request.band
 
     def write(self, start: int, part: Part) -> None:
-        """Write the files of a part."""
         for name, png, power in zip_longest(self._names(start), part.pictures, part.power):
             write_atomically(self._picture(name), png)
             if power is not None:

@@ -72,10 +72,9 @@ class Combinations:
         sources: Float[np.ndarray, "sources 3"],
         wavelength: float,
     ):
-        self._mirrors, self._edges, self._chains = mirrors, edges, chains
+        self._mirrors, self._wedges, self._chains = mirrors, wedges, chains
         self._twice = bool(chains.link[0] != NO_LINK)
-        self._near, self._sources = Ends(mirrors, edges, chains.near, sources), len(sources)
-        self._wedges = wedges
+        self._near, self._sources = Ends(mirrors, wedges, chains.near, sources), len(sources)
         self._wavelength = dr.opaque(mi.Float64, wavelength)
         of = chains.edges
         self._pairs, self._of = [mi.UInt(each) for each in chains.pairs.T], [mi.UInt(each) for each in of.T]
@@ -86,7 +85,7 @@ class Combinations:
 
     def ends_of(self, targets: Float[np.ndarray, "targets 3"]) -> Ends:
         """The images of targets by the far arms."""
-        return Ends(self._mirrors, self._edges, self._chains.far, targets)
+        return Ends(self._mirrors, self._wedges, self._chains.far, targets)
 
     def combination(self, lane: mi.UInt) -> Combination:
         """The target, chain and source of a combination's number."""
