@@ -58,7 +58,7 @@ def variants(models: Sequence[str], primitives: int | None = None) -> dict[str, 
     """
     if primitives is not None:
         require_whole(1, OPTION_MOST, primitives=primitives)
-    if isinstance(models, str) or not isinstance(models, Iterable):
+    if isinstance(models, str) or not isinstance(models, Iterable) or not (models := list(models)):
         raise ParameterError("models", f"expected a list of names of models, found {shown(models)}")
     found = {}
     for model in models:

@@ -283,7 +283,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "crossvalidate": Call(
             bisplat.crossvalidate,
             {"run": run, "scene": scene},
-            {"positions": WHOLE, "tracer": OBJECT, "engine": (*OBJECT, "ray"), "field": (*PATH, "nowhere")},
+            {"positions": WHOLE, "engine": (*OBJECT, "ray"), "field": (*PATH, "nowhere")},
         ),
         "compare": Call(
             bisplat.compare,
