@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BytesIO
-from itertools import zip_longest
+from itertools import chain
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from PIL import Image
 
-from scenes.files.atomic import sync_folder, write_atomically
+from scenes.files.atomic import sync_folder, write_atomically, write_together
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import encode_picture, encode_power
@@ -68,7 +68,7 @@ def _part_of_one_frequency(
     responses = measured if request.band is None else measured[..., request.band.carrier]
     beamformer = Beamformer(array_of(request.scenes[which].gateway, request.scenes[which].frequency), request.grid)
     with ThreadPoolExecutor() as pool:
-        pictures = list(pool.map(encode_picture, picture(beamformer.spectrum(responses))))
+        pictures = list(pool.map(lambda each: encode_picture(picture(each)), beamformer.spectrum(responses)))
         power = list(pool.map(encode_power, beamformer.power_db(responses))) if request.power else []
     return Part(measured, pictures, power)
 
@@ -106,10 +106,9 @@ class WrittenParts:
 
     def write(self, start: int, part: Part) -> None:
         """Write the files of a part."""
-        for name, png, power in zip_longest(self._names(start), part.pictures, part.power):
-            write_atomically(self._picture(name), png)
-            if power is not None:
-                write_atomically(self._level(name), power)
+        names = self._names(start)
+        pictures = zip(map(self._picture, names), part.pictures, strict=True)
+        write_together(chain(pictures, zip(map(self._level, names), part.power, strict=False)), self.folder)
         sync_folder(self.folder / "spectrum")
         # The last file, since it marks the part as finished.
         buffer = BytesIO()
