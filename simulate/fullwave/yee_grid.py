@@ -30,7 +30,6 @@ class YeeGrid:
 
     @property
     def cells(self) -> int:
-        """Number of cells."""
         return math.prod(self.shape)
 
     @property
@@ -82,7 +81,6 @@ def frequencies_on_grid(wave_vectors: Float[np.ndarray, "n 3"], cell: float) -> 
 
 
 def _directions() -> Float[np.ndarray, "n 3"]:
-    """Unit vectors, evenly spread over the sphere."""
     count = 500
     index = np.arange(count) + 0.5
     height, angle = 1 - 2 * index / count, np.pi * (1 + 5**0.5) * index

@@ -94,7 +94,7 @@ class ChainSolver:
         rays = []
         if self._edge_scene is not None:
             rays = [PassingRays(ray_scene.planes, self._edge_scene.edges) for _ in ends]
-        watching = [each.see for each in rays] or [lambda flights: None] * 2
+        watching = [each.see for each in rays] or [lambda flights, short: None] * 2
         forth, back = (
             explore(ray_scene, self._surfaces, antennas.positions, box, MOST_REFLECTIONS, generator, watch)
             for (antennas, box), watch in zip(ends, watching, strict=True)

@@ -64,10 +64,9 @@ class Combinations:
         sources: Float[np.ndarray, "sources 3"],
         wavelength: float,
     ):
-        self._mirrors, self._edges, self._chains = mirrors, edges, chains
+        self._mirrors, self._wedges, self._chains = mirrors, wedges, chains
         self._twice = bool(chains.link[0] != NO_LINK)
-        self._near = Ends(mirrors, edges, chains.near, sources)
-        self._wedges = wedges
+        self._near = Ends(mirrors, wedges, chains.near, sources)
         self._wavelength = dr.opaque(mi.Float64, wavelength)
         of = chains.edges
         self._sheets = bool(edges.sheets[of].any())
@@ -79,7 +78,7 @@ class Combinations:
 
     def ends_of(self, targets: Float[np.ndarray, "targets 3"]) -> Ends:
         """The images of targets by the far arms."""
-        return Ends(self._mirrors, self._edges, self._chains.far, targets)
+        return Ends(self._mirrors, self._wedges, self._chains.far, targets)
 
     def possible(self, far: Ends, combination: Combination) -> mi.Bool:
         """Whether the vertices of each target, chain and source are all in valid places."""
