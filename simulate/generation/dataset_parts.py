@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BytesIO
-from itertools import chain
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,7 +13,7 @@ import numpy as np
 from jaxtyping import Complex
 from PIL import Image
 
-from scenes.files.atomic import sync_folder, write_atomically, write_together
+from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.dataset_writer import encode_picture, encode_power
@@ -94,8 +93,9 @@ class WrittenParts:
     def write(self, start: int, part: Part) -> None:
         """Write the files of a part."""
         names = self._names(start)
-        pictures = zip(map(self._picture, names), part.pictures, strict=True)
-        write_together(chain(pictures, zip(map(self._level, names), part.power, strict=False)), self.folder)
+        paths = [*map(self._picture, names), *(map(self._level, names) if part.power else ())]
+        with ThreadPoolExecutor(32) as pool:  # the disk writes many at a time
+            list(pool.map(write_atomically, paths, [*part.pictures, *part.power]))
         sync_folder(self.folder / "spectrum")
         # The last file, since it marks the part as finished.
         buffer = BytesIO()

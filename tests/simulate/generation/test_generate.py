@@ -107,17 +107,18 @@ def test_same_request_again_returns_at_once(finished, request_of, monkeypatch):
     assert contents(finished) == before
 
 
-@pytest.mark.parametrize("parts", [0, 1, 3])
+@pytest.mark.parametrize("pictures", [0, 3, 6])
 def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
-    parts, finished, request_of, tmp_path, monkeypatch
+    pictures, finished, request_of, tmp_path, monkeypatch
 ):
     """With the real tracer: chains found again give the same responses."""
     folder = tmp_path / "dataset"
     with monkeypatch.context() as patch:
-        killed_at(patch, dataset_parts, "write_together", parts)
+        # A part's responses are written after its two pictures.
+        killed_at(patch, dataset_parts, "write_atomically", pictures + pictures // 2)
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, folder)
-    assert len(list((folder / "spectrum").iterdir())) == 2 * parts
+    assert len(list((folder / "spectrum").iterdir())) == pictures
     assert not list(folder.rglob("*.tmp"))
     assert not list(folder.glob("*_index.txt"))
     monkeypatch.setattr(chain_solver, "_latest", {})
