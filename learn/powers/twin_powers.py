@@ -28,9 +28,6 @@ from simulate.spectra.spectrum import evenly
 if TYPE_CHECKING:
     from learn.twin.calibration import Calibration
 
-CALIBRATED_BY = 160
-"""Largest number of known positions that correct the scene. All known positions are kriged."""
-
 FOLLOWED = Propagation(max_depth=2, rays=100_000)
 """Mechanisms that rays follow. A third interaction takes several times as long, and kriging makes up for most of it.
 The scene is corrected without diffraction, which would take several times as long, too."""
@@ -67,7 +64,7 @@ class TwinPowers(ExplainedPowers):
         self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
 
     def fit(self, known: KnownPowers) -> None:
-        from learn.twin.calibrate import correct
+        from learn.twin.calibrate import CALIBRATED_BY, correct
         from learn.twin.power_residual import PowerResidual, independence, path_powers
 
         taught = replace(self._dataset, positions=known.positions, rssi_dbm=known.powers)
