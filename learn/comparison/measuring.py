@@ -16,7 +16,7 @@ from learn.comparison.predictions import Predictions
 from learn.comparison.results_folder import Results, Settings, run_folder
 from learn.quantities.known import Known
 from learn.quantities.quantity import Prediction, Quantity
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import ParameterError
 from scenes.files.plain_text import say
 
 
@@ -75,8 +75,6 @@ class Measuring:
                 why = "expected a training room to learn in, found none"
             if why is None:
                 found[label] = make
-            elif len(methods) == 1 + len(found):
-                raise InputError(f"{label}: {why}")
             else:
                 say(f"left out {label}: {why}")
         return found

@@ -37,6 +37,18 @@ class Known:
         steps: number of training steps of such a method; None: as many as fit into ``minutes``.
         folder: the method's own folder, which is kept, so that an interrupted training can continue.
         how: how the parts were chosen; None: not by ``bisplat.split``.
+
+    Example:
+        >>> import bisplat
+        >>> class Looks:
+        ...     def fit(self, known):
+        ...         print(known.positions.shape, known.values.shape, known.given)
+        ...         self.mean = known.values.mean(axis=0)
+        ...
+        ...     def predict(self, positions):
+        ...         return np.tile(self.mean, (len(positions), 1, 1))
+        >>> comparison = bisplat.compare("data/lab", {"looks": Looks}, tested=4)
+        (32, 3) (32, 90, 360) None
     """
 
     dataset: Any

@@ -57,7 +57,14 @@ class OfEach(NamedTuple):
 
 
 class Quantity(ABC):
-    """A quantity of a dataset. A new one is a subclass, and a line in ``learn.quantities.table``."""
+    """A quantity of a dataset. A new one is a subclass, and a line in ``learn.quantities.table``.
+
+    Example:
+        >>> import bisplat
+        >>> comparison = bisplat.compare("data/lab", ["nearest"], tested=4)
+        >>> comparison.quantity.name, comparison.quantity.things
+        ('spectrum', 'spectra')
+    """
 
     name: ClassVar[str]
     things: ClassVar[str]  # what the rows of a dataset are called
@@ -109,8 +116,12 @@ class Quantity(ABC):
         return rows
 
     def fingerprint(self, dataset: Any) -> str:
-        """SHA-256 of what a comparison depends on."""
-        return getattr(dataset, "fingerprint", "") or hashlib.sha256(repr(dataset).encode()).hexdigest()  # TODO
+        """SHA-256 of what a comparison depends on: positions and values."""
+        every, digest = np.arange(len(dataset)), hashlib.sha256()
+        for array in (dataset.positions, self.of(dataset, every), self.given(dataset, every)):
+            if array is not None:
+                digest.update(np.ascontiguousarray(array).data)
+        return digest.hexdigest()
 
     @abstractmethod
     def score(self, prediction: Prediction, truth: Num[np.ndarray, "K ..."], dataset: Any) -> Scored:

@@ -41,6 +41,9 @@ class Spectra(Quantity):
     def require(self, dataset: Dataset) -> None:
         require_scorable(dataset.array, str(dataset.folder))
 
+    def fingerprint(self, dataset: Dataset) -> str:
+        return dataset.fingerprint
+
     def of(self, dataset: Dataset, rows: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 90 360"]:
         return spectrum_of(dataset.pictures[rows])
 

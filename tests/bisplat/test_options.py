@@ -184,7 +184,6 @@ def test_option_that_does_nothing_is_refused(call, refused):
         ("predict data --positions places.csv -o out.npz", "data: expected a run folder"),
         ("predict data --positions places.csv -o out.npy", "out.npy: expected a name that ends in .npz"),
         ("evaluate heard", "expected -o FOLDER for the report"),
-        (f"compare data -o out --models {'x' * 10_000}", "--methods: "),
         ("evaluate no\nwhere\x1b[2J", r"no\nwhere\x1b[2J"),
     ],
     ids=lambda text: text[:40],

@@ -31,20 +31,20 @@ def test_cells_cover_the_known_positions_and_lie_where_their_powers_are(triangle
     np.testing.assert_allclose(coverage.x, np.arange(0.25, 6, 0.5))
     np.testing.assert_allclose(coverage.y, np.arange(0.25, 3, 0.5))
     np.testing.assert_allclose(coverage.edges, (0, 0, 6, 3))
-    assert coverage.value.shape == (2, 6, 12) and coverage.height == 1.0
+    assert coverage.median.shape == (2, 6, 12) and coverage.height == 1.0
     place = [coverage.x[3], coverage.y[1], 1.0]
-    np.testing.assert_allclose(coverage.value[:, 1, 3], coverage.fitted.predict([place]).median[0])
+    np.testing.assert_allclose(coverage.median[:, 1, 3], coverage.fitted.predict([place]).value[0])
     distance = np.linalg.norm(np.subtract(place, list(GATEWAYS.values())), axis=1)
-    np.testing.assert_allclose(coverage.value[:, 1, 3], -40 - 20 * np.log10(distance), atol=0.01)
+    np.testing.assert_allclose(coverage.median[:, 1, 3], -40 - 20 * np.log10(distance), atol=0.01)
 
 
 def test_nothing_is_said_outside_the_hull_unless_a_region_is_stated(triangle):
     coverage = bisplat.coverage_map(triangle, step=0.5, method="mean")
     assert coverage.inside[0, 0] and not coverage.inside[-1, -1]
-    np.testing.assert_array_equal(np.isnan(coverage.value[0]), ~coverage.inside)
+    np.testing.assert_array_equal(np.isnan(coverage.median[0]), ~coverage.inside)
     assert coverage.strongest[-1, -1] == NO_GATEWAY
     stated = bisplat.coverage_map(triangle, step=0.5, method="mean", region=(-1, -1, 6.9, 3))
-    assert np.isfinite(stated.value).all() and not stated.inside[0, 0] and stated.inside[3, 3]
+    assert np.isfinite(stated.median).all() and not stated.inside[0, 0] and stated.inside[3, 3]
     np.testing.assert_allclose(stated.edges, (-1, -1, 7, 3))  # the right edge is moved out to whole cells
 
 
@@ -59,7 +59,7 @@ def test_strongest_gateway_is_one_that_receives_something(tmp_path):
     x = np.linspace(0, 6, 13)
     row = yard(tmp_path / "row", np.column_stack([x, np.full(13, 1.5), np.ones(13)]), floor=-49.0)
     coverage = bisplat.coverage_map(row, step=0.5, method="nearest")
-    assert coverage.value.shape == (2, 1, 12)  # positions on a line: one row of cells, all in the hull
+    assert coverage.median.shape == (2, 1, 12)  # positions on a line: one row of cells, all in the hull
     assert coverage.inside.all()
     strongest = coverage.strongest[0]
     assert strongest[0] == 0 and strongest[-1] == 1 and NO_GATEWAY in strongest[4:8]
@@ -68,8 +68,8 @@ def test_strongest_gateway_is_one_that_receives_something(tmp_path):
 def test_single_position_has_a_map_of_one_cell(tmp_path):
     alone = yard(tmp_path / "alone", [[2.0, 1.0, 1.2]])
     coverage = bisplat.coverage_map(alone, method="nearest")
-    assert coverage.value.shape == (2, 1, 1) and coverage.x[0] == pytest.approx(2.0)
-    assert np.isfinite(coverage.value).all()
+    assert coverage.median.shape == (2, 1, 1) and coverage.x[0] == pytest.approx(2.0)
+    assert np.isfinite(coverage.median).all()
 
 
 def test_a_part_of_the_positions_and_a_height_that_none_of_them_has(triangle, capsys):

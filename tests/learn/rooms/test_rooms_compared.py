@@ -100,7 +100,6 @@ def test_the_description_of_the_twin_is_wrong(rooms, monkeypatch):
     [
         ({"sizes": [13]}, "room-003: expected 13 known spectra"),
         ({"sizes": [3, 3]}, "sizes: expected"),
-        ({"test_rooms": 4, "methods": ["attention"]}, "methods: expected a training room"),
         ({"methods": ["krig"]}, "methods: expected"),
     ],
 )
