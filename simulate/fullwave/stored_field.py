@@ -126,19 +126,10 @@ class StoredField:
         return found
 
     def write(self, path: Path) -> None:
+        """Write to an npz archive."""
         band = {} if self.band is None else {OF_BAND + name: np.asarray(each) for name, each in vars(self.band).items()}
-        write_arrays(
-            path,
-            band
-            | {
-                "origin": self.origin,
-                "spacing": np.array(self.spacing),
-                "values": self.values.astype(np.complex64),
-                "unsettled": self.unsettled,
-                "steps": np.array(self.steps),
-                "interpolation_error_db": np.array(self.interpolation_error_db),
-            },
-        )
+        own = {each.name: np.asarray(getattr(self, each.name)) for each in fields(self) if each.name != "band"}
+        write_arrays(path, band | own | {"values": self.values.astype(np.complex64)})
 
 
 def _splines_of(values: Complex[np.ndarray, "elements nx ny nz"]) -> NdBSpline:

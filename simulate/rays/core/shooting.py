@@ -85,11 +85,6 @@ class Explored(NamedTuple):
     numbers: Int[np.ndarray, " m"]  # numbers of these sequences in the flights that ``watch`` saw
     strengths: Float32[np.ndarray, " m"]  # what surfaces left of the amplitude of the strongest ray of each of these
 
-    def shorter(self, most: int) -> Explored:
-        """Without the short sequences of more than some number of reflections."""
-        kept = (self.short >= 0).sum(axis=1) <= most
-        return self._replace(short=self.short[kept], numbers=self.numbers[kept], strengths=self.strengths[kept])
-
 
 def explore(
     ray_scene: RayScene,
@@ -98,26 +93,21 @@ def explore(
     others: Float[np.ndarray, "2 3"],
     short: int,
     generator: np.random.Generator,
-    watch: Callable[[Flights, int], None] = lambda flights, short: None,
+    watch: Callable[[Flights], None],
 ) -> Explored:
     """Find the sequences of planes that reflect waves from some antennas, and those that reflect them into a box.
 
-    ``watch`` sees all flights; those with more than ``short`` reflections are not its concern.
+    Of the sequences with at most ``short`` reflections, all are found. ``watch`` sees all flights.
     """
     most = ray_scene.propagation.max_depth if ray_scene.propagation.specular else 0
     sequences, arriving, strengths = Sequences(), np.ones(1, bool), np.ones(1, np.float32)
     for flights in _shoot(ray_scene, surfaces, antennas, most, sequences, generator):
         arriving, strengths = (np.pad(each, (0, len(sequences) - len(each))) for each in (arriving, strengths))
         _look(flights, others, short, arriving, strengths)
-        watch(flights, short)
+        watch(flights)
     found, beginnings = np.flatnonzero(arriving), np.flatnonzero(strengths)
-    depth = ray_scene.propagation.max_depth
-    return Explored(
-        sequences.planes(found, depth),
-        sequences.planes(beginnings, min(most, short)),
-        beginnings,
-        strengths[beginnings],
-    )
+    arrived = sequences.planes(found, ray_scene.propagation.max_depth)
+    return Explored(arrived, sequences.planes(beginnings, short), beginnings, strengths[beginnings])
 
 
 def _shoot(

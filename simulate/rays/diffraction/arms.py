@@ -119,13 +119,13 @@ class Ends:
 
 
 class PassingRays:
-    """The edges that rays pass, for each sequence of planes that reflected the rays.
+    """The edges that rays pass, for each sequence of at most ``short`` planes that reflected the rays.
 
     A ray passes an edge if it meets one of its two faces within ``SPREAD`` of the edge.
     """
 
-    def __init__(self, planes: Planes, edges: Edges):
-        self._planes, self._edges = planes, edges
+    def __init__(self, planes: Planes, edges: Edges, short: int):
+        self._planes, self._edges, self._short = planes, edges, short
         self._found = [np.zeros(0, np.int64)]
         # The planes of both faces of every edge. A sheet has one.
         tangents = edges.around(edges.exterior[:, None])[:, 0]
@@ -139,10 +139,10 @@ class PassingRays:
         self._of_plane = np.searchsorted(plane[order], np.arange(len(planes.normals) + 1))
         self._edge = order % max(1, len(edges))
 
-    def see(self, flights: Flights, short: int) -> None:
-        """Add the edges that flights to surfaces pass, behind at most some number of reflections."""
+    def see(self, flights: Flights) -> None:
+        """Add the edges that some flights pass."""
         edges = self._edges.starts, self._edges.directions, self._edges.lengths
-        given = flights, short, self._planes.of_face, self._of_plane, self._edge, *edges
+        given = flights, self._short, self._planes.of_face, self._of_plane, self._edge, *edges
         found = np.empty(_passed(*given, np.zeros(0, np.int64)), np.int64)
         _passed(*given, found)
         self._found.append(np.unique(found))
@@ -231,11 +231,8 @@ def find_arms(
     fewer = max(LEAST, MOST // (POINTS * max(1, len(tried))))
     chosen = antennas.positions[evenly(np.arange(len(antennas)), fewer)]
     strengths, lengths = dr.zeros(mi.Float, len(tried)), dr.full(mi.Float, np.inf, len(tried))
-    wedges, places, points = (
-        Wedge.of(edges),
-        on_device(chosen),
-        on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS)),
-    )
+    wedges, places = Wedge.of(edges), on_device(chosen)
+    points = on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS))
     for count in np.unique(tried.reflections):
         number = np.flatnonzero(tried.reflections == count)
         for start, stop in batches(len(number), len(chosen), POINTS):
@@ -297,40 +294,26 @@ def _in_beams(
     radius = float(np.linalg.norm(antennas - antennas.mean(axis=0), axis=1).max())
     padded = np.column_stack([np.full(len(sequences), -1), sequences])
     plane = padded[np.arange(len(sequences)), (sequences >= 0).sum(axis=1)]
-    beams, mirrors = (images, plane, explored.strengths), (planes.normals, planes.offsets, planes.low, planes.high)
-    seen = edges.starts, edges.starts + edges.lengths[:, None] * edges.directions, edges.directions, edges.lengths
+    mirrors = planes.normals, planes.offsets, planes.low, planes.high
+    ends = edges.starts, edges.starts + edges.lengths[:, None] * edges.directions, edges.directions, edges.lengths
     size = AT_ONCE // max(1, len(edges)) + 1
     places, found = [np.zeros(0, np.int64)], [np.zeros(0, np.float32)]
     for start in range(0, len(sequences), size):
-        some = [each[start : start + size] for each in beams]
+        some = images[start : start + size], plane[start : start + size], explored.strengths[start : start + size]
         promises = np.zeros((len(some[0]), len(edges)), np.float32)
         with ONE_KERNEL:
-            _meet_beams(*some, radius, *mirrors, *seen, behind, wavelength, least, promises)
+            _meet_beams(some, radius, mirrors, ends, behind, wavelength, least, promises)
         places.append(start * len(edges) + np.flatnonzero(promises))
         found.append(promises[promises > 0])
     return *np.divmod(np.concatenate(places), max(1, len(edges))), np.concatenate(found)
 
 
 @compiled(parallel=True, error_model="numpy")
-def _meet_beams(
-    images,
-    planes,
-    strengths,
-    radius,
-    normals,
-    offsets,
-    low,
-    high,
-    starts,
-    ends,
-    directions,
-    lengths,
-    behind,
-    wavelength,
-    least,
-    promises,
-):
+def _meet_beams(beams, radius, mirrors, ends, behind, wavelength, least, promises):
     """Write how strong the wave of each beam promises to be behind each edge that it may meet."""
+    images, planes, strengths = beams
+    normals, offsets, low, high = mirrors
+    starts, stops, directions, lengths = ends
     for beam in numba.prange(len(images)):
         # The promise is less than strength √(λ/d₂) / (2π d₁).
         bound = strengths[beam] * np.sqrt(wavelength) / (2 * np.pi * least)
@@ -340,19 +323,15 @@ def _meet_beams(
                 continue
             promise = strengths[beam] * promise_of(wavelength, max(np.sqrt(squared) - radius, 0.0), behind[edge])
             plane = planes[beam]
-            if promise >= least and (
-                plane < 0
-                or _in_beam(
-                    *(normals[plane], offsets[plane], low[plane], high[plane]),
-                    *(starts[edge], ends[edge], images[beam], radius),
-                )
-            ):
+            mirror = normals[plane], offsets[plane], low[plane], high[plane]
+            if promise >= least and (plane < 0 or _in_beam(mirror, starts[edge], stops[edge], images[beam], radius)):
                 promises[beam, edge] = promise
 
 
 @compiled
-def _in_beam(normal, offset, low, high, start, end, image, radius):
+def _in_beam(mirror, start, end, image, radius):
     """Whether the triangle of an image and an edge meets the box of a plane, enlarged by the antennas' radius."""
+    normal, offset, low, high = mirror
     nx, ny, nz = normal[0], normal[1], normal[2]
     image_side = nx * image[0] + ny * image[1] + nz * image[2] - offset
     side = 1.0 if image_side > 0 else -1.0
