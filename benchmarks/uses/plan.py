@@ -84,14 +84,14 @@ def planned(fields: list[Field], candidates: Points, known: Points, count: int) 
 
 def open_share(fields: list[Field], test: Points, known: Points) -> float:
     """The share of the variance that stays open at the test positions."""
-    left = [field.open_at(test, known).covariance.diagonal().real.mean() * field.weight for field in fields]
+    left = [field.open_at(test, known).covariance.diagonal().real.mean() for field in fields]
     return float(sum(left) / sum(field.weight for field in fields))
 
 
 def least_open(fields: list[Field], test: Points, count: int) -> float:
     """The least share that this number of measurements can leave open."""
     nothing = np.zeros((0, 3))
-    spectra = [np.linalg.eigvalsh(field.open_at(test, nothing).covariance) * field.weight for field in fields]
+    spectra = [np.linalg.eigvalsh(field.open_at(test, nothing).covariance) for field in fields]
     return float(max(sum(each[: len(test) - count].sum() for each in spectra) / sum(each.sum() for each in spectra), 0))
 
 

@@ -49,14 +49,14 @@ class Field:
     weight: float = 1.0  # weight of this field's kriging variance among several fields
 
     def open_at(self, candidates: Float[np.ndarray, "N 3"], known: Float[np.ndarray, "n 3"]) -> OpenField:
-        """What is still unknown of the field at candidates when known positions are measured."""
+        """What is still unknown of the weighted field at candidates when known positions are measured."""
         covariance = self.covariance(candidates, candidates)
         if len(known):
             known = evenly(known, KNOWN_MOST)
             across = self.covariance(known, candidates)
             factor = cho_factor(self.covariance(known, known) + self.nugget * np.eye(len(known)))
             covariance -= across.conj().T @ cho_solve(factor, across)
-        return OpenField(covariance, self.nugget, self.weight)
+        return OpenField(self.weight * covariance, self.weight * self.nugget)
 
 
 def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: Report) -> list[Field]:
