@@ -153,11 +153,7 @@ def train(
 
 
 def read_option(text: str, parameter: str = "option", example: str = "primitives=250") -> tuple[str, Any]:
-    """Read an option of a model, or where it is trained. A value is a number, true or false, a list in JSON, or a text.
-
-    >>> read_option("primitives=250"), read_option("encoding=waves"), read_option('bypass=["bst"]')
-    (('primitives', 250), ('encoding', 'waves'), ('bypass', ['bst']))
-    """
+    """Read an option of a model, or where it is trained. Values: a number, true or false, a list in JSON, or a text."""
     name, equals, value = text.partition("=")
     if not (name and equals and value):
         raise ParameterError(parameter, f"expected NAME=VALUE, such as {example}, found {shown(text)}")
@@ -179,7 +175,7 @@ def _refuse_idle_settings(settings: dict[str, Any], model: str, dataset: Path) -
     kind = model_class(model)
     if not issubclass(kind, PredictsResponses):
         refuse_idle(settings, ["find_phases"], f"for {model}, which predicts no responses")
-    elif read_dataset(dataset).responses is not None:
+    elif "response" in read_dataset(dataset).values:
         refuse_idle(settings, ["find_phases", "full_resolution"], f"for {dataset}, from whose responses {model} learns")
     if issubclass(kind, HasOwnLoss):
         refuse_idle(settings, ["full_resolution"], f"for {model}, which cannot train on a few pixels")

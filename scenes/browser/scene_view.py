@@ -98,20 +98,6 @@ def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarr
     return (low + high) / 2 + 1.3 * size * direction, (low + high) / 2
 
 
-def on_screen(
-    point: Float[np.ndarray, " 3"], bounds: Float[np.ndarray, "2 3"], width: float, height: float
-) -> tuple[float, float]:
-    """Return the pixel at which a page shows a point before its camera moves, for programs that operate the mouse."""
-    camera, look_at = from_outside(bounds)
-    ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
-    right = np.cross(ahead, [0, 0, 1])
-    right /= np.linalg.norm(right)
-    towards = np.subtract(point, camera)
-    pixels = height / 2 / np.tan(np.radians(FIELD_OF_VIEW) / 2) / (towards @ ahead)
-    x, y = width / 2 + pixels * (towards @ right), height / 2 - pixels * (towards @ np.cross(right, ahead))
-    return round(float(x), 3), round(float(y), 3)
-
-
 def set_up(client: ClientHandle, bounds: Float[np.ndarray, "2 3"]) -> None:
     """Set up the light, the panel and the camera of a tab, with the whole box in view."""
     client.scene.set_up_direction("+z")

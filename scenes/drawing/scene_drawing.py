@@ -59,12 +59,6 @@ def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
     return {**stated(gateway), "boresight": rounded(gateway.boresight)}
 
 
-def _array_in_title(gateway: Gateway) -> str:
-    if gateway.elements is None:
-        return f"{gateway.rows} × {gateway.columns} array"
-    return f"array of {gateway.count} element{'s' * (gateway.count > 1)}"
-
-
 FORMATS = (".png", ".pdf", ".svg")  # File types of a drawing, by the end of its name
 
 
@@ -128,7 +122,7 @@ def _figure(scene: Scene) -> Figure:
     count = len(scene.objects)
     plan.set_title(
         f"{in_figure(scene.name)}: {scene.frequency / 1e6:g} MHz, λ = {scene.wavelength * 100:.1f} cm, "
-        f"{_array_in_title(scene.gateway)}, {count} {'object' if count == 1 else 'objects'}\n"
+        f"{scene.gateway.array_in_words}, {count} {'object' if count == 1 else 'objects'}\n"
         f"{plan_shows}",
         fontsize=11,
     )

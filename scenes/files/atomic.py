@@ -84,7 +84,6 @@ NAME = re.compile(r"\.bisplat-[0-9a-f]{16}\.(tmp|unfinished)")  # Names of tempo
 
 
 def is_temporary(name: str) -> bool:
-    """Whether a file or folder of this name is a temporary one of ours."""
     return NAME.fullmatch(name) is not None
 
 

@@ -64,7 +64,6 @@ def require_whole(least: int, most: int, **values: int) -> None:
 
 
 def require_seed(**values: int) -> None:
-    """Raise a ParameterError for seeds that are not whole numbers from 0 to ``SEED_MOST``."""
     require_whole(0, SEED_MOST, **values)
 
 
@@ -154,6 +153,13 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
         return f"did you mean {named(nearest[0])}?"
     more = ", …" if len(known) > LISTED else ""
     return f"valid names are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"
+
+
+def listed(names: Iterable[str], most: int = 8) -> str:
+    """List the first names, without repetitions."""
+    each = list(dict.fromkeys(names))
+    rest = f" and {len(each) - most} more" if len(each) > most else ""
+    return ", ".join(each[:most]) + rest
 
 
 NUMBERS = {"f": "numbers", "c": "complex numbers"}

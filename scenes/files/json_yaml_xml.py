@@ -97,15 +97,8 @@ def _too_deep(value: object) -> bool:
     return bool(level)
 
 
-def plain_number(value: Any) -> Any:
-    """A number of NumPy as one of Python's; the ``default`` of ``json.dumps`` for arguments that users give."""
-    if hasattr(value, "item"):
-        return value.item()
-    raise TypeError(f"{type(value).__name__} is not JSON serializable")
-
-
 def plain_values(value: Any) -> Any:
-    """Turn tuples into lists and NumPy's numbers into Python's, within mappings and lists, too: YAML has no others."""
+    """Turn tuples into lists and NumPy's numbers into Python's, within mappings and lists, too, for YAML and JSON."""
     if isinstance(value, dict):
         return {key: plain_values(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

@@ -9,11 +9,11 @@ from typing import Literal
 
 import numpy as np
 
+from scenes.files.errors import listed
 from scenes.files.lengths import plain
-from scenes.importing.material_rules import listed
 from scenes.importing.thick_walls import SOLID, flat_faces, plates, walls_as_sheets
+from scenes.scene.connected_parts import shared_corners
 from scenes.scene.description import Scene, SceneObject, conducting_objects
-from scenes.scene.half_edges import shared_corners
 from scenes.scene.materials import is_conductor
 from scenes.scene.shapes import union
 

@@ -14,7 +14,7 @@ from skimage.measure import approximate_polygon
 
 from scenes.importing.flat_regions import Regions, Surface
 from scenes.importing.formats.polygons import cut_rings, turned_area
-from scenes.scene.half_edges import half_edges
+from scenes.scene.connected_parts import half_edges
 
 OPEN, KEPT = -2, -1  # What is beyond a border: nothing, or triangles that stay as they are
 
@@ -73,14 +73,8 @@ def as_planes(
 ) -> tuple[Float[np.ndarray, "V 3"], dict[int, Int[np.ndarray, "t 3"]]]:
     """Return the moved corners, and the triangles of each region that became a plane.
 
-    Faces that cannot be in a plane leave their region: ``regions.labels`` is changed.
-
-    Args:
-        surface: the surface.
-        regions: its flat regions.
-        reach: how far a corner may move, metres.
-        tolerance: how far a straightened open border may be from its corners, metres.
-        free: corners that may move as far as they like, since they are none of the file's.
+    A corner may move by ``reach``, a free one as far as it likes; a straightened open border is within ``tolerance`` of
+    its corners, metres. Faces that cannot be in a plane leave their region: ``regions.labels`` is changed.
     """
     places = _meeting(surface, regions, reach, free)
     return places, _polygons(surface, regions, places, tolerance)

@@ -13,8 +13,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
+from trimesh.triangles import cross
 
-from scenes.scene.half_edges import half_edges
+from scenes.scene.connected_parts import half_edges
 
 LEAST_TRIANGLES = 32  # Triangles of a region at least. Fewer are as drawn, or not worth a plane.
 
@@ -75,8 +76,7 @@ class Surface:
 
     def area_vectors(self) -> Float[np.ndarray, "F 3"]:
         """Normals of the faces, as long as the areas."""
-        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
-        return np.cross(b - a, c - a) / 2
+        return cross(self.vertices[self.faces]) / 2
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from scenes.files.plain_text import say
 from scenes.importing.flat_polygons import as_planes, holes
 from scenes.importing.flat_regions import LEAST_TRIANGLES, NARROW, Regions, Surface, flat_regions
 from scenes.importing.imported_objects import SLIVER
+from scenes.scene.connected_parts import mesh_of
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import union
@@ -127,8 +128,7 @@ def _loose(surface: Surface, labels: Int[np.ndarray, " F"], largest: float) -> B
 
 
 def _mesh(triangles: Float[np.ndarray, "n 3 3"]) -> Trimesh:
-    mesh = Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=False)
-    mesh.merge_vertices()
+    mesh = mesh_of(triangles)
     mesh.update_faces(mesh.nondegenerate_faces(height=SLIVER))
     mesh.remove_unreferenced_vertices()
     return mesh

@@ -71,7 +71,8 @@ def load_scene(name_or_path: str | Path) -> Scene:
         )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)
-        raise InputError(f"{cut(text)}: expected a .yaml file or one of {known}, found another kind of file")
+        kinds = "a .yaml file, a file to import (GLB, GLTF, OBJ, PLY, STL, OFF, XML)"
+        raise InputError(f"{cut(text)}: expected {kinds} or one of {known}, found another kind of file")
     raise InputError(f"unknown scene {named(text)}; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)")
 
 
@@ -110,13 +111,6 @@ class SceneFile(Struct, forbid_unknown_fields=True):
 
 def _conform(value: object, schema: type[T], place: str) -> T:
     return conform(value, schema, place, numbers_as_text=True)
-
-
-def _frequency(value: float | str, place: str) -> float:
-    try:
-        return read_frequency(value)
-    except ParameterError as error:
-        raise InputError(f"{place}: {error}") from None
 
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
@@ -202,7 +196,10 @@ def read_scene(path: str | Path) -> Scene:
     content = read_yaml(path, "a scene")
     file = _conform(content, SceneFile, source)
     _refuse_two_arrays(content["gateway"], f"{source}: gateway")
-    frequency = _frequency(file.frequency, source)
+    try:
+        frequency = read_frequency(file.frequency)
+    except ParameterError as error:
+        raise InputError(f"{source}: {error}") from None
     doing(f"{source}: reading {len(file.objects):,} objects", len(file.objects) * SECONDS)
     objects = tuple(_object(value, i, path, source) for i, value in enumerate(file.objects))
 

@@ -81,7 +81,6 @@ def _check_name(folder: Path) -> None:
 
 
 def _request(source: Path) -> tuple[Request, Rays]:
-    """The request and the engine that the dataset was simulated with."""
     require_spectra(source)
     path = source / "metadata.json"
     if "scene_file" not in read_metadata(path):
