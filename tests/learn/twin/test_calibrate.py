@@ -94,7 +94,7 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
 def test_a_band_is_used_at_four_subcarriers_unless_each_position_has_a_phase_of_its_own(tiny, recorded):
     data, band = received_in_the_small_scene(read_dataset(tiny)), Band(20e6, 16)
     carrier = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
-    responses = carrier[..., None] * np.exp(1j * np.arange(16))
+    responses = carrier[..., None] * np.exp(1j * (np.arange(16) - 8))
     values = {"response": responses} if recorded else {"response": None, "retrieved": responses}
     data = replace(data.with_values(**values), band=band)
     search = _by_spectra(small_scene(CABINET), data, np.arange(3), Tolerances(), COARSE, print)
