@@ -45,6 +45,7 @@ from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, ParameterError, require_whole, require_within, require_word, shown
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.json_yaml_xml import plain_number
+from scenes.files.long_work import doing
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -190,6 +191,7 @@ class Experiment:
             method.fit(known)
         seconds = getattr(method, "seconds", time.perf_counter() - began)
         test, positions = self.test, self.dataset.positions[self.test]
+        doing(f"{name}: predicting and scoring {len(positions):,} test spectra")
         began = time.perf_counter()
         with named(label, method, "predict to return spectra"):
             prediction = checked_spectra(label, method.predict(positions), len(positions))
@@ -215,6 +217,7 @@ class Experiment:
             say(f"the array's ceiling is left out: {NO_CEILING}")
             return
         test = evenly(self.test, SAMPLES)
+        doing(f"the array's ceiling for {len(test):,} test spectra")
         truth = self._spectra(test)
         recorded = None if self.dataset.responses is None else self.dataset.responses[test]
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)

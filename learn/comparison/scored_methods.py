@@ -24,6 +24,7 @@ from learn.data.splits import split as split_dataset
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_whole
 from scenes.files.input_file import MEGABYTE
+from scenes.files.long_work import doing
 from scenes.files.npz_file import Expected, read_npz
 from scenes.files.plain_text import say
 from simulate.positions.positions import MOST_POSITIONS
@@ -184,6 +185,7 @@ def score_fits(
                     continue
                 if trained_by_steps(make):
                     say(name)
+                doing(f"{name}: method {[*methods].index(label) + 1} of {len(methods)}, {len(split.known):,} known")
                 began = time.perf_counter()
                 with named(label, method, "fit to learn from what is known"):
                     method.fit(taught)

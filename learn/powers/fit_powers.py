@@ -20,6 +20,7 @@ from learn.powers.nerf_powers import NerfPowers
 from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, Mean, Mri, Nearest
 from learn.powers.twin_powers import TwinPowers
 from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
+from scenes.files.long_work import doing
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.positions.positions import check_points
@@ -148,7 +149,9 @@ def fit_powers(
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))
     fitted = with_twin(dataset, scene, [method])[method]()
+    doing(f"{dataset.folder}: fitting {method} to the powers at {len(indices):,} known positions")
     fitted.fit(KnownPowers.of(dataset, indices, seed))
+    doing("")
     return FittedPowers(dataset, method, indices, fitted)
 
 

@@ -15,6 +15,7 @@ from jaxtyping import Float
 from learn.powers.helmholtz_powers import ExplainedPowers
 from learn.powers.known_powers import KnownPowers
 from learn.twin.described_gateways import scenes_with_gateways
+from scenes.files.long_work import doing
 from scenes.files.optional_packages import require_extra
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
@@ -78,7 +79,9 @@ class TwinPowers(ExplainedPowers):
         coarse = replace(self._followed, diffraction=False)
         used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
         say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")
-        found = calibrate_powers_by(self._scene, taught, used, self._tolerances, coarse)
+        found = calibrate_powers_by(
+            self._scene, taught, used, self._tolerances, coarse, lambda sentence: doing(f"twin: {sentence}")
+        )
         after, before = found.error
         say(f"twin: the median error of rays there is {before:.2f} dB as described and {after:.2f} dB as corrected")
         self.calibration: PowerCalibration = found

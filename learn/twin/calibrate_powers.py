@@ -22,6 +22,7 @@ from learn.twin.power_search import PowerMinimum, PowerSearch, independence
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance
 from scenes.files.json_yaml_xml import PlainDumper
+from scenes.files.long_work import doing
 from scenes.files.plain_text import say
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
@@ -168,6 +169,7 @@ def calibrate_powers_by(
     positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
     if np.isnan(powers).all():
         raise InputError(f"{dataset.folder}: expected received powers at the known positions, found none")
+    doing(f"{scene.name}: correcting {len(which)} values by the powers at {len(positions):,} positions")
     region = bounding_box(positions)
     tracers = [Tracer(each, propagation, region, report=report) for each in scenes.values()]
     scales = np.stack([power_of_chains(each, positions) for each in tracers], axis=1)

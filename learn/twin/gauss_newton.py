@@ -24,6 +24,7 @@ from learn.twin.linearised import (
 from learn.twin.starting_values import is_far, start_far_away, start_nearby
 from scenes.checks.validation import is_valid
 from scenes.files.errors import InputError
+from scenes.files.long_work import doing
 from scenes.scene.description import Scene
 from scenes.scene.unknowns import Unknown, vary
 from simulate.rays.core.propagation import Propagation
@@ -87,6 +88,7 @@ def most_likely(
         raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")
     # Only responses behind pictures may be flipped, even while others are compared in phases of their own.
     flips = not phases_known and scene.gateway.elements is None  # elements at given places have no such symmetry
+    doing(f"{scene.name}: correcting {len(which)} values by {len(positions):,} spectra, in {ROUNDS} rounds at most")
     search = _Search(scene, list(which), positions, measured, flips=flips, report=report, ratios=ratios)
     tracer = Tracer(scene, propagation, search.region, report=report)
     band = over_band(tracer, ratios)
@@ -185,7 +187,7 @@ class _Search:
             aligned, gain = aligned_to(self.measured, traced, phases_known, self.flips)
             rest = without_own_phase(aligned - traced, traced, phases_known)
             misfit = unexplained(rest, aligned)
-            self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained{freely}")
+            self.report(f"round {number + 1} of at most {ROUNDS}: {misfit:.2%} of the power unexplained{freely}")
             unlikely = unlikelihood(alike, rest, aligned, counted) + float(((values / prior) ** 2).sum())
             if model is not None:
                 reach = model.next_reach(step, reach, best.unlikely - unlikely)

@@ -91,7 +91,7 @@ class PowerSearch:
             responses, jacobian = self._linearised(tracers)
             fit = self.likelihood.best(np.abs(responses) ** 2)
             unlikely = float(fit.unlikely.sum() + ((values / self.prior) ** 2).sum())
-            self.report(f"round {number + 1}: median error {self.error(fit):.2f} dB")
+            self.report(f"round {number + 1} of at most {ROUNDS}: median error {self.error(fit):.2f} dB")
             if model is not None and best is not None:
                 reach = model.next_reach(step, reach, best.unlikely - unlikely)
                 if unlikely > best.unlikely:
