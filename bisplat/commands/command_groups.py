@@ -55,5 +55,4 @@ def summary(command: Callable[..., None]) -> str:
 
 
 def stated_version() -> str:
-    """The text that ``bisplat --version`` prints."""
     return f"bisplat-wrf {version('bisplat-wrf')}"

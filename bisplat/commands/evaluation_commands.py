@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from tyro.conf import Positional, arg
 
@@ -16,10 +16,6 @@ from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.plain_text import print_table
 from simulate.dataset.dataset_kinds import is_csi, is_rssi
-
-if TYPE_CHECKING:  # its import takes long, and the help does not need it
-    from learn.evaluation.locations import Heard, Locations
-    from learn.reports.provenance import Provenance
 
 OF_RUNS = ("dataset", "index", "locate", "further_gateways", "ceiling")
 OF_QUANTITIES = ("output", "model", "split", "guard", "budget", "scene", "force")
@@ -83,13 +79,19 @@ def evaluate(
     from learn.baselines.array_ceiling import shown_name
     from learn.data.split_distances import say_distances
     from learn.evaluation.evaluate import evaluate as score_run
-    from learn.reports.evaluation_report import add_locations, metrics_file, named_scores, write_evaluation
+    from learn.reports.evaluation_report import (
+        add_locations,
+        metrics_file,
+        named_scores,
+        write_evaluation,
+        write_locations,
+    )
     from learn.reports.provenance import Provenance
     from learn.training.fit_progress import FitProgress
 
     require_new(run / "evaluation" / "report.html", force=True)
     if locate:
-        from learn.evaluation.locations import heard_by
+        from learn.evaluation.locations import evaluate_locations, heard_by
 
         require_new(run / "evaluation" / "locations.csv", force=True)
         heard = heard_by([run, *further_gateways])  # other runs are checked before the scores, which take long
@@ -97,8 +99,11 @@ def evaluate(
         evaluation = score_run(run, dataset, index, ceiling, progress)
     write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
-    located = _located(heard, run, Provenance.of_evaluation(evaluation)) if locate else None
-    if located is not None:
+    located = None
+    if locate:
+        with FitProgress("location") as report:
+            located = evaluate_locations(heard, report)
+        write_locations(located, run / "evaluation", Provenance.of_evaluation(evaluation))
         add_locations(evaluation, located, run / "evaluation")
     metrics = metrics_file(evaluation, located)
     if json:
@@ -116,18 +121,6 @@ def evaluate(
         if located is not None:
             print_table(f"{len(located.truth)} located transmitters", {"": located.metrics()})
         print(f"report: {run / 'evaluation' / 'report.html'}")
-
-
-def _located(heard: Heard, run: Path, made: Provenance) -> Locations:
-    """Locate the test transmitters, and write the report of their errors."""
-    from learn.evaluation.locations import evaluate_locations
-    from learn.reports.evaluation_report import write_locations
-    from learn.training.fit_progress import FitProgress
-
-    with FitProgress("location") as report:
-        found = evaluate_locations(heard, report)
-    write_locations(found, run / "evaluation", made)
-    return found
 
 
 def crossvalidate(

@@ -165,11 +165,7 @@ def train(
 
 
 def read_option(text: str, parameter: str = "option", example: str = "primitives=250") -> tuple[str, Any]:
-    """Read an option of a model, or where it is trained. A value is a number, true or false, a list in JSON, or a text.
-
-    >>> read_option("primitives=250"), read_option("encoding=waves"), read_option('bypass=["bst"]')
-    (('primitives', 250), ('encoding', 'waves'), ('bypass', ['bst']))
-    """
+    """Read an option of a model, or where it is trained. Values: a number, true or false, a list in JSON, or a text."""
     name, equals, value = text.partition("=")
     if not (name and equals and value):
         raise ParameterError(parameter, f"expected NAME=VALUE, such as {example}, found {shown(text)}")

@@ -68,36 +68,31 @@ def calibrate(
         _refuse_idle_tolerances(place, allowed)
         refuse_idle_propagation(followed, [place])
         options: dict[str, Any] = {"split": split, "seed": seed, "tolerances": allowed, "propagation": followed}
-        correct = _by_powers if powers else _by_spectra
-        told = correct(place, dataset, spectra, options, unfinished)
+        told = _correct(place, dataset, spectra, options, unfinished)
     print(told)
     print(printable(f"scene: {output / 'scene.yaml'}"))
     if powers:
         print(printable(f"gateways: {output / 'gateways.yml'}"))
 
 
-def _by_spectra(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
-    """Correct a scene by spectra, write it to an empty folder and print what changed; returns how well it fits."""
-    from learn.twin.calibrate import calibrate as calibrate_scene
-    from learn.twin.calibrate import rows_of, write_calibration
-
-    found = calibrate_scene(scene, dataset, n, report=say, **options)
-    write_calibration(found, folder)
-    print_rows(f"changes of {scene.name}", rows_of(found.which, found.values, found.deviations))
-    now, before = found.misfit
-    return f"unexplained share of the measured power: {before:.1%} before, {now:.1%} after"
-
-
-def _by_powers(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
-    """As ``_by_spectra``, by received powers."""
-    from learn.twin.calibrate import rows_of
+def _correct(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
+    """Correct a scene, write it to an empty folder and print what changed; returns how well it fits."""
+    from learn.twin.calibrate import calibrate, rows_of, write_calibration
     from learn.twin.calibrate_powers import calibrate_powers, write_power_calibration
 
-    found = calibrate_powers(scene, dataset, n, report=say, **options)
-    write_power_calibration(found, folder)
+    found: Any
+    if is_rssi(dataset):
+        found = calibrate_powers(scene, dataset, n, report=say, **options)
+        write_power_calibration(found, folder)
+        now, before = found.error
+        told = f"median error of the received powers: {before:.2f} dB before, {now:.2f} dB after"
+    else:
+        found = calibrate(scene, dataset, n, report=say, **options)
+        write_calibration(found, folder)
+        now, before = found.misfit
+        told = f"unexplained share of the measured power: {before:.1%} before, {now:.1%} after"
     print_rows(f"changes of {scene.name}", rows_of(found.which, found.values, found.deviations))
-    now, before = found.error
-    return f"median error of the received powers: {before:.2f} dB before, {now:.2f} dB after"
+    return told
 
 
 def _refuse_idle_tolerances(scene: Scene, tolerances: Tolerances) -> None:

@@ -44,7 +44,7 @@ from learn.training.run_files import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, ParameterError, require_whole, require_within, require_word, shown
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
-from scenes.files.json_yaml_xml import plain_number
+from scenes.files.json_yaml_xml import plain_values
 from scenes.files.long_work import doing
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
@@ -289,7 +289,7 @@ def begun(
                     f"{dataset.folder}: expected the index files with which {folder} was begun, found others; compare "
                     "in another folder"
                 )
-        write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2, default=plain_number) + "\n").encode())
+        write_atomically(folder / PROTOCOL, (json.dumps(plain_values(given), indent=2) + "\n").encode())
         say_distances(distances)
         yield experiment
 

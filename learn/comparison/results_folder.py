@@ -19,7 +19,7 @@ from learn.data.splits import GUARD_MOST, SplitKind
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_yaml_xml import parse_json, plain_number, read_json
+from scenes.files.json_yaml_xml import parse_json, plain_values, read_json
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
@@ -149,9 +149,7 @@ class ResultsFile:
         """Write a row with its key to the file, in place of an old one with this key."""
         rows, old, new = self.rows, self.row(key), {**key, **row}
         kept = [*rows, new] if old is None else [new if each == old else each for each in rows]
-        write_atomically(
-            self.path, ("\n".join(json.dumps(each, default=plain_number) for each in kept) + "\n").encode()
-        )
+        write_atomically(self.path, ("\n".join(json.dumps(plain_values(each)) for each in kept) + "\n").encode())
 
 
 def row_name(row: Mapping[str, Any]) -> str:
@@ -206,6 +204,6 @@ def results_in(
             of = next(iter(settings.values()))
             raise InputError(f"{output}: expected a {kind} of {of} as it is now, found one of other data")
         write_atomically(
-            path, (json.dumps({**settings, "data_sha256": digest}, indent=2, default=plain_number) + "\n").encode()
+            path, (json.dumps(plain_values({**settings, "data_sha256": digest}), indent=2) + "\n").encode()
         )
         yield ResultsFile(output, row)

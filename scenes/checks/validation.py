@@ -137,7 +137,6 @@ def validate(scene: Scene, source: str) -> None:
 
 
 def is_valid(scene: Scene) -> bool:
-    """Whether ``validate`` accepts a scene."""
     try:
         validate(scene, scene.name)
     except InputError:

@@ -17,7 +17,6 @@ def plain(length: float) -> str:
 
 
 def plain_size(extents: Iterable[float]) -> str:
-    """Format the size of a box in metres."""
     return " x ".join(plain(extent) for extent in extents) + " m"
 
 
@@ -27,5 +26,4 @@ def rounded(vector: Iterable[float], digits: int = 4) -> list[float]:
 
 
 def plain_point(point: Iterable[float]) -> str:
-    """Format a position in metres."""
     return f"({', '.join(plain(coordinate) for coordinate in point)})"

@@ -40,7 +40,6 @@ BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 
 
 def conform(value: object, schema: type[T], source: str, numbers_as_text: bool = False, complete: bool = False) -> T:
-    """Convert a value to an instance of a schema."""
     kind = _type_info(schema)  # type: ignore[arg-type]
     try:
         result = msgspec.convert(value, schema, strict=not numbers_as_text)

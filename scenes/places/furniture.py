@@ -24,8 +24,6 @@ Place = Literal["wall", "on the wall", "free", "ceiling"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of furniture."""
-
     name: str  # such as "fridge"
     material: str  # of ITU-R P.2040
     place: Place  # where it belongs

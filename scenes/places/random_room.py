@@ -30,8 +30,6 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class _Sizes:
-    """How large rooms are."""
-
     extents: tuple[tuple[float, float], ...]  # ranges of length, width and height, metres
     region: Vector  # extents of the transmitter region, metres
 
@@ -65,8 +63,6 @@ TURNS: dict[Side, float] = {"north": 0, "west": 90, "south": 180, "east": 270}
 
 @dataclass(frozen=True)
 class _Outline:
-    """The outline of a room."""
-
     size: Float[np.ndarray, " 3"]  # extents, metres
     # x and y of the inner corner, metres; the room lacks what is beyond both. In a rectangle, there is nothing
     # beyond.
@@ -140,7 +136,6 @@ def random_room(
     shape: Shape = "rectangle",
     large: bool = False,
 ) -> Scene:
-    """Make a random furnished room."""
     require_seed(seed=seed)
     if furniture is not None:
         require_seed(furniture=furniture)

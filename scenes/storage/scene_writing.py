@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import yaml
 from trimesh import Trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.atomic import write_atomically, write_together
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.input_file import require_regular
 from scenes.files.json_yaml_xml import PlainDumper, plain_values
@@ -75,7 +76,8 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
                 "overwritten, so give another folder"
             )
         doing(f"{scene.name}: writing {len(meshes):,} meshes", len(meshes) * SECONDS)
-        write_together(((file, _ply_of(mesh)) for file, mesh in meshes.items() if file not in kept), folder)
+        with ThreadPoolExecutor(32) as pool:  # the disk writes many at a time
+            list(pool.map(lambda file: write_atomically(file, _ply_of(meshes[file])), meshes.keys() - kept))
         write_atomically(path, _yaml_of(scene))
     doing("")
     return path

@@ -83,8 +83,6 @@ class Region(Struct, forbid_unknown_fields=True):
 
 
 class TransmitterEntry(Struct, forbid_unknown_fields=True):
-    """``Transmitter`` in a file."""
-
     region: Region
     pattern: str = Transmitter.pattern
     polarization: str = Transmitter.polarization
@@ -92,8 +90,6 @@ class TransmitterEntry(Struct, forbid_unknown_fields=True):
 
 
 class ObjectEntry(Struct, forbid_unknown_fields=True):
-    """``SceneObject`` in a file."""
-
     name: str
     mesh: str
     material: str
@@ -114,13 +110,6 @@ class SceneFile(Struct, forbid_unknown_fields=True):
 
 def _conform(value: object, schema: type[T], place: str) -> T:
     return conform(value, schema, place, numbers_as_text=True)
-
-
-def _frequency(value: float | str, place: str) -> float:
-    try:
-        return read_frequency(value)
-    except ParameterError as error:
-        raise InputError(f"{place}: {error}") from None
 
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
@@ -206,7 +195,10 @@ def read_scene(path: str | Path) -> Scene:
     content = read_yaml(path, "a scene")
     file = _conform(content, SceneFile, source)
     _refuse_two_arrays(content["gateway"], f"{source}: gateway")
-    frequency = _frequency(file.frequency, source)
+    try:
+        frequency = read_frequency(file.frequency)
+    except ParameterError as error:
+        raise InputError(f"{source}: {error}") from None
     doing(f"{source}: reading {len(file.objects):,} objects", len(file.objects) * SECONDS)
     objects = tuple(_object(value, i, path, source) for i, value in enumerate(file.objects))
 

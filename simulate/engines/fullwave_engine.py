@@ -70,7 +70,6 @@ class FullWave(Engine):
 
     name: ClassVar[str] = "fullwave"
     called: ClassVar[str] = "full wave"
-    spreads_parts: ClassVar[bool] = False
     keeps_source: ClassVar[bool] = True
     knows_bands: ClassVar[bool] = True
     knows_frequencies: ClassVar[bool] = True
@@ -136,12 +135,15 @@ class FullWave(Engine):
         if self.field is not None:
             for scene in setting.scenes:
                 if _made_again(setting, [scene], folder, progress):
-                    self._copied(setting, scene, folder)
+                    several = bool(setting.further)
+                    content = field_file(Path(self.field), scene, several).read_bytes()
+                    write_atomically(field_file(folder, scene, several), content)
         else:
             planned = self._planned(setting)
             if setting.further:
                 runs = "; ".join(group.in_words for group, _ in planned)
-                frequencies = f"full wave at {len(setting.scenes)} frequencies in {_runs(len(planned))}"
+                count = "one run" if len(planned) == 1 else f"{len(planned)} runs"
+                frequencies = f"full wave at {len(setting.scenes)} frequencies in {count} for each element"
                 progress.console.print(f"{frequencies}: {runs}", highlight=False, soft_wrap=True)
             for number, (group, plan) in enumerate(planned):
                 if _made_again(setting, [group.scene, *group.further], folder, progress):
@@ -169,13 +171,6 @@ class FullWave(Engine):
             (group, plan(group.scene, setting.region, group.cell, setting.band, group.further))
             for group in frequency_groups(setting.scenes, self.cell, alone=self.solver != OURS)
         ]
-
-    def _copied(self, setting: Setting, scene: Scene, folder: Path) -> None:
-        """Copy the field of a scene from the folder ``field``."""
-        assert self.field is not None
-        several = bool(setting.further)
-        found = field_file(Path(self.field), scene, several)
-        write_atomically(field_file(folder, scene, several), found.read_bytes())
 
     def _solve(
         self,
@@ -227,10 +222,6 @@ def _made_again(setting: Setting, scenes: Sequence[Scene], folder: Path, progres
     if damage is not None and any(field_file(folder, scene, bool(setting.further)).exists() for scene in scenes):
         progress.console.print(f"{damage}; it is made again", markup=False, highlight=False, soft_wrap=True)
     return damage is not None
-
-
-def _runs(count: int) -> str:
-    return "one run for each element" if count == 1 else f"{count} runs for each element"
 
 
 def _say_errors(fields: list[StoredField], progress: Progress) -> None:

@@ -169,10 +169,6 @@ def _of_pictures(found: Survey, conversion: Conversion) -> list[str]:
     return said
 
 
-def _elements(array: Array) -> str:
-    return f"{array.rows} × {array.columns} elements" if isinstance(array, PlanarArray) else array.in_words
-
-
 def _likewise(array: Array) -> str:
     """A sentence on the turns and mirrorings of the pictures that the array explains as well, and what to do."""
     if isinstance(array, PlanarArray):
@@ -191,7 +187,7 @@ def _of_result(dataset: Dataset, conversion: Conversion) -> list[str]:
     said = []
     if known.residual is not None and known.residual >= DOUBTFUL:
         said.append(
-            f"no array that was tried explains the pictures: {_elements(array)} leave "
+            f"no array that was tried explains the pictures: {array.in_words} leave "
             f"{known.residual:.1f} of 255 grey levels (rounding alone: 0.3)"
         )
     doubt = bearing_of(dataset).doubt(dataset.grid)

@@ -18,9 +18,8 @@ from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo_scenario import (
     MOST_INTERACTIONS,
     PathList,
-    joined,
     path_list,
-    sorted_by_receiver,
+    sorted_paths,
     write_matrices,
     write_params,
 )
@@ -121,4 +120,4 @@ def _traced(request: Request, rays: Rays) -> tuple[Float[np.ndarray, " 3"], Path
             for terms in tracer.middle_multipath(part):
                 found.append(path_list(terms._replace(targets=terms.targets + start)))
             progress.advance(bar, len(part))
-    return tracer.middle.positions[0], sorted_by_receiver(joined(found))
+    return tracer.middle.positions[0], sorted_paths(found)

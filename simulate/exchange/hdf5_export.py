@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_kinds import is_rssi
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.angular_grid import COLUMNS, ROWS
-from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.array import PlanarArray
 
 AT_ONCE = 100  # Spectra written at a time. This bounds the memory.
 
@@ -122,7 +123,7 @@ def _write_powers(file: h5py.File, dataset: RssiDataset) -> None:
 
 def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
     """Write the attributes: single numbers and texts. Their names end with the unit."""
-    array, grid = dataset.array, dataset.grid
+    array = dataset.array
     file.attrs.update(
         {
             "gateway_position_m": dataset.gateway_position,
@@ -130,23 +131,15 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
             "frequency_hz": dataset.frequency.hertz,
             "frequency_source": dataset.frequency.source,
             "moving": dataset.moving,
-            **_array_attributes(array),
             "array_source": dataset.identification.source,
-            "elevation_first_deg": grid.elevation_first_deg,
-            "elevation_step_deg": grid.elevation_step_deg,
-            "azimuth_step_deg": grid.azimuth_step_deg,
+            **asdict(dataset.grid),
         }
     )
-
-
-def _array_attributes(array: Array) -> dict[str, Any]:
     if isinstance(array, PlanarArray):
-        return {
-            "array_rows": array.rows,
-            "array_columns": array.columns,
-            "array_spacing_wavelengths": array.spacing,
-        }
-    return {"element_positions_m": np.array(array.stated()["positions_m"])}
+        file.attrs["array_rows"], file.attrs["array_columns"] = array.rows, array.columns
+        file.attrs["array_spacing_wavelengths"] = array.spacing
+    else:
+        file.attrs["element_positions_m"] = np.array(array.stated()["positions_m"])
 
 
 def _write_tables(file: h5py.File, dataset: Dataset) -> None:

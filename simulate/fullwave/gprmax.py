@@ -21,11 +21,19 @@ from jaxtyping import Complex, Int
 from scenes.files.errors import InputError
 from scenes.files.optional_packages import require_extra
 from simulate.fullwave.cells import AIR, CONDUCTOR, PERMEABILITY, EdgeMaterials, beside_edges
-from simulate.fullwave.dipole import Source, moments, phasor
+from simulate.fullwave.dipole import Source
 from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.yee_grid import YeeGrid
 
 GEOMETRY, MODEL = "geometry", "model"
+
+RISE = 6
+"""Periods over which the amplitude of the source rises, as half a raised cosine. The rise is slow, so that the source
+hardly radiates at other frequencies."""
+
+SNAPSHOTS = 4
+"""Number of moments in a period at which the field is kept. Amplitude, phase and a constant are fitted to them. The
+constant is needed, since the start of the oscillation leaves static charges at the ends of the dipole."""
 
 PROGRESS = re.compile(r"\|--->:.*?(\d+)/\d+ \[")
 
@@ -143,8 +151,9 @@ def _write_input(
     """Write model.in and excitation.txt, and return the time steps of the snapshots before each end."""
     cell, step = grid.cell, grid.time_step
     size = [count * cell for count in grid.shape]
-    # gprMax numbers its time steps from 0.
-    iterations = [[moment - 1 for moment in moments(end, source.frequency, step)] for end in ends]
+    # Moments a quarter of a period apart before each end. gprMax numbers its time steps from 0.
+    quarter = round(1 / (SNAPSHOTS * source.frequency * step))
+    iterations = [[end - 1 - number * quarter for number in range(SNAPSHOTS)] for end in ends]
     dipoles = [
         ("xyz"[axis], point, share)
         for axis, points, shares in source.edges(grid)
@@ -153,7 +162,8 @@ def _write_input(
     amplitudes, which = np.unique(np.round([weight for *_, weight in dipoles], 9), return_inverse=True)
     # gprMax interpolates the current linearly at half steps, so the times in the file are half steps.
     times = step * (np.arange(ends[-1] + 3) - 0.5)
-    wave = source.current(times)
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(times * source.frequency / RISE, 0, 1))
+    wave = rise * np.cos(2 * np.pi * source.frequency * times)
     names = " ".join(f"wave{number}" for number in range(len(amplitudes)))
     np.savetxt(
         folder / "excitation.txt",
@@ -186,7 +196,7 @@ def _write_input(
 def _phasors(
     folder: Path, grid: YeeGrid, source: Source, iterations: list[list[int]]
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """The phasor after each end, from its snapshots."""
+    """The phasor E of the field Re(E e^{jωt}) + const after each end, by least squares from its snapshots."""
     import h5py
 
     found = []
@@ -195,6 +205,8 @@ def _phasors(
         for iteration in group:
             with h5py.File(folder / f"{MODEL}_snaps" / f"{iteration}.h5") as file:
                 fields.append(np.stack([file[f"E{axis}"][:] for axis in "xyz"]))
-        # In gprMax a dipole is as long as a cell.
-        found.append(phasor(np.stack(fields), group, source.frequency, grid.time_step) / grid.cell)
+        phase = 2 * np.pi * source.frequency * grid.time_step * np.array(group)
+        design = np.stack([np.cos(phase), -np.sin(phase), np.ones_like(phase)], axis=1)
+        real, imaginary, _ = np.tensordot(np.linalg.pinv(design), np.stack(fields), axes=1)
+        found.append((real + 1j * imaginary) / grid.cell)  # in gprMax a dipole is as long as a cell
     return np.stack(found)

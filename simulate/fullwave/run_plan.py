@@ -17,7 +17,7 @@ from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.materials import refractive_index
 from scenes.scene.shapes import bounding_box
-from simulate.fullwave.dipole import RISE, SOURCE_REACH
+from simulate.fullwave.dipole import SOURCE_REACH
 from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.stored_field import MARGIN
@@ -76,8 +76,8 @@ class Plan:
     steps: int  # largest number of time steps
     # first cell, and the cell after the last one, of the box around the region, whose field is kept
     box: Int[np.ndarray, "2 3"]
-    # number of time steps before which no field can have settled: the rise of the source, plus twice the time in
-    # which a wave crosses the scene
+    # number of time steps before which no field can have settled: those of the pulse, plus twice the time in which a
+    # wave crosses the scene
     earliest: int = 0
     band: BandPlan | None = None  # further frequencies at which the field is wanted. None: only that of the source is.
 
@@ -154,8 +154,7 @@ def plan(
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
-    rise = RISE / frequency if band is None and not further else Pulse(frequency).duration
-    earliest = rise + crossing
+    earliest = Pulse(frequency).duration + crossing
     steps = math.ceil((earliest + _decay_time(scene, slabs, conductors)) / grid.time_step)
     solved = None if band is None else _band_plan(band, scene.frequency, steps * grid.time_step)
     if further:

@@ -23,7 +23,7 @@ from simulate.dataset.metadata import band_of, read_metadata_file
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
-from simulate.generation.reciprocity import AtElements, AtPairs, element_offsets, reciprocal
+from simulate.generation.reciprocity import MovingArray, element_offsets, reciprocal
 from simulate.positions.placement import AT_IT
 from simulate.positions.positions import points_digest, read_points
 from simulate.spectra.angular_grid import AngularGrid
@@ -80,22 +80,24 @@ class Request:
 
     def of_array(self, sources: Sequence[Sequence[ResponseSource]]) -> list[ResponseSource]:
         """What computes the responses of the array at each frequency, from what the engine's ``sources`` returned."""
-        if self.moving == "both":
-            return [AtPairs(self.transmitters, each, self.offsets) for each in zip(*sources, strict=True)]
+        if self.moving != "transmitter":
+            return [MovingArray(self.transmitters, each, self.offsets) for each in zip(*sources, strict=True)]
         (at_frequencies,) = sources
-        if self.moving == "transmitter":
-            return list(at_frequencies)
-        return [AtElements(each, self.offsets) for each in at_frequencies]
+        return list(at_frequencies)
 
     @cached_property
     def transmitters(self) -> Float[np.ndarray, "N 3"]:
-        """The different places of the transmitter, metres, world frame, if both ends move."""
-        return np.unique(self.positions, axis=0)
+        """The different places of the transmitter, metres, world frame, if the array moves."""
+        return np.unique(self.places[:, :3], axis=0)
 
-    @property
+    @cached_property
     def places(self) -> Float[np.ndarray, "K coordinates"]:
         """What a source computes responses of: positions, [K, 3], or those of transmitter and array, [K, 6]."""
-        return self.positions if self.receivers is None else np.hstack([self.positions, self.receivers])
+        if self.moving == "transmitter":
+            return self.positions
+        if self.receivers is not None:
+            return np.hstack([self.positions, self.receivers])
+        return np.hstack([np.tile(self.scene.gateway.position, (len(self.positions), 1)), self.positions])
 
     @property
     def offsets(self) -> Float[np.ndarray, "antennas 3"]:
@@ -117,11 +119,8 @@ class Request:
     @property
     def settings(self) -> list[Setting]:
         """Scenes, region and seed for the engine, for each antenna or array that stands still in its simulations."""
-        if self.moving == "transmitter":
-            stand = [self.scenes]
-        elif self.moving == "receiver":
-            stand = [[reciprocal(each) for each in self.scenes]]
-        else:
+        stand = [self.scenes]
+        if self.moving != "transmitter":
             stand = [[reciprocal(each, place) for each in self.scenes] for place in self.transmitters.tolist()]
         moved = self.positions if self.receivers is None else self.receivers
         antennas = (moved[:, None] + self.offsets).reshape(-1, 3)

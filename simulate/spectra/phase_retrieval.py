@@ -7,26 +7,24 @@ The Gauss–Newton method then finds the responses of least squared error nearby
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-from jaxtyping import Complex, Float
+import scipy.fft
+from jaxtyping import Bool, Complex, Float
+from scipy.ndimage import map_coordinates
 
 from scenes.files.errors import require_instance, require_seed
-from simulate.spectra.angular_grid import COLUMNS
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import require_planar
-from simulate.spectra.phase_refinement import SpatialFrequencies, refined
+from simulate.spectra.phase_refinement import refined
 from simulate.spectra.spectrum import LARGEST_GREY, check_stack
 
 GOOD = 0.5  # Grey levels. A spectrum is done when its root mean square error is smaller than this.
 
-OVERSAMPLING, LEAST_FREQUENCIES = 4, 32
-"""Frequencies for each element along an axis, and the least number of visible ones along an axis in the refinement."""
-
-LEAST_VISIBLE = 0.25
-"""Smallest share of an axis that counts as visible. This bounds the memory where elements are very close together."""
+OVERSAMPLING = 4  # Spatial frequencies of the search for each element along an axis
 
 STEPS_PER_ELEMENT, MOST_STEPS = 60, 15_360
 """Steps of a search for each element along the longer axis, and largest number of steps in all searches: 64 random
@@ -37,7 +35,11 @@ RELAXATION = 0.3, 1.5
 
 SETTLING_STEPS = 20  # Plain projections after the search, which lead to the bottom of the valley
 
-DIRECTIONS = 700  # Number of pixels, evenly spread over the hemisphere, at which the error is stated
+WRAPPED = 8  # Columns added on either side of a spectrum. A cubic spline forgets what is this far away.
+
+DIRECTIONS, DIRECTIONS_PER_ELEMENT = 700, 12
+"""Least number of pixels, evenly spread over the hemisphere, at which the error is made small, and that for each
+element."""
 
 AT_ONCE = 100  # Spectra per batch. This bounds the memory.
 
@@ -91,22 +93,20 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
     generator = np.random.default_rng(seed)
     array = require_planar(beamformer.array, "the search for responses behind pictures")
     steps = STEPS_PER_ELEMENT * max(array.rows, array.columns)
-    visible = max(LEAST_VISIBLE, min(1, 2 * array.spacing))
-    coarse = SpatialFrequencies.of(beamformer, OVERSAMPLING)
-    fine = SpatialFrequencies.of(beamformer, OVERSAMPLING, math.ceil(LEAST_FREQUENCIES / visible))
+    frequencies = SpatialFrequencies.of(beamformer, OVERSAMPLING)
     steering, row, column = _some_directions(beamformer)
     responses = np.zeros((len(spectra), array.elements), complex)
     residual = np.full(len(spectra), np.inf)
     for first in range(0, len(spectra), AT_ONCE):
         batch = slice(first, first + AT_ONCE)
-        sought, wanted = coarse.sampled(spectra[batch]).astype(np.float32), fine.sampled(spectra[batch])
+        sought = frequencies.sampled(spectra[batch]).astype(np.float32)
         values = spectra[batch][:, row, column].astype(np.float64)
         for _ in range(MOST_STEPS // steps):
             missing = np.flatnonzero(residual[batch] > GOOD)
             if not len(missing):
                 break
-            start = _searched(sought[missing], coarse, steps, generator)
-            found, offset = refined(start, wanted[missing], fine)
+            start = _searched(sought[missing], frequencies, steps, generator)
+            found, offset = refined(start.reshape(len(missing), -1), values[missing], steering)
             error = np.abs(found @ steering.T) - values[missing] - offset[:, None]
             error = LARGEST_GREY * np.sqrt((error**2).mean(axis=1))
             better = error < residual[batch][missing]
@@ -124,8 +124,9 @@ def _in_one_form(responses: Complex[np.ndarray, "K elements"]) -> Complex[np.nda
 
 def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P elements"], np.ndarray, np.ndarray]:
     """Steering vectors of pixels spread evenly over the hemisphere, with the pixels' rows and columns."""
-    index = np.arange(DIRECTIONS) + 0.5
-    elevation, azimuth = np.degrees(np.arcsin(index / DIRECTIONS)), np.degrees(np.pi * (1 + 5**0.5) * index) % 360
+    count = max(DIRECTIONS, DIRECTIONS_PER_ELEMENT * beamformer.array.elements)
+    index = np.arange(count) + 0.5
+    elevation, azimuth = np.degrees(np.arcsin(index / count)), np.degrees(np.pi * (1 + 5**0.5) * index) % 360
     grid = beamformer.grid
     row = np.abs(grid.elevations_deg - elevation[:, None]).argmin(axis=1)
     column = np.round(azimuth / grid.azimuth_step_deg).astype(int) % COLUMNS
@@ -133,10 +134,65 @@ def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P ele
     return beamformer.steering[row, column], row, column
 
 
+@dataclass(frozen=True)
+class SpatialFrequencies:
+    """A grid of spatial frequencies for an array: ``shape`` frequencies over one period of its transform.
+
+    With the spacing d in wavelengths, a direction u has the spatial frequencies (d u_x, d u_y). Beamforming is, up to a
+    factor of magnitude 1, the Fourier transform of the responses. Visible frequencies lie in a disk of radius d.
+    """
+
+    beamformer: Beamformer  # the array, and the angular grid of its spectra
+    shape: tuple[int, int]  # number of frequencies along y and along x
+    seen: Bool[np.ndarray, "y x"]  # whether a frequency belongs to a direction within the angular grid, [*shape]
+    row: Float[np.ndarray, "y x"]  # row of this direction in a spectrum, a fraction, [*shape]
+    column: Float[np.ndarray, "y x"]  # its column, a fraction, [*shape]
+
+    @classmethod
+    def of(cls, beamformer: Beamformer, oversampling: int) -> SpatialFrequencies:
+        """The grid with ``oversampling`` frequencies for each row and column of the array."""
+        array, grid = require_planar(beamformer.array, "a grid of spatial frequencies"), beamformer.grid
+        shape = (oversampling * array.rows, oversampling * array.columns)
+        y, x = (scipy.fft.fftfreq(count) / array.spacing for count in shape)
+        u_x, u_y = np.meshgrid(x, y)
+        across = np.hypot(u_x, u_y)  # the cosine of the elevation
+        elevation = np.degrees(np.arccos(np.minimum(across, 1)))
+        row = (elevation - grid.elevation_first_deg) / grid.elevation_step_deg
+        column = np.degrees(np.arctan2(u_y, u_x)) % 360 / grid.azimuth_step_deg
+        last = COLUMNS if _is_full_circle(grid) else COLUMNS - 1
+        seen = (across <= 1) & (row >= 0) & (row <= ROWS - 1) & (column <= last)
+        return cls(beamformer, shape, seen, row, column)
+
+    def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K y x"]:
+        """Magnitudes at the frequencies, by cubic splines of their smooth squares; 0 where not seen."""
+        where = [self.row[self.seen], self.column[self.seen] + WRAPPED]
+        beside: Literal["wrap", "edge"] = "wrap" if _is_full_circle(self.beamformer.grid) else "edge"
+        sampled = np.zeros((len(spectra), *self.shape))
+        for each, spectrum in zip(sampled, spectra, strict=True):
+            periodic = np.pad(np.square(spectrum, dtype=np.float64), ((0, 0), (WRAPPED, WRAPPED)), mode=beside)
+            each[self.seen] = np.sqrt(np.maximum(map_coordinates(periodic, where, mode="nearest"), 0))
+        return sampled
+
+    def beams(self, responses: Complex[np.ndarray, "K rows columns"]) -> Complex[np.ndarray, "K y x"]:
+        """Beams of element responses at the frequencies, as ``Beamformer.spectrum`` has them before the magnitude."""
+        return scipy.fft.fft2(responses, s=self.shape) * self.beamformer.array.elements**-0.5
+
+    def responses(self, beams: Complex[np.ndarray, "K y x"]) -> Complex[np.ndarray, "K rows columns"]:
+        """The responses whose beams are nearest to some beams at all frequencies, seen or not (least squares)."""
+        array = require_planar(self.beamformer.array, "a grid of spatial frequencies")
+        whole = scipy.fft.ifft2(beams)[:, : array.rows, : array.columns]
+        return whole * array.elements**0.5
+
+
+def _is_full_circle(grid: AngularGrid) -> bool:
+    """Whether column 0 follows the last column."""
+    return COLUMNS * grid.azimuth_step_deg == 360
+
+
 def _searched(
     magnitude: Float[np.ndarray, "K y x"], frequencies: SpatialFrequencies, steps: int, generator: np.random.Generator
 ) -> Complex[np.ndarray, "K rows columns"]:
-    """Responses with about these magnitudes, by relaxed reflect-reflect from a random start.
+    """Responses with about these magnitudes, from a random start.
 
     With the projections P1 to the magnitudes and P2 to beams of M × N responses, a step from the beams b is
 

@@ -38,8 +38,6 @@ Two triangles with a common edge that are folded by 30° are about so far from a
 
 @dataclass(frozen=True)
 class Cut:
-    """Triangles of polygons."""
-
     triangles: Integer[np.ndarray, "T 3"]  # vertex numbers, turning the same way as their polygons, [T, 3]
     polygons: Integer[np.ndarray, " T"]  # number of each triangle's polygon, [T]
     crossing: list[int]  # numbers of the polygons that cross themselves. They have no triangles.
@@ -67,7 +65,6 @@ def cut_polygons(
     sizes: Integer[np.ndarray, " P"],
     label: str,
 ) -> Cut:
-    """Cut polygons into triangles."""
     require_few(int(np.sum(sizes - 2)), label)
     if len(sizes) and sizes.max() > MOST_CORNERS:
         raise InputError(f"{label}: expected polygons of at most {MOST_CORNERS} corners, found one of {sizes.max()}")
