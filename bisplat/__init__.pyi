@@ -33,7 +33,6 @@ from learn.training.run_folder import Run as Run
 from learn.training.run_folder import load_run as load_run
 from learn.training.train import train as train
 from learn.twin.calibrate import calibrate as calibrate
-from learn.twin.calibrate_powers import calibrate_powers as calibrate_powers
 from scenes.drawing.scene_drawing import draw_scene as draw_scene
 from scenes.files.errors import InputError as InputError
 from scenes.importing.mesh_import import import_scene as import_scene

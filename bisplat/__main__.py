@@ -60,7 +60,7 @@ def _run(given: list[str]) -> None:
             check_spelling(COMMANDS)
             _refuse_repeated(given)
             with warning_once(), told():
-                if not {"-h", "--help"} & {*given}:
+                if not {"torch", "-h", "--help"} & {*sys.modules, *given}:
                     doing(f"{given[0]}: loading what it needs")
                 tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except InputError as error:

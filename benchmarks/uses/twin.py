@@ -36,7 +36,7 @@ from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.training.prediction import predict
-from learn.twin.gauss_newton import Calibration
+from learn.twin.calibration import Calibration
 from learn.twin.twin_model import Twin
 from scenes.files.atomic import write_atomically
 from scenes.scene.description import Scene

@@ -27,8 +27,7 @@ from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
 
 if TYPE_CHECKING:
-    from learn.twin.calibrate_powers import PowerCalibration
-    from simulate.rays.tracer import Tracer
+    from learn.twin.calibration import Calibration
 
 CALIBRATED_BY = 160
 """Largest number of known positions that correct the scene. All known positions are kriged."""
@@ -69,29 +68,22 @@ class TwinPowers(ExplainedPowers):
         self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
 
     def fit(self, known: KnownPowers) -> None:
-        from learn.twin.calibrate_powers import calibrate_powers_by, powers_by
-        from learn.twin.described_gateways import alone
-        from learn.twin.power_likelihood import PowerLikelihood
-        from learn.twin.power_search import independence
-        from simulate.rays.tracer import Tracer
+        from learn.twin.calibrate import correct
+        from learn.twin.power_residual import PowerResidual, independence, path_powers
 
         taught = replace(self._dataset, positions=known.positions, rssi_dbm=known.powers)
         coarse = replace(self._followed, diffraction=False)
         used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
         say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")
-        found = calibrate_powers_by(
-            self._scene, taught, used, self._tolerances, coarse, lambda sentence: doing(f"twin: {sentence}")
-        )
-        after, before = found.error
+        found = correct(self._scene, taught, used, self._tolerances, coarse, report=doing)
+        after, before = found.misfit
         say(f"twin: the median error of rays there is {before:.2f} dB as described and {after:.2f} dB as corrected")
-        self.calibration: PowerCalibration = found
+        self.calibration: Calibration = found
         box = bounding_box(np.vstack([self._scene.transmitter.region, known.positions]))
-        self._tracers: list[Tracer] = [
-            Tracer(each, self._followed, box) for each in alone(found.scene, found.gateways).values()
-        ]
+        self._tracers = found.tracers(box, self._followed)
         counts = independence(known.positions[used], self._scene.wavelength)
-        gains, scales = powers_by(self._tracers, known.positions[used])
-        self._fit = PowerLikelihood(known.powers[used], known.floor, scales, counts).best(gains)
+        gains, scales = path_powers(self._tracers, known.positions[used])
+        self._fit = PowerResidual(known.powers[used], known.floor, scales, counts).best(gains)
         traced = self._gains(known.positions)
         least = np.where(traced > NO_PATHS, traced, np.inf).min(axis=0)
         self._least = np.where(np.isfinite(least), least, 0.0)
@@ -105,15 +97,13 @@ class TwinPowers(ExplainedPowers):
 
     def _gains(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         """Power of the traced field, dB, softened in its fades."""
-        from learn.twin.calibrate_powers import powers_by
-
-        return self._fit.predicted(*powers_by(self._tracers, positions))
+        return self._fit.predicted(self._tracers, positions)
 
     def _explained(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         return np.maximum(self._gains(positions), self._least)  # where no path leads, as little as is known to come
 
 
-def _widening(found: PowerCalibration, powers: float) -> float:
+def _widening(found: Calibration, powers: float) -> float:
     """Factor of the intervals that makes up for corrections by the same powers, which count as so many."""
     tolerances = np.array([each.tolerance for each in found.which])
     determined = float(np.sum(1 - (found.deviations / tolerances) ** 2))

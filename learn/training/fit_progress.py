@@ -40,7 +40,7 @@ class FitProgress:
 
     def _finish(self) -> None:
         """Fill the bar of the phase, which may have needed fewer steps than the largest number."""
-        if self._task is not None:
+        if self._task is not None and not self._progress.disable:  # a line would tell steps that were not needed
             self._progress.update(self._task, completed=self._progress.tasks[-1].total)
 
 

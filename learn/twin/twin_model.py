@@ -79,7 +79,7 @@ def best_trust(
 
 
 if TYPE_CHECKING:
-    from learn.twin.gauss_newton import Calibration
+    from learn.twin.calibration import Calibration
     from simulate.rays.tracer import Tracer
 
 CALIBRATED_BY = 160
@@ -169,13 +169,13 @@ class Twin(PredictsResponses):
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Correct the scene by known spectra, and krige what it does not explain of them."""
-        from learn.twin.calibrate import calibrate_by
+        from learn.twin.calibrate import correct
 
         def report(sentence: str) -> None:
             self.report(f"calibration: {sentence}", 0, 1)
 
         used = evenly(np.unique(known), CALIBRATED_BY)
-        found = calibrate_by(self._described, dataset, used, self._tolerances, self.propagation, report)
+        found = correct(self._described, dataset, used, self._tolerances, self.propagation, report)
         self.calibration = found
         self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
         self.__dict__.pop("_tracer", None)

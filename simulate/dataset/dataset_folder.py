@@ -79,6 +79,8 @@ def read_dataset(folder: Path | str, frequency: float | str | None = None) -> Da
     return dataset
 
 
+SECONDS = 0.5e-3  # To read a spectrum, about
+
 _SAID: set[tuple[Path, str]] = set()
 
 
@@ -92,7 +94,8 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
         return Inspection([other], [], None)
 
     positions = noting(problems, None, read_points, folder / "tx_pos.csv")
-    doing(f"{folder}: reading{'' if positions is None else f' {len(positions):,}'} spectra")
+    count = 0 if positions is None else len(positions)
+    doing(f"{folder}: reading {count:,} spectra", SECONDS * count)
     names, pictures = read_pictures(folder / "spectrum", problems)
     gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
     metadata = read_metadata(folder / "metadata.json", problems)

@@ -398,7 +398,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "calibrate": Call(bisplat.calibrate, {"scene": scene, "dataset": data}),
-        "calibrate_powers": Call(bisplat.calibrate_powers, {"scene": scene, "dataset": powers}, {"dataset": other}),
         "export": Call(bisplat.export, {"run": run, "path": "a.onnx"}, {"run": OBJECT, "path": (*PATH, "a.txt")}),
         "export_hdf5": Call(bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}),
         "export_csi": Call(bisplat.export_csi, {"dataset": data, "folder": "csi"}),

@@ -1,12 +1,9 @@
 """Received powers beside traced ones: the level and the share of fading are found, and bounds count as bounds."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from learn.twin.power_likelihood import DB, NOISES, PowerLikelihood
-from learn.twin.power_search import PowerSearch
+from learn.twin.power_residual import DB, NOISES, PowerResidual
 
 GENERATOR = np.random.default_rng(0)
 TRACED = (GENERATOR.normal(size=(400, 2, 2)) @ [1, 1j]) * [1e-3, 1e-4]
@@ -20,7 +17,7 @@ def rice(share):
 
 
 def likelihood(powers, floor=-200.0):
-    return PowerLikelihood(powers, floor, SCALES, np.ones(400))
+    return PowerResidual(powers, floor, SCALES, np.ones(400))
 
 
 @pytest.mark.parametrize("share", [0.01, 0.1, 1.0])
@@ -35,27 +32,21 @@ def test_levels_and_share_of_fading_are_found(share):
 
 
 def test_slope_of_a_search_is_that_of_the_posterior():
-    """By finite differences, where the responses are linear in unknowns of unequal priors; some powers are bounds."""
+    """By finite differences, where the responses are linear in the unknowns; some powers are bounds."""
     generator = np.random.default_rng(6)
     jacobian, traced = (generator.normal(size=(12, 2, n, 2)) @ [1, 1j] for n in (3, 1))
-    prior, values, scales = np.array([0.2, 0.02, 1.0]), np.array([0.1, 0.03, -0.5]), np.abs(traced[..., 0]) ** 2
+    scales = np.abs(traced[..., 0]) ** 2
     powers = DB * np.log(scales) + generator.normal(0, 3, (12, 2)) - 60
     powers[::3] = np.nan
-    likelihood = PowerLikelihood(powers, -60.0, scales, np.ones(12))
-    which = [SimpleNamespace(tolerance=each) for each in prior]
-    search = PowerSearch({}, which, np.zeros((12, 3)), likelihood, print)
+    likelihood = PowerResidual(powers, -60.0, scales, np.ones(12))
 
     def fit(step):
-        responses = traced[..., 0] + jacobian @ step
-        return likelihood.given(np.abs(responses) ** 2, 1e-5, 4.0), responses
+        return likelihood.given(np.abs(traced[..., 0] + jacobian @ step) ** 2, 1e-5, 4.0)
 
-    def unlikely(step):
-        return fit(step)[0].unlikely.sum() + (((values + step) / prior) ** 2).sum()
-
-    model = search._quadratic(*fit(np.zeros(3)), jacobian, values)
-    for number, small in enumerate(1e-5 * np.diag(prior)):
-        slope = (unlikely(small) - unlikely(-small)) / 2e-5
-        assert slope == pytest.approx(-2 * model.towards[number], rel=0.02, abs=0.02)
+    _, towards = likelihood.quadratic(fit(np.zeros(3)), traced[..., 0], jacobian)
+    for number, small in enumerate(1e-5 * np.eye(3)):
+        slope = (fit(small).unlikely.sum() - fit(-small).unlikely.sum()) / 2e-5
+        assert slope == pytest.approx(-2 * towards[number], rel=0.02, abs=0.02)
 
 
 def test_a_power_that_was_not_received_is_a_bound():
@@ -73,7 +64,7 @@ def test_a_power_that_was_not_received_is_a_bound():
 
 def test_guesses_are_judged_as_single_fits_are():
     judged, gains = likelihood(rice(0.1)), np.abs(TRACED[:, :1].T) ** 2
-    found = judged.of_guesses(0, np.vstack([gains, np.roll(gains, 1)]))
-    alone = PowerLikelihood(judged.powers[:, :1], judged.floor, SCALES[:, :1], judged.weights)
+    found = judged.of_guesses(0, np.sqrt(np.vstack([gains, np.roll(gains, 1)]))[..., None])
+    alone = PowerResidual(judged.powers[:, :1], judged.floor, SCALES[:, :1], judged.weights)
     assert found[0] == pytest.approx(alone.given(gains.T, 0.1, NOISES[0]).unlikely[0])
     assert found[1] > found[0]

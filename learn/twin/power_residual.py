@@ -7,12 +7,16 @@ larger than σ², and as wide as fading in a fade of y, where a small error of y
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float, Int
 from scipy.special import log_ndtr
+
+from learn.twin.response_residual import correlation
+from simulate.rays.tracer import Tracer
 
 DB = 10 / np.log(10)  # Decibels per unit of the natural logarithm of a power
 
@@ -43,14 +47,31 @@ class PowerFit(NamedTuple):
     softened: Float[np.ndarray, "K G"]  # |y|² plus the part of σ² that counts in the expected powers, without level
     levels: Float[np.ndarray, " G"]  # of the gateways: what is added to path gains, dBm
     share: float  # σ², relative to the sum of the powers of the traced paths
+    misfit: float  # median absolute error of the powers that were received, dB
 
-    def predicted(self, gains: Float[np.ndarray, "P G"], scales: Float[np.ndarray, "P G"]) -> Float[np.ndarray, "P G"]:
-        """Expected powers at other positions, dBm, from traced gains |y|² and sums of the powers of their paths."""
+    def predicted(self, tracers: Collection[Tracer], positions: Float[np.ndarray, "P 3"]) -> Float[np.ndarray, "P G"]:
+        """Expected powers at other positions, dBm, by the tracer of each gateway.
+
+        A deep fade of the traced field is not as deep here, since what the scene lacks fills it.
+        """
+        gains, scales = path_powers(tracers, positions)
         return DB * np.log(gains + MEAN_OF_FADING * (self.share * scales + TINY)) + self.levels
 
 
+def path_powers(
+    tracers: Collection[Tracer], positions: Float[np.ndarray, "K 3"]
+) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K G"]]:
+    """Path gains ``|y|²`` of gateways with one antenna, and the sums of the powers of their paths, both linear.
+
+    The sum is the mean power if the phases of the paths were random.
+    """
+    by_chain = [each.responses_by_chain(positions)[:, 0].astype(complex) for each in tracers]
+    gains = np.stack([np.abs(each.sum(axis=1)) ** 2 for each in by_chain], axis=1)
+    return gains, np.stack([(np.abs(each) ** 2).sum(axis=1) for each in by_chain], axis=1)
+
+
 @dataclass(frozen=True)
-class PowerLikelihood:
+class PowerResidual:
     """The likelihood of received powers."""
 
     powers: Float[np.ndarray, "K G"]  # received powers, dBm; NaN where nothing was received, which is a bound
@@ -59,18 +80,40 @@ class PowerLikelihood:
     # how much each position counts; less than 1 where others are within a wavelength of it
     weights: Float[np.ndarray, " K"]
 
-    def best(self, gains: Float[np.ndarray, "K G"]) -> PowerFit:
-        """The fit with the most likely levels, σ² and noise."""
-        return min(
-            (self.given(gains, share, noise) for share in SHARES for noise in NOISES),
-            key=lambda fit: float(fit.unlikely.sum()),
-        )
+    @property
+    def compared(self) -> Int[np.ndarray, " K"]:
+        """Numbers of the positions at which guesses are compared."""
+        return np.arange(len(self.powers))
 
-    def of_guesses(self, gateway: int, gains: Float[np.ndarray, "G K"]) -> Float[np.ndarray, " G"]:
-        """−2 log of the likelihood of one gateway's powers for each of G guesses, each with its most likely σ²."""
-        powers, scales = (each[:, [gateway]].repeat(len(gains), axis=1) for each in (self.powers, self.scales))
-        alone = PowerLikelihood(powers, self.floor, scales, self.weights)
-        return np.min([alone.given(gains.T, share, NOISES[0]).unlikely for share in SHARES], axis=0)
+    def fit(self, traced: Complex[np.ndarray, "K G"]) -> PowerFit:
+        return self.best(np.abs(traced) ** 2)
+
+    def best(self, gains: Float[np.ndarray, "K G"]) -> PowerFit:
+        """The fit to path gains, with the most likely levels, σ² and noise."""
+        fits = (self.given(gains, share, noise) for share in SHARES for noise in NOISES)
+        best = min(fits, key=lambda fit: float(fit.unlikely.sum()))
+        return best._replace(misfit=float(np.nanmedian(np.abs(self.powers - best.expected))))
+
+    def in_words(self, misfit: float) -> str:
+        return f"median error {misfit:.2f} dB"
+
+    def quadratic(
+        self, fit: PowerFit, traced: Complex[np.ndarray, "K G"], jacobian: Complex[np.ndarray, "K G n"]
+    ) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:
+        """As ``Residual`` has it. With each step, the levels of the gateways follow."""
+        slopes = 2 * DB * (traced.conj()[..., None] * jacobian).real / fit.softened[..., None]
+        precision = np.einsum("kg,kgi,kgj->ij", fit.curvatures, slopes, slopes)
+        by_level = np.einsum("kg,kgi->gi", fit.curvatures, slopes)
+        sizes = np.maximum(fit.curvatures.sum(axis=0), TINY)
+        precision -= np.einsum("gi,gj,g->ij", by_level, by_level, 1 / sizes)
+        return precision, np.einsum("kg,kgi->i", fit.slopes, slopes)
+
+    def of_guesses(self, gateway: int, found: Complex[np.ndarray, "G K 1"]) -> Float[np.ndarray, " G"]:
+        """As ``Residual`` has it. Each guess has its most likely σ²."""
+        gains = np.abs(found[..., 0].T) ** 2
+        powers, scales = (each[:, [gateway]].repeat(len(found), axis=1) for each in (self.powers, self.scales))
+        alone = PowerResidual(powers, self.floor, scales, self.weights)
+        return np.min([alone.given(gains, share, NOISES[0]).unlikely for share in SHARES], axis=0)
 
     def given(self, gains: Float[np.ndarray, "K G"], share: float, noise: float) -> PowerFit:
         """The fit with given σ² and noise, and the most likely levels."""
@@ -87,7 +130,7 @@ class PowerLikelihood:
         unlikely, slopes, curvatures = self._terms(traced + levels, deviations)
         weights, expected = self.weights[:, None], traced + levels
         slopes, curvatures = weights * slopes, weights * curvatures
-        return PowerFit((weights * unlikely).sum(axis=0), slopes, curvatures, expected, softened, levels, share)
+        return PowerFit((weights * unlikely).sum(axis=0), slopes, curvatures, expected, softened, levels, share, np.nan)
 
     def _terms(
         self, expected: Float[np.ndarray, "K G"], deviations: Float[np.ndarray, "K G"]
@@ -108,3 +151,8 @@ def _median_of_heard(values: Float[np.ndarray, "K G"]) -> Float[np.ndarray, " G"
     """Median of each column without NaN; 0 for a column of NaN alone."""
     ordered, counts = np.sort(values, axis=0), (~np.isnan(values)).sum(axis=0)  # NaN come last
     return np.nan_to_num(np.take_along_axis(ordered, np.maximum(counts - 1, 0)[None] // 2, axis=0)[0])
+
+
+def independence(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.ndarray, " K"]:
+    """How much each position counts beside the others: 1 / Σ ρ², with the correlation ρ of the twin's errors."""
+    return 1 / (correlation(positions, wavelength) ** 2).sum(axis=1)

@@ -4,13 +4,21 @@ import numpy as np
 import pytest
 from scipy.linalg import cho_factor
 
-from learn.twin.gains import aligned_to
-from learn.twin.linearised import Quadratic, moved, unlikelihood
-from scenes.scene.description import SceneObject
+from learn.twin.gauss_newton import Quadratic
+from learn.twin.linearised import moved, over_band
+from learn.twin.response_residual import ResponseFit, ResponseResidual
+from scenes.scene.description import SceneObject, shifted
 from scenes.scene.shapes import box
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from tests.small_scene import small_scene
+
+
+def quadratic(alike, rest, jacobian, traced, values, prior):
+    """The posterior of unknowns that responses with a rest depend on linearly."""
+    residual = ResponseResidual(rest, alike, phases_known=True, flips=False)
+    precision, towards = residual.quadratic(ResponseFit(0, 0, 1, rest), traced, jacobian * prior)
+    return Quadratic(precision + np.eye(len(prior)), towards - values / prior, prior)
 
 
 def test_stated_deviations_are_those_of_a_linear_problem():
@@ -22,7 +30,7 @@ def test_stated_deviations_are_those_of_a_linear_problem():
     steps, deviations = [], []
     for _ in range(2000):
         rest = 0.1 * root @ (generator.normal(size=(12, 4, 2)) @ [1, 1j])
-        model = Quadratic.of(alike, rest, jacobian, traced, np.zeros(3), np.full(3, 1e3), rest.size)
+        model = quadratic(alike, rest, jacobian, traced, np.zeros(3), np.full(3, 1e3))
         steps.append(model.step(np.inf))
         deviations.append(model.deviations)
     np.testing.assert_allclose(np.sqrt(np.mean(np.square(deviations), axis=0)), np.std(steps, axis=0), rtol=0.05)
@@ -37,9 +45,9 @@ def test_repeated_responses_that_do_not_count_make_nothing_surer():
     for times in (1, 20):
         alike = cho_factor(np.eye(10 * times))
         left, by_unknown, there = (np.concatenate([each] * times) for each in (rest, jacobian, traced))
-        model = Quadratic.of(alike, left, by_unknown, there, np.full(3, 0.1), np.full(3, 0.2), 160)
+        model = quadratic(alike, left, by_unknown, there, np.full(3, 0.1), np.full(3, 0.2))
         steps.append((model.step(np.inf), model.deviations))
-        unlikely.append(unlikelihood(alike, left, left + there, 160))
+        unlikely.append(ResponseResidual(left + there, alike, True, False).fit(there).unlikely)
     np.testing.assert_allclose(steps[0], steps[1])
     assert unlikely[0] == pytest.approx(unlikely[1])
 
@@ -51,8 +59,7 @@ def test_the_gain_of_the_traced_responses_says_nothing(phases_known):
     alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
 
     def of(scaled):
-        aligned = aligned_to(traced + 0.1 * noise, scaled, phases_known, flips=True)[0]
-        return unlikelihood(alike, aligned - scaled, aligned, aligned.size)
+        return ResponseResidual(traced + 0.1 * noise, alike, phases_known, flips=True).fit(scaled).unlikely
 
     assert of(1.5 * traced) == pytest.approx(of(traced), abs=1e-6)
     assert of(traced + 0.1 * noise[::-1]) > of(traced) + 10
@@ -66,17 +73,12 @@ def test_slope_is_that_of_the_posterior():
     measured = traced[..., 0] + 0.1 * noise[..., 0]
     alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
 
-    def left(step):
-        found = traced[..., 0] + jacobian @ step
-        aligned = aligned_to(measured, found, phases_known=True, flips=True)[0]
-        return aligned - found, aligned, found
+    residual = ResponseResidual(measured, alike, phases_known=True, flips=False)
 
     def unlikely(step):
-        rest, aligned, _ = left(step)
-        return unlikelihood(alike, rest, aligned, 48) + (((values + step) / prior) ** 2).sum()
+        return residual.fit(traced[..., 0] + jacobian @ step).unlikely + (((values + step) / prior) ** 2).sum()
 
-    rest, _, found = left(np.zeros(3))
-    model = Quadratic.of(alike, rest, jacobian, found, values, prior, 48)
+    model = quadratic(alike, residual.fit(traced[..., 0]).rest, jacobian, traced[..., 0], values, prior)
     for number, small in enumerate(1e-5 * np.diag(prior)):
         slope = (unlikely(small) - unlikely(-small)) / 2e-5
         assert slope == pytest.approx(-2 * model.towards[number], rel=0.02, abs=0.2)
@@ -88,9 +90,8 @@ def model():
     generator = np.random.default_rng(2)
     jacobian, traced = generator.normal(size=(12, 4, 3, 2)) @ [1, 1j], generator.normal(size=(12, 4, 2)) @ [1, 1j]
     rest = 0.1 * generator.normal(size=(12, 4, 2)) @ [1, 1j] + jacobian @ [0.3, 1.0, 0.0]
-    return Quadratic.of(
-        cho_factor(np.eye(12)), rest, jacobian * [1, 0.01, 0], traced, np.full(3, 0.1), np.array([0.2, 0.4, 2.0]), 48
-    )
+    prior = np.array([0.2, 0.4, 2.0])
+    return quadratic(cho_factor(np.eye(12)), rest, jacobian * [1, 0.01, 0], traced, np.full(3, 0.1), prior)
 
 
 def change(model, steps):
@@ -139,6 +140,14 @@ def two_boxes(apart):
 @pytest.mark.parametrize("apart", [0.0, 0.005])
 def test_moved_scene_has_the_paths_of_a_new_one(apart, diffraction):
     propagation = Propagation(max_depth=2, rays=20_000, diffraction=diffraction)
-    tracer = moved(Tracer(two_boxes(0.0), propagation), two_boxes(apart), small_scene().transmitter.region)
+    tracer = moved(Tracer(two_boxes(0.0), propagation), two_boxes(apart))
     expected = Tracer(two_boxes(apart), propagation).responses(POSITIONS)
     np.testing.assert_allclose(tracer.responses(POSITIONS), expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_frequencies_of_a_band_are_traced_far_from_the_origin_too():
+    """Where the tracer counts coordinates from a point of its own, as for map coordinates."""
+    scene, away = small_scene(), np.array([1000.0, 0.0, 0.0])
+    coarse = Propagation(max_depth=1, rays=20_000, diffraction=False)
+    near, far = (over_band(Tracer(each, coarse), (0.99,))[0] for each in (scene, shifted(scene, away)))
+    np.testing.assert_allclose(far.responses(POSITIONS + away), near.responses(POSITIONS), rtol=1e-4)
