@@ -165,9 +165,10 @@ def scene(
         if failure:
             say(f"warning: {failure}; the scene itself is complete")
     else:
+        loaded = load_scene(scene)  # first, since it names the kinds of files that can be imported
         where = f"for the scene {scene}, which is no file to import"
         refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
-        place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
+        place = changed_scene(loaded, SceneChanges(frequency, array))
         drawing = output or Path(f"{file_stem(place.name)}.png")
         require_new(drawing, force=force)
         draw_scene(place, drawing)

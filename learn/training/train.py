@@ -210,10 +210,12 @@ def train_run(
     dataset: Dataset | None = None,
     learned: Learned | None = None,
     say_split: bool = False,
+    minutes: float | None = None,
 ) -> None:
     """Train with the settings of a run. A finished run is left as it is.
 
-    An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run.
+    An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run. A training
+    by steps ends early when its minutes, if they are given, are over.
     """
     _check(config, trainer)
     require_own(*_own(config, folder))
@@ -238,7 +240,7 @@ def train_run(
         from learn.training.lightning_trainer import is_first_process
 
         if not is_first_process():  # only the first claims the folder and writes to it
-            _train(config, folder, trainer, dataset, parts, learned)
+            _train(config, folder, trainer, dataset, parts, learned, minutes)
             return
     with own_folder(*_own(config, folder)):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
@@ -252,7 +254,7 @@ def train_run(
             unfound = not_retrieved(dataset)
             if unfound is not None:
                 say(unfound)
-            _train(config, folder, trainer, dataset, parts, learned)
+            _train(config, folder, trainer, dataset, parts, learned, minutes)
 
 
 def _own(config: Config, folder: Path) -> Any:
@@ -261,7 +263,13 @@ def _own(config: Config, folder: Path) -> Any:
 
 
 def _train(
-    config: Config, folder: Path, trainer: Mapping[str, Any], dataset: Dataset, parts: Split, learned: Learned | None
+    config: Config,
+    folder: Path,
+    trainer: Mapping[str, Any],
+    dataset: Dataset,
+    parts: Split,
+    learned: Learned | None,
+    minutes: float | None,
 ) -> None:
     """Train an unfinished run in a folder that holds its settings."""
     torch.manual_seed(config.seed)
@@ -279,7 +287,7 @@ def _train(
     learned = learned or learned_responses(model, dataset, parts, config.by_steps)
     spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed, learned.responses)
     pixels = quadrature(dataset.beamformer)
-    train_by_steps(model, spectra, config.by_steps, pixels, folder, trainer, learned.seconds)
+    train_by_steps(model, spectra, config.by_steps, pixels, folder, trainer, learned.seconds, minutes)
 
 
 def _check(config: Config, trainer: Mapping[str, Any]) -> int:

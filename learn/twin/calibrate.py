@@ -40,6 +40,9 @@ from simulate.spectra.band import Band
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
 
+CALIBRATED_BY = 160
+"""Largest number of known positions that correct the scene if nothing else is asked for."""
+
 MOST_TOLERANCES = 10.0
 """Largest difference between the gateways of a scene and of a dataset, in tolerances."""
 
@@ -57,7 +60,7 @@ Report = Callable[[str], None]
 def calibrate(
     scene: Scene | Path | str,
     dataset: Dataset | RssiDataset | Path | str,
-    n: int = 160,
+    n: int = CALIBRATED_BY,
     *,
     split: SplitKind = "files",
     seed: int = 0,

@@ -50,10 +50,7 @@ class PowerFit(NamedTuple):
     misfit: float  # median absolute error of the powers that were received, dB
 
     def predicted(self, tracers: Collection[Tracer], positions: Float[np.ndarray, "P 3"]) -> Float[np.ndarray, "P G"]:
-        """Expected powers at other positions, dBm, by the tracer of each gateway.
-
-        A deep fade of the traced field is not as deep here, since what the scene lacks fills it.
-        """
+        """Expected powers at other positions, dBm, by the tracer of each gateway. What the scene lacks fills fades."""
         gains, scales = path_powers(tracers, positions)
         return DB * np.log(gains + MEAN_OF_FADING * (self.share * scales + TINY)) + self.levels
 
@@ -61,10 +58,7 @@ class PowerFit(NamedTuple):
 def path_powers(
     tracers: Collection[Tracer], positions: Float[np.ndarray, "K 3"]
 ) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K G"]]:
-    """Path gains ``|y|²`` of gateways with one antenna, and the sums of the powers of their paths, both linear.
-
-    The sum is the mean power if the phases of the paths were random.
-    """
+    """Path gains ``|y|²`` of gateways with one antenna, and the sums of the powers of their paths, both linear."""
     by_chain = [each.responses_by_chain(positions)[:, 0].astype(complex) for each in tracers]
     gains = np.stack([np.abs(each.sum(axis=1)) ** 2 for each in by_chain], axis=1)
     return gains, np.stack([(np.abs(each) ** 2).sum(axis=1) for each in by_chain], axis=1)

@@ -101,11 +101,7 @@ class ResponseResidual:
     def quadratic(
         self, fit: ResponseFit, traced: Complex[np.ndarray, "K M"], jacobian: Complex[np.ndarray, "K M n"]
     ) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:
-        """As ``Residual`` has it. With each step, the gain follows.
-
-        If each position has a separate phase and scale, it is an approximation, since the measured responses take the
-        scale of the traced ones, which depends on the unknowns.
-        """
+        """As ``Residual`` has it. With each step, the gain follows; scales of single positions stay."""
         jacobian, rest = without_own_phase(jacobian, traced, self.phases_known), fit.rest
         columns = np.concatenate([jacobian, traced[..., None], 1j * traced[..., None]], axis=-1)
         together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)

@@ -1,9 +1,7 @@
-"""Starting values of a calibration: of many poses drawn from the prior, the most likely one given measured responses.
+"""Starting values of a calibration: of many poses drawn from the prior, the most likely one.
 
-A path's length changes in proportion to a small displacement of the gateway. Far away it does not. But behind a
-reflection or a transmission the transmitter appears at an image, which stays where it is if the gateway moves, so that
-the length is the distance to this image as long as the path exists. Other paths exist elsewhere, so the scene is traced
-again at the most likely poses, and more are drawn near each of them.
+They need no tracing. Behind a reflection or a transmission the transmitter appears at an image, which stays where it is
+if the gateway moves, so that a path's length is the distance to this image as long as the path exists.
 """
 
 from __future__ import annotations
@@ -56,11 +54,7 @@ class Draws:
     ratios: Sequence[float] = CARRIER  # frequencies of the responses, in carrier frequencies
 
     def nearby(self, tracer: Tracer) -> Float[np.ndarray, " n"]:
-        """Values from which Gauss–Newton steps lead to the right minimum more often than from 0.
-
-        If the gateway is described a third of a wavelength from its true place, the responses are so different that
-        steps from there can end anywhere. Therefore the most likely of many drawn poses is taken.
-        """
+        """Values from which steps lead to the right minimum more often than from 0: those of the most likely draw."""
         of_pose = [number for number, each in enumerate(self.which) if each.kind in OF_POSE]
         guesses = np.zeros((GUESSES, len(self.which)))
         drawn = np.random.default_rng(0).normal(size=(GUESSES - 1, len(of_pose)))
@@ -68,10 +62,9 @@ class Draws:
         return self._best(tracer, guesses)
 
     def far_away(self, tracer: Tracer) -> Float[np.ndarray, " n"]:
-        """The same from far away, where other paths exist, so that the scene is traced again at the best draws.
+        """The same from far away, where other paths exist: at the best draws the scene is traced again.
 
-        At each of the eight that are kept, more poses are drawn around it, ever closer, and the most likely one
-        follows.
+        Around each of them more poses are drawn, ever closer.
         """
         spread = self._prior * [each.kind in OF_POSE for each in self.which]
         generator = np.random.default_rng(0)

@@ -71,7 +71,8 @@ def load_scene(name_or_path: str | Path) -> Scene:
         )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)
-        raise InputError(f"{cut(text)}: expected a .yaml file or one of {known}, found another kind of file")
+        kinds = "a .yaml file, a file to import (GLB, GLTF, OBJ, PLY, STL, OFF, XML)"
+        raise InputError(f"{cut(text)}: expected {kinds} or one of {known}, found another kind of file")
     raise InputError(f"unknown scene {named(text)}; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)")
 
 

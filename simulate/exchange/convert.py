@@ -46,7 +46,6 @@ LISTED = 5  # Most names that a sentence lists
 
 
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:
-    """Write a folder's spectra as a NeRF² dataset folder."""
     require_valid(conversion)
     simulated = "scene_file" in read_metadata(source / "metadata.json", [])
     if conversion.frequency is not None and len(several := several_frequencies(source)) and simulated:
@@ -84,7 +83,6 @@ def _one_frequency(source: Path, output: Path, frequency: float | str, several: 
 
 
 def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
-    """Convert into an empty folder."""
     if other := not_spectra(source):
         raise InputError(other)
     problems: list[str] = []

@@ -81,7 +81,6 @@ def _check_name(folder: Path) -> None:
 
 
 def _request(source: Path) -> tuple[Request, Rays]:
-    """The request and the engine that the dataset was simulated with."""
     if other := not_spectra(source):
         raise InputError(other)
     path = source / "metadata.json"

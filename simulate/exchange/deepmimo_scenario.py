@@ -94,7 +94,6 @@ FLAT = 1e-3
 def write_matrices(
     folder: Path, paths: PathList, element: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"]
 ) -> None:
-    """Write the paths."""
     for name, matrix in _matrices(paths, len(positions)):
         write_matrix(folder / f"{name}_{PAIR}.npz", {name: matrix})
     write_matrix(folder / f"tx_pos_{PAIR}.npz", {"tx_pos": element[None].astype(np.float32)})
@@ -133,7 +132,6 @@ def write_matrix(path: Path, arrays: dict[str, np.ndarray]) -> None:
 
 
 def write_params(folder: Path, request: Request, rays: Rays, reached: int) -> None:
-    """Write params.json and the scene that it describes."""
     scene = request.scene
     kinds = sorted({(item.material, scene.thickness(item)) for item in scene.objects})
     params = {

@@ -85,7 +85,6 @@ class _Disk(FileIO):
     failure: OSError | None = None
 
     def write(self, content: Any) -> int:
-        """Write all of the content, or keep the error."""
         rest = memoryview(content).cast("B")
         size = len(rest)
         try:
@@ -96,7 +95,6 @@ class _Disk(FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Change the size, or keep the error."""
         try:
             return super().truncate(size)
         except OSError as error:
@@ -104,13 +102,11 @@ class _Disk(FileIO):
             return size or 0
 
     def check(self) -> None:
-        """Raise the first error that occurred."""
         if self.failure is not None:
             raise self.failure
 
 
 def _write_powers(file: h5py.File, dataset: RssiDataset) -> None:
-    """Write received powers."""
     file.attrs["floor_dbm"] = dataset.floor_dbm
     if dataset.frequency is not None:
         file.attrs["frequency_hz"] = dataset.frequency.hertz
@@ -143,7 +139,6 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
 
 
 def _write_tables(file: h5py.File, dataset: Dataset) -> None:
-    """Write all arrays but the spectra."""
     file["positions_m"] = dataset.positions
     if dataset.moving_receivers is not None:
         file["receivers_m"] = dataset.moving_receivers

@@ -28,8 +28,6 @@ def transmitter_direction(scene: Scene) -> Float[np.ndarray, " 3"]:
 
 @dataclass(frozen=True)
 class Source:
-    """A short dipole."""
-
     position: Float[np.ndarray, " 3"]  # metres, world frame
     direction: Float[np.ndarray, " 3"]  # unit vector, world frame
     frequency: float  # of its oscillation, or carrier of its pulse, hertz

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Complex
 
 from scenes.checks.occupancy import element_positions
-from scenes.scene.description import SPEED_OF_LIGHT, Scene
+from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.materials import VACUUM_PERMEABILITY
 from simulate.fullwave import OURS
-from simulate.fullwave.cells import EdgeMaterials
+from simulate.fullwave.cells import EdgeMaterials, edge_materials
 from simulate.fullwave.dipole import GAIN, Source, element_direction, transmitter_direction
 from simulate.fullwave.gprmax import run, write_geometry
 from simulate.fullwave.leapfrog import cells_at_rest
@@ -26,7 +26,6 @@ from simulate.fullwave.yee_grid import numerical_frequency
 
 
 def element_fields(
-    scene: Scene,
     planned: Plan,
     numbers: list[int],
     materials: EdgeMaterials,
@@ -41,8 +40,8 @@ def element_fields(
     with the field E_m of a dipole of moment Iℓ at element m, and the direction q of the transmitter's dipole. Then
     ``|y_m|²`` is the channel gain, as the ray tracer's between two "dipole" antennas.
     """
-    grid, band = planned.grid, planned.band
-    sources = [element_source(scene, planned, number) for number in numbers]
+    scene, grid, band = planned.scene, planned.grid, planned.band
+    sources = [element_source(planned, number) for number in numbers]
     cells = cells_at_rest(materials, grid, len(sources))
     wanted = [scene.frequency, *([] if band is None else band.solved)]
     on_grid = np.array([numerical_frequency(SPEED_OF_LIGHT / each, grid.cell) for each in wanted])
@@ -51,7 +50,7 @@ def element_fields(
     found = []
     for field in solve(cells, grid, sources, on_grid, axes, planned.box, *ends, watched, report):
         first, *further = (
-            _in_region(scene, planned, phasor, field.unsettled, field.steps, frequency, driven)
+            _in_region(planned, phasor, field.unsettled, field.steps, frequency, driven)
             for phasor, frequency, driven in zip(field.phasors, wanted, on_grid, strict=True)
         )
         if band is not None:
@@ -61,13 +60,13 @@ def element_fields(
     return found
 
 
-def element_source(scene: Scene, planned: Plan, number: int) -> Source:
+def element_source(planned: Plan, number: int) -> Source:
+    scene = planned.scene
     position = element_positions(scene.gateway, scene.wavelength)[number]
     return Source(position, element_direction(scene), planned.frequency)
 
 
 def _in_region(
-    scene: Scene,
     planned: Plan,
     phasor: Complex[np.ndarray, "3 nx ny nz"],
     unsettled: float,
@@ -76,7 +75,7 @@ def _in_region(
     driven: float,
 ) -> StoredField:
     """The response of one element, from the field at the middles of cells, driven at a frequency on the grid."""
-    direction = transmitter_direction(scene)
+    direction = transmitter_direction(planned.scene)
     along = sum(share * undo_mean_of_edges(phasor[axis], axis) for axis, share in enumerate(direction) if share)
     factor = GAIN * SPEED_OF_LIGHT / frequency / (-2j * np.pi * driven * VACUUM_PERMEABILITY)
     grid, inner = planned.grid, slice(LOST, -LOST)
@@ -104,10 +103,11 @@ def groups(numbers: list[int], at_once: int, solver: str = OURS) -> list[list[in
     return [part.tolist() for part in np.array_split(numbers, min(runs, len(numbers)))]
 
 
-def run_of(solver: str, scene: Scene, planned: Plan, materials: EdgeMaterials, folder: Path, gpu: bool) -> Run:
+def run_of(solver: str, planned: Plan, folder: Path, gpu: bool) -> Run:
     """The function that runs a solver. gprMax writes its files to the folder, which must be empty."""
+    materials = edge_materials(planned.scene, planned.grid)
     if solver == OURS:
-        return lambda elements, told: element_fields(scene, planned, elements, materials, told)
+        return lambda elements, told: element_fields(planned, elements, materials, told)
     geometry = folder / "geometry"
     geometry.mkdir()
     write_geometry(geometry, materials, planned.grid)
@@ -118,10 +118,10 @@ def run_of(solver: str, scene: Scene, planned: Plan, materials: EdgeMaterials, f
         for element in elements:
             working = folder / f"element-{element:03d}"
             working.mkdir()
-            source = element_source(scene, planned, element)
+            source = element_source(planned, element)
             found = run(working, geometry, planned.grid, source, box, ends, gpu, told)
-            rest, frequencies = still_to_come(*found), (scene.frequency, planned.frequency)
-            fields.append(_in_region(scene, planned, found[-1], rest, planned.steps, *frequencies))
+            rest, frequencies = still_to_come(*found), (planned.scene.frequency, planned.frequency)
+            fields.append(_in_region(planned, found[-1], rest, planned.steps, *frequencies))
             shutil.rmtree(working)
         return fields
 

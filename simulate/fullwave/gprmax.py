@@ -39,7 +39,6 @@ PROGRESS = re.compile(r"\|--->:.*?(\d+)/\d+ \[")
 
 
 def installed_gprmax(what: str) -> str:
-    """Name and version of the installed gprMax."""
     require_extra("fullwave", what)
     return f"gprMax {version('gprMax')}"
 
@@ -49,26 +48,19 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
     import h5py
 
     used, index = np.unique(materials.index, return_inverse=True)
-    used_with_air = np.union1d(used, [CONDUCTOR, AIR])
-    index = np.searchsorted(used_with_air, used)[index].reshape(materials.index.shape)
-    air = int(np.searchsorted(used_with_air, AIR))
-    names = [f"material_{number:05d}" for number in range(len(used_with_air))]
-    originals = [{CONDUCTOR: "pec", AIR: "free_space"}.get(int(each), f"slab_{each}") for each in used_with_air]
-    described = {
-        name: _material(
-            original,
-            float(materials.permittivity[each]),
-            "inf" if each == CONDUCTOR else float(materials.conductivity[each]),
-            1.0,
+    numbers = np.union1d(used, [CONDUCTOR, AIR])
+    index = np.searchsorted(numbers, used)[index].reshape(materials.index.shape)
+    air = int(np.searchsorted(numbers, AIR))
+    conductivity = ["inf" if each == CONDUCTOR else float(materials.conductivity[each]) for each in numbers]
+    electric = [
+        _material({CONDUCTOR: "pec", AIR: "free_space"}.get(each, f"slab_{each}"), permittivity, sigma, 1.0)
+        for each, permittivity, sigma in zip(
+            numbers.tolist(), materials.permittivity[numbers].tolist(), conductivity, strict=True
         )
-        for name, original, each in zip(names, originals, used_with_air, strict=True)
-    }
-    beside = beside_edges(materials.index == CONDUCTOR)
-    magnetic = [air]
-    for permeability in PERMEABILITY[1:]:
-        magnetic.append(len(names))
-        names.append(f"material_{len(names):05d}")
-        described[names[-1]] = _material(f"beside_edge_{len(magnetic) - 1}", 1.0, 0.0, permeability)
+    ]
+    magnetic = [_material(f"beside_edge_{n}", 1.0, 0.0, each) for n, each in enumerate(PERMEABILITY[1:], start=1)]
+    described = {f"material_{number:05d}": each for number, each in enumerate([*electric, *magnetic])}
+    of_magnetic = np.array([air, *range(len(electric), len(described))], np.uint32)
     database = f"{GEOMETRY}_materials"
     (folder / f"{database}.json").write_text(
         json.dumps(
@@ -86,17 +78,16 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
         file.attrs["Title"] = GEOMETRY
         file.attrs["dx_dy_dz"] = np.full(3, grid.cell)
         file.attrs["gprMax"] = "4.0.1"
-        file["material_keys"] = np.array(names, "S")
+        file["material_keys"] = np.array(list(described), "S")
         file["data"] = np.full(grid.shape, air, np.int16)
         components = file.create_dataset("ID", (6, *index.shape[1:]), np.uint32)
-        components[:3], components[3:] = index, np.array(magnetic, np.uint32)[beside]
+        components[:3], components[3:] = index, of_magnetic[beside_edges(materials.index == CONDUCTOR)]
         # With 1, gprMax does not derive the materials of the edges from those of the cells.
         file["rigidE"] = np.ones((12, *grid.shape), np.int8)
         file["rigidH"] = np.ones((6, *grid.shape), np.int8)
 
 
 def _material(name: str, permittivity: float, conductivity: float | str, permeability: float) -> dict[str, object]:
-    """A material in the form of gprMax's database."""
     return {
         "name": name,
         "model": "constant",
@@ -121,7 +112,6 @@ def run(
     gpu: bool = False,
     report: Callable[[int], None] = lambda done: None,
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """Run gprMax for one source."""
     iterations = _write_input(folder, geometry, grid, source, box, ends)
     command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars", *(["-gpu"] if gpu else [])]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}

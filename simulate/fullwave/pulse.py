@@ -70,7 +70,6 @@ class FourierSums:
         self._steps: list[int] = []
 
     def add(self, step: int, field: Float32[np.ndarray, "sources points"]) -> None:
-        """Add the field after some number of time steps."""
         self._samples[:, len(self._steps)] = field
         self._steps.append(step)
         if len(self._steps) == BLOCK:

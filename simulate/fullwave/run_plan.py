@@ -71,6 +71,8 @@ class BandPlan(NamedTuple):
 class Plan:
     """The runs for the elements of a scene."""
 
+    scene: Scene  # the scene, at the frequency of the source
+    region: Float[np.ndarray, "2 3"]  # the transmitters' box, metres, world frame
     grid: YeeGrid  # the cells
     frequency: float  # frequency of the source on the grid, hertz
     steps: int  # largest number of time steps
@@ -101,7 +103,6 @@ def default_cell(scene: Scene) -> float:
 
 
 def two_digits_down(value: float) -> float:
-    """A positive number, rounded down to two digits."""
     digits = 1 - math.floor(math.log10(value))
     return round(math.floor(value * 10**digits) / 10**digits, digits)
 
@@ -160,7 +161,7 @@ def plan(
     if further:
         others = np.array([each.frequency for each in further])
         solved = BandPlan(others, others, 0.0, 1 + len(others))
-    return Plan(grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step), solved)
+    return Plan(scene, region, grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step), solved)
 
 
 def _band_plan(band: Band, carrier: float, duration: float) -> BandPlan:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BytesIO
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any, cast
 
@@ -54,7 +53,7 @@ def make_part(request: Request, sources: Sequence[ResponseSource], start: int, s
         scene = request.scenes[which]
         beamformer = Beamformer(array_of(scene.gateway, scene.frequency), request.grid)
         with ThreadPoolExecutor() as pool:
-            pictures += pool.map(encode_picture, picture(beamformer.spectrum(of_carrier)))
+            pictures += pool.map(lambda each: encode_picture(picture(each)), beamformer.spectrum(of_carrier))
             power += pool.map(encode_power, beamformer.power_db(of_carrier)) if request.power else []
         responses.append(measured)
     return Part(np.concatenate(responses), pictures, power)
@@ -93,10 +92,10 @@ class WrittenParts:
 
     def write(self, start: int, part: Part) -> None:
         """Write the files of a part."""
-        for name, png, power in zip_longest(self._names(start), part.pictures, part.power):
-            write_atomically(self._picture(name), png)
-            if power is not None:
-                write_atomically(self._level(name), power)
+        names = self._names(start)
+        paths = [*map(self._picture, names), *(map(self._level, names) if part.power else ())]
+        with ThreadPoolExecutor(32) as pool:  # the disk writes many at a time
+            list(pool.map(write_atomically, paths, [*part.pictures, *part.power]))
         sync_folder(self.folder / "spectrum")
         # The last file, since it marks the part as finished.
         buffer = BytesIO()

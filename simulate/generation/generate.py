@@ -82,7 +82,7 @@ def _difference(key: str, found: Any, wanted: Any) -> str:
     return f"{key} is {found}, not {wanted}"
 
 
-PART = 100  # Positions per part. A run that is killed loses at most one part.
+PART = 250  # Positions per part. A run that is killed loses at most one part.
 
 LAST_FILE = "test_index.txt"  # The file of a dataset that is written last
 

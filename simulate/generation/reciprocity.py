@@ -71,7 +71,6 @@ class MovingArray:
     def band_responses(
         self, pairs: Float[np.ndarray, "K 6"], band: Band
     ) -> Complex[np.ndarray, "K elements subcarriers"]:
-        """Element responses of pairs at all subcarriers."""
         return self._of_each(pairs, lambda source, antennas: cast(BandSource, source).band_responses(antennas, band))
 
     def _of_each(

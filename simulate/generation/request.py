@@ -38,8 +38,6 @@ TEST_FRACTION = 0.2  # Share of the spectra in test_index.txt
 
 @dataclass(frozen=True)
 class Request:
-    """A dataset to simulate."""
-
     scene: Scene  # the scene, with one gateway
     # places of the end that moves, metres, world frame; if both move, those of the transmitter
     positions: Float[np.ndarray, "K 3"]
@@ -64,7 +62,6 @@ class Request:
 
     @property
     def beamformer(self) -> Beamformer:
-        """The gateway's array at the scene's frequency, and the grid."""
         return Beamformer(array_of(self.scene.gateway, self.scene.frequency), self.grid)
 
     def __len__(self) -> int:
@@ -194,12 +191,12 @@ def read_request(folder: Path) -> Request:
     if isinstance(request.engine, Rays) and found != request.seed:
         raise InputError(f"{path}: expected propagation.seed to be the seed {request.seed}, found {found}")
     made = request.metadata()
-    for key in {**made, **{key: None for key in metadata if key.endswith("sha256")}}:
-        value = made.get(key)
-        if key.endswith("sha256") and value != metadata.get(key):
+    for key in sorted(each for each in made.keys() | metadata.keys() if each.endswith("sha256")):
+        if made.get(key) != metadata.get(key):
             what = key.removesuffix("_sha256")
             raise InputError(f"{path}: expected the {what} that the dataset was made with, found a change")
-        if key in ("frequency_hz", "array") and value != metadata.get(key, value):
+    for key in ("frequency_hz", "array"):
+        if made[key] != metadata.get(key, made[key]):
             stored = shown(metadata[key])
-            raise InputError(f"{path}: {key}: expected {value}, as in {metadata['scene_file']}, found {stored}")
+            raise InputError(f"{path}: {key}: expected {made[key]}, as in {metadata['scene_file']}, found {stored}")
     return request

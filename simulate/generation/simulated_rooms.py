@@ -115,7 +115,6 @@ def simulate_rooms(
 
 
 def _room(number: int, facts: dict[str, Any]) -> Scene:
-    """The room of a number, as the setting says."""
     first, shape, layout = facts["seed"], facts["shape"], facts["setting"] == "layout"
     outline: Any = ("rectangle", "l")[(number if layout else first) % 2] if shape == "both" else shape
     furniture = first + number if facts["setting"] == "furniture" else None

@@ -26,7 +26,7 @@ from simulate.rays.diffraction.arms import PassingRays
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.diffraction.search import MOST_REFLECTIONS, find_diffracted_chains
+from simulate.rays.diffraction.search import find_diffracted_chains, most_reflections
 from simulate.spectra.band import chebyshev_points
 
 
@@ -91,12 +91,12 @@ class ChainSolver:
         elements = gateway_antennas(scene)
         trials = transmitter_antennas(scene, free_positions(scene, region, TRIALS, generator))
         ends = (elements, region), (trials, bounding_box(elements.positions))
-        rays = []
+        short, rays = most_reflections(ray_scene.propagation), []
         if self._edge_scene is not None:
-            rays = [PassingRays(ray_scene.planes, self._edge_scene.edges) for _ in ends]
+            rays = [PassingRays(ray_scene.planes, self._edge_scene.edges, short) for _ in ends]
         watching = [each.see for each in rays] or [lambda flights: None] * 2
         forth, back = (
-            explore(ray_scene, self._surfaces, antennas.positions, box, MOST_REFLECTIONS, generator, watch)
+            explore(ray_scene, self._surfaces, antennas.positions, box, short, generator, watch)
             for (antennas, box), watch in zip(ends, watching, strict=True)
         )
         chains = find_chains(ray_scene, elements, trials, forth.arriving, back.arriving, self._surfaces, report)

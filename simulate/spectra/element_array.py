@@ -200,7 +200,6 @@ def uniform(array: Array) -> PlanarArray | None:
 
 
 def require_planar(array: Array, what: str) -> PlanarArray:
-    """Return the uniform planar array that an array is, and refuse others."""
     planar = uniform(array)
     if planar is not None:
         return planar

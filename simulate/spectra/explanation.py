@@ -56,8 +56,6 @@ FEW = 4  # Number of spectra from which ``explain`` finds candidates
 
 @dataclass(frozen=True)
 class Explanation:
-    """An array, a grid and a scale that explain pictures."""
-
     beamformer: Beamformer  # the array and the grid
     scale: PictureScale  # what the grey levels stand for
     residual: float  # median of the root mean square errors that it leaves, grey levels of 255

@@ -104,7 +104,6 @@ def examined(pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "n 90
 
 
 def level_count(picture: UInt8[np.ndarray, "90 360"]) -> int:
-    """Number of different grey levels of a picture."""
     return int(np.count_nonzero(np.bincount(picture.ravel(), minlength=256)))
 
 

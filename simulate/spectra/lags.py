@@ -114,7 +114,6 @@ class LagSpace:
         return pixels - functions
 
     def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K P"]:
-        """The spectra at the pixels."""
         return spectra[:, self.rows][:, :, self.columns].reshape(len(spectra), -1).astype(np.float64)
 
     def remainder(self, values: Float[np.ndarray, "K P"]) -> Float[np.ndarray, "K P"]:

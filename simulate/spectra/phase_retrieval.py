@@ -8,15 +8,14 @@ The Gauss–Newton method then finds the responses of least squared error nearby
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import scipy.fft
-from jaxtyping import Bool, Complex, Float
-from scipy.ndimage import map_coordinates
+from jaxtyping import Bool, Complex, Float, Float32, Int
 
 from scenes.files.errors import require_instance, require_seed
-from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import require_planar
 from simulate.spectra.phase_refinement import refined
@@ -34,8 +33,6 @@ RELAXATION = 0.3, 1.5
 """Range from which each start draws the factor β. Spectra that are not found with one are found with another."""
 
 SETTLING_STEPS = 20  # Plain projections after the search, which lead to the bottom of the valley
-
-WRAPPED = 8  # Columns added on either side of a spectrum. A cubic spline forgets what is this far away.
 
 DIRECTIONS, DIRECTIONS_PER_ELEMENT = 700, 12
 """Least number of pixels, evenly spread over the hemisphere, at which the error is made small, and that for each
@@ -91,15 +88,14 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
     require_seed(seed=seed)
     spectra = check_stack("spectra", spectra)
     generator = np.random.default_rng(seed)
-    array = require_planar(beamformer.array, "the search for responses behind pictures")
-    steps = STEPS_PER_ELEMENT * max(array.rows, array.columns)
-    frequencies = SpatialFrequencies.of(beamformer, OVERSAMPLING)
+    frequencies = SpatialFrequencies.of(beamformer)
+    steps = STEPS_PER_ELEMENT * max(frequencies.array.rows, frequencies.array.columns)
     steering, row, column = _some_directions(beamformer)
-    responses = np.zeros((len(spectra), array.elements), complex)
+    responses = np.zeros((len(spectra), beamformer.array.elements), complex)
     residual = np.full(len(spectra), np.inf)
     for first in range(0, len(spectra), AT_ONCE):
         batch = slice(first, first + AT_ONCE)
-        sought = frequencies.sampled(spectra[batch]).astype(np.float32)
+        sought = frequencies.sampled(spectra[batch])
         values = spectra[batch][:, row, column].astype(np.float64)
         for _ in range(MOST_STEPS // steps):
             missing = np.flatnonzero(residual[batch] > GOOD)
@@ -136,57 +132,44 @@ def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P ele
 
 @dataclass(frozen=True)
 class SpatialFrequencies:
-    """A grid of spatial frequencies for an array: ``shape`` frequencies over one period of its transform.
+    """A grid of spatial frequencies for an array over one period of its transform.
 
     With the spacing d in wavelengths, a direction u has the spatial frequencies (d u_x, d u_y). Beamforming is, up to a
     factor of magnitude 1, the Fourier transform of the responses. Visible frequencies lie in a disk of radius d.
     """
 
-    beamformer: Beamformer  # the array, and the angular grid of its spectra
-    shape: tuple[int, int]  # number of frequencies along y and along x
-    seen: Bool[np.ndarray, "y x"]  # whether a frequency belongs to a direction within the angular grid, [*shape]
-    row: Float[np.ndarray, "y x"]  # row of this direction in a spectrum, a fraction, [*shape]
-    column: Float[np.ndarray, "y x"]  # its column, a fraction, [*shape]
+    array: PlanarArray
+    seen: Bool[np.ndarray, "y x"]  # whether a frequency belongs to a direction within the angular grid
+    row: Int[np.ndarray, "y x"]  # row of the pixel nearest to this direction
+    column: Int[np.ndarray, "y x"]  # its column
 
     @classmethod
-    def of(cls, beamformer: Beamformer, oversampling: int) -> SpatialFrequencies:
+    def of(cls, beamformer: Beamformer, oversampling: int = OVERSAMPLING) -> SpatialFrequencies:
         """The grid with ``oversampling`` frequencies for each row and column of the array."""
-        array, grid = require_planar(beamformer.array, "a grid of spatial frequencies"), beamformer.grid
-        shape = (oversampling * array.rows, oversampling * array.columns)
-        y, x = (scipy.fft.fftfreq(count) / array.spacing for count in shape)
+        grid = beamformer.grid
+        array = require_planar(beamformer.array, "the search for responses behind pictures")
+        y, x = (scipy.fft.fftfreq(oversampling * count) / array.spacing for count in (array.rows, array.columns))
         u_x, u_y = np.meshgrid(x, y)
         across = np.hypot(u_x, u_y)  # the cosine of the elevation
-        elevation = np.degrees(np.arccos(np.minimum(across, 1)))
-        row = (elevation - grid.elevation_first_deg) / grid.elevation_step_deg
-        column = np.degrees(np.arctan2(u_y, u_x)) % 360 / grid.azimuth_step_deg
-        last = COLUMNS if _is_full_circle(grid) else COLUMNS - 1
-        seen = (across <= 1) & (row >= 0) & (row <= ROWS - 1) & (column <= last)
-        return cls(beamformer, shape, seen, row, column)
+        elevation, azimuth = np.degrees(np.arccos(np.minimum(across, 1))), np.degrees(np.arctan2(u_y, u_x)) % 360
+        row = np.rint((elevation - grid.elevation_first_deg) / grid.elevation_step_deg).astype(int)
+        column = np.rint(azimuth / grid.azimuth_step_deg).astype(int)
+        column[column * grid.azimuth_step_deg == 360] = 0
+        return cls(array, (across <= 1) & (row >= 0) & (row < ROWS) & (column < COLUMNS), row, column)
 
-    def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K y x"]:
-        """Magnitudes at the frequencies, by cubic splines of their smooth squares; 0 where not seen."""
-        where = [self.row[self.seen], self.column[self.seen] + WRAPPED]
-        beside: Literal["wrap", "edge"] = "wrap" if _is_full_circle(self.beamformer.grid) else "edge"
-        sampled = np.zeros((len(spectra), *self.shape))
-        for each, spectrum in zip(sampled, spectra, strict=True):
-            periodic = np.pad(np.square(spectrum, dtype=np.float64), ((0, 0), (WRAPPED, WRAPPED)), mode=beside)
-            each[self.seen] = np.sqrt(np.maximum(map_coordinates(periodic, where, mode="nearest"), 0))
+    def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float32[np.ndarray, "K y x"]:
+        """Magnitudes at the frequencies, which are good enough to search with; 0 where not seen."""
+        sampled = np.zeros((len(spectra), *self.seen.shape), np.float32)
+        sampled[:, self.seen] = spectra[:, self.row[self.seen], self.column[self.seen]]
         return sampled
 
     def beams(self, responses: Complex[np.ndarray, "K rows columns"]) -> Complex[np.ndarray, "K y x"]:
         """Beams of element responses at the frequencies, as ``Beamformer.spectrum`` has them before the magnitude."""
-        return scipy.fft.fft2(responses, s=self.shape) * self.beamformer.array.elements**-0.5
+        return scipy.fft.fft2(responses, s=self.seen.shape) * self.array.elements**-0.5
 
     def responses(self, beams: Complex[np.ndarray, "K y x"]) -> Complex[np.ndarray, "K rows columns"]:
         """The responses whose beams are nearest to some beams at all frequencies, seen or not (least squares)."""
-        array = require_planar(self.beamformer.array, "a grid of spatial frequencies")
-        whole = scipy.fft.ifft2(beams)[:, : array.rows, : array.columns]
-        return whole * array.elements**0.5
-
-
-def _is_full_circle(grid: AngularGrid) -> bool:
-    """Whether column 0 follows the last column."""
-    return COLUMNS * grid.azimuth_step_deg == 360
+        return scipy.fft.ifft2(beams)[:, : self.array.rows, : self.array.columns] * self.array.elements**0.5
 
 
 def _searched(
@@ -200,8 +183,7 @@ def _searched(
 
     It rests where both projections agree. The offset of the magnitudes is left to the refinement.
     """
-    array = require_planar(frequencies.beamformer.array, "phase retrieval")
-    seen = frequencies.seen
+    array, seen = frequencies.array, frequencies.seen
 
     def with_magnitude(beams: np.ndarray) -> np.ndarray:
         return np.where(seen, beams * (magnitude / np.maximum(np.abs(beams), 1e-12)), beams)

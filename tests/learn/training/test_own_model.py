@@ -14,7 +14,6 @@ import pytest
 import torch
 
 import bisplat
-from learn.comparison.spectrum_methods import method_named
 from learn.training.gradient_steps import Training
 from learn.view.subject import subject
 from scenes.files.errors import InputError, ParameterError
@@ -119,7 +118,8 @@ def test_what_it_can_do_is_used(here, tiny, write_folder):
     data = write_folder(here / "data", keep_responses=True)
     wave = bisplat.train(data, "wave", model="own_wave:Wave", steps=2)
     assert wave.predict([[1, 0, 1]]).responses.shape == (1, 16) and subject("wave").field(np.ones(3)).shape == (90, 360)
-    assert method_named("own_wave:Wave")().model == "own_wave:Wave"
+    compared = bisplat.compare(data, ["own_wave:Wave"], steps=2)
+    assert any(row["label"] == "own_wave:Wave" and row["steps"] == 2 for row in compared)
 
 
 def test_a_run_whose_module_is_gone_says_so(here, tiny):

@@ -37,7 +37,16 @@ def planned_run(scene: Scene, grid: YeeGrid, steps: int, earliest: int = 0, band
     """A run on given cells, which keeps the field around the scene's region."""
     low, high = ((np.array(corner) - grid.origin) / grid.cell for corner in scene.transmitter.region)
     box = np.stack([np.floor(low) - MARGIN, np.ceil(high) + MARGIN]).astype(int)
-    return Plan(grid, numerical_frequency(scene.wavelength, grid.cell), steps, box, earliest, band)
+    return Plan(
+        scene,
+        np.array(scene.transmitter.region),
+        grid,
+        numerical_frequency(scene.wavelength, grid.cell),
+        steps,
+        box,
+        earliest,
+        band,
+    )
 
 
 class FreeSpaceSolver:

@@ -31,18 +31,14 @@ BEAMFORMERS = [
 
 
 @pytest.mark.parametrize("beamformer", BEAMFORMERS)
-def test_beams_are_those_of_the_steering_vectors_and_spectra_are_sampled_there(beamformer):
-    grid, array, frequencies = beamformer.grid, beamformer.array, SpatialFrequencies.of(beamformer, 4)
+def test_beams_at_spatial_frequencies_are_those_of_the_nearest_pixels(beamformer):
+    array, frequencies = beamformer.array, SpatialFrequencies.of(beamformer, 4)
     flat, seen = random_responses(3, array.elements, seed=1), frequencies.seen
     y = flat.reshape(3, array.rows, array.columns)
-    azimuth = np.radians(grid.azimuth_step_deg * frequencies.column)
-    elevation = np.radians(grid.elevation_first_deg + grid.elevation_step_deg * frequencies.row)
-    steering = array.manifold(azimuth[seen], elevation[seen]).conj() / np.sqrt(array.elements)
-    np.testing.assert_allclose(np.abs(frequencies.beams(y))[:, seen], np.abs(flat @ steering.T), atol=1e-9)
     np.testing.assert_allclose(frequencies.responses(frequencies.beams(y)), y, atol=1e-9)
-    sampled = frequencies.sampled(beamformer.spectrum(flat))
+    sampled, beams = frequencies.sampled(beamformer.spectrum(flat)), np.abs(frequencies.beams(y))
     assert 0.1 < seen.mean() < 1 and not sampled[:, ~seen].any()
-    np.testing.assert_allclose(sampled[:, seen], np.abs(frequencies.beams(y))[:, seen], atol=0.02)
+    assert np.abs(sampled - beams)[:, seen].max() < 0.05 * beams.max()
 
 
 def test_directions_outside_the_grid_are_not_seen():
