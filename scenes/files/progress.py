@@ -58,7 +58,8 @@ class ProgressLines(Progress):
         if part > self._said.get(task_id, 0):
             self._said[task_id] = part
             doing("")
-            tell(f"{sentence}{about(task.time_remaining or 0, ' left')}")
+            left = task.time_remaining if (task.elapsed or 0) > AFTER else None
+            tell(f"{sentence}{about(left or 0, ' left')}")
         elif not task.total:
             doing(sentence)  # it is told later if it is not told now
             tell(sentence, AFTER)
