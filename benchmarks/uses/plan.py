@@ -23,8 +23,8 @@ import tyro
 from jaxtyping import Float
 
 from benchmarks.ledger.printing import print_figures
-from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
+from learn.data.neighbours import inverse_distance
 from learn.models.base import SpectrumModel
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.planning.candidates import free_candidates

@@ -28,10 +28,10 @@ import tyro
 from jaxtyping import Float
 
 from benchmarks.ledger.printing import print_figures
-from learn.powers.fit_powers import POWER_METHODS
-from learn.powers.known_powers import KnownPowers
-from learn.powers.power_comparison import score_powers
+from learn.methods.table import methods_of
 from learn.powers.twin_powers import FOLLOWED, TwinPowers
+from learn.quantities.known import Known
+from learn.quantities.powers import Powers, score_powers
 from learn.twin.calibrate import correct, of_gateways
 from learn.twin.described_gateways import alone, described_gateways
 from learn.twin.power_residual import PowerResidual, path_powers
@@ -169,16 +169,16 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     for place, wrong, _ in wrongs:
         begun = time.perf_counter()
         twin = TwinPowers(place, wrong, WRONG, study.by_twin)
-        twin.fit(KnownPowers.of(wrong, np.arange(known)))
+        twin.fit(Known.of(wrong, Powers(), np.arange(known)))
         found_by = score_powers(twin.predict(data.positions[-tested:]), data.rssi_dbm[-tested:], data.floor_dbm)
         of_twins.append(
             {key: found_by[name] for key, name in OF_TWINS.items()} | {"seconds": time.perf_counter() - begun}
         )
     yield f"powers, twin, {known}", of_twins
     for name in ("inverse-distance", "helmholtz"):
-        method = POWER_METHODS[name]()
-        method.fit(KnownPowers.of(data, np.arange(known)))
-        predicted = method.predict(data.positions[-tested:]).median
+        method = methods_of("power")[name]()
+        method.fit(Known.of(data, Powers(), np.arange(known)))
+        predicted = method.predict(data.positions[-tested:]).value
         yield f"powers, {name}, {known}", [scores(predicted - data.rssi_dbm[-tested:])]
 
 

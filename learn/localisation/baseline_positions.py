@@ -12,7 +12,7 @@ from learn.localisation.channel_regression import unlike
 from learn.localisation.locate_channels import fit_regression
 from learn.localisation.locate_powers import points_among
 from learn.localisation.located_places import Place, share_in_region
-from learn.powers.known_powers import LEAST_DEVIATION, KnownPowers
+from learn.quantities.known_powers import LEAST_DEVIATION, KnownPowers
 from simulate.csi.csi_dataset import CsiDataset
 from simulate.rssi.rssi_dataset import RssiDataset
 

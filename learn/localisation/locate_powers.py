@@ -13,7 +13,7 @@ from scipy.special import log_ndtr, logsumexp, ndtri
 from learn.localisation.located_places import LEAST_PROBABILITY, Place
 from learn.models.base import Report
 from learn.powers.fit_powers import fit_powers
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.quantity import Prediction
 from scenes.files.errors import ParameterError, check_array, require_instance, require_seed, require_within
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
@@ -127,11 +127,11 @@ class PowerLikelihood:
     of different gateways are independent.
     """
 
-    def __init__(self, predicted: PredictedPowers, floor: float):
+    def __init__(self, predicted: Prediction, floor: float):
         assert predicted.low is not None and predicted.high is not None
-        self._median, self._floor = predicted.median, floor
-        self._below = np.maximum((predicted.median - predicted.low) / END, LEAST_DEVIATION)
-        self._above = np.maximum((predicted.high - predicted.median) / END, LEAST_DEVIATION)
+        self._median, self._floor = predicted.value, floor
+        self._below = np.maximum((predicted.value - predicted.low) / END, LEAST_DEVIATION)
+        self._above = np.maximum((predicted.high - predicted.value) / END, LEAST_DEVIATION)
 
     def __call__(self, powers: Float[np.ndarray, " G"], level: float) -> Float[np.ndarray, " n"]:
         """Logarithm of the likelihood of a transmitter's powers at each point, up to a constant."""

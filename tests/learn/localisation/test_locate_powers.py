@@ -9,7 +9,7 @@ from scipy.stats import norm
 import bisplat
 from learn.localisation.baseline_positions import by_powers, error_rows
 from learn.localisation.locate_powers import PowerLikelihood, locate_powers, posterior_places
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.quantity import Prediction
 from tests.folders import write_hall
 
 GATEWAYS = {"a": (0.0, 0, 2), "b": (9.0, 0, 2), "c": (0.0, 6, 2), "d": (9.0, 6, 1)}
@@ -26,7 +26,7 @@ def hall(tmp_path_factory) -> bisplat.RssiDataset:
 
 
 def test_likelihood_by_hand():
-    predicted = PredictedPowers(np.array([[-50.0]]), np.array([[-50 - 2 * 1.6449]]), np.array([[-50 + 1.6449]]))
+    predicted = Prediction(np.array([[-50.0]]), np.array([[-50 - 2 * 1.6449]]), np.array([[-50 + 1.6449]]))
     likelihood = PowerLikelihood(predicted, floor=-53)
     at = {power: likelihood(np.array([power]), 1.0)[0] for power in (-49.0, -47.0, -51.0, np.nan)}
     assert at[-49.0] - at[-47.0] == pytest.approx(2, rel=1e-3)  # two deviations of 1 dB above the median

@@ -1,10 +1,9 @@
-"""What a method learns from and predicts, the log-distance law of each gateway, and the interface of a method."""
+"""Known received powers, and the log-distance law of each gateway that is fitted to them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -110,13 +109,12 @@ class KnownPowers:
     floor: float  # power below which a gateway receives nothing, dBm
     wavelength: float  # metres
     seed: int = 0  # seed of everything that is random in a method
-    minutes: float = 5.0  # training time of a method that is trained by steps
 
     @classmethod
-    def of(cls, dataset: RssiDataset, known: Int[np.ndarray, " n"], seed: int = 0, minutes: float = 5.0) -> KnownPowers:
+    def of(cls, dataset: RssiDataset, known: Int[np.ndarray, " n"], seed: int = 0) -> KnownPowers:
         """The powers of a dataset at some of its positions."""
         positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
-        return cls(positions, powers, dataset.gateway_positions, dataset.floor_dbm, dataset.wavelength, seed, minutes)
+        return cls(positions, powers, dataset.gateway_positions, dataset.floor_dbm, dataset.wavelength, seed)
 
     def distances(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         """Distance of positions from each gateway, metres."""
@@ -132,24 +130,3 @@ class KnownPowers:
         """The powers, dBm. Where nothing was received, what the law expects of a power below the floor."""
         below = self.law.below(self.distances(self.positions), self.floor)
         return np.where(np.isnan(self.powers), below, self.powers)
-
-
-@dataclass(frozen=True)
-class PredictedPowers:
-    """Powers that a method predicts at K positions, dBm. One below the floor predicts that nothing is received."""
-
-    median: Float[np.ndarray, "K G"]  # the predicted powers: the median, if the method predicts a distribution
-    # ends of the interval that holds the power with a probability of 90 %. None: the method states none
-    low: Float[np.ndarray, "K G"] | None = None
-    # ends of the interval that holds the power with a probability of 90 %. None: the method states none
-    high: Float[np.ndarray, "K G"] | None = None
-
-
-class PowerMethod(Protocol):
-    """A method that learns from known powers and predicts others."""
-
-    def fit(self, known: KnownPowers) -> None:
-        """Learn from known powers."""
-
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
-        """Predict powers at transmitter positions in metres, world frame."""

@@ -7,72 +7,53 @@ import copy
 import hashlib
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
+from learn.comparison.predictions import Predictions
 from learn.models.model_settings import MINUTES_MOST, STEPS_MOST
-from learn.training.registry import OURS, own_class, what_happened
+from learn.training.registry import MODELS, in_one_sentence, own_class, what_happened
+from learn.training.registry import is_own as is_own_class
 from scenes.files.errors import (
-    InputError,
     ParameterError,
     require_instance,
     require_positive,
     require_whole,
     require_within,
-    require_word,
     shown,
 )
 from simulate.positions.positions import MOST_POSITIONS
 
 
-def built(label: str, make: Callable[[], Any], parameter: str = "models") -> Any:
+def built(label: str, make: Callable[[], Any]) -> Any:
     """Make a new, unfitted method."""
     try:
         method = make()
     except (Exception, SystemExit) as error:
-        found = what_happened(error)
-        raise ParameterError(
-            parameter, f"expected a class that can be built without arguments for {label}, found {found}"
-        ) from error
+        expected = f"expected a class that can be built without arguments for {label}"
+        raise ParameterError("methods", f"{expected}, found {what_happened(error)}") from error
     lacking = [name for name in ("fit", "predict") if not callable(getattr(method, name, None))]
     if lacking:
         found = f"{type(method).__name__} without {' and '.join(lacking)}"
-        raise ParameterError(parameter, f"expected a method with fit and predict for {label}, found {found}")
+        raise ParameterError("methods", f"expected a method with fit and predict for {label}, found {found}")
     return method
 
 
 @contextmanager
 def named(label: str, method: Any, expected: str) -> Iterator[None]:
     """Turn errors of a user's method into a sentence that names it. Errors of our own methods pass."""
-    try:
+    with in_one_sentence(label, expected) if is_own(method) else nullcontext():
         yield
-    except (Exception, SystemExit) as error:
-        if not is_own(method) or (isinstance(error, InputError) and label in str(error)):
-            raise
-        raise InputError(f"{label}: expected {expected}, found {what_happened(error)}") from error
-
-
-def checked_spectra(label: str, given: Any, count: int) -> Float[np.ndarray, "K 90 360"]:
-    """What a method predicts, if it is spectra."""
-    spectra = np.asarray(given)
-    found = f"an array {list(spectra.shape)} of {spectra.dtype}"
-    if spectra.shape == (count, 90, 360) and np.isrealobj(spectra) and spectra.dtype != object:
-        finite = np.isfinite(spectra).all(axis=(1, 2))
-        if finite.all():
-            return spectra
-        found = f"values that are not finite in {int((~finite).sum())} of them"
-    raise InputError(f"{label}: expected predict to return real, finite spectra [{count}, 90, 360], found {found}")
 
 
 def is_own(method: Any) -> bool:
     """Whether a method is of a class that the user wrote, or trains a model that the user wrote."""
-    return _class_of(method).__module__.split(".")[0] not in OURS
+    return is_own_class(_class_of(method))
 
 
 def source_hash(method: Any) -> str | None:
@@ -157,68 +138,75 @@ def _is_plain(value: Any) -> bool:
 SEEDS_MOST = 1000  # Largest number of fits of each method
 
 
-def method_factories(
-    given: Any,
-    find: Callable[[str], Callable[[], Any]],
-    parameter: str,
-    is_reduced: Callable[[str], bool] = lambda _: False,
+def chosen_methods(
+    given: Any, known: Mapping[str, Callable[[], Any]], usual: Sequence[str], models: bool
 ) -> dict[str, Callable[[], Any]]:
-    """Functions that make new, unfitted methods, by the label of their rows."""
+    """Functions that make new, unfitted methods, by the label of their rows.
+
+    A method is given as a name, a class, a function or an object; a class of the user's by its place "module:Class",
+    which with ``models`` may be one of ``bisplat.SpectrumModel``; and the predictions of another program as
+    "LABEL=FOLDER".
+    """
+    if given is None:
+        given = usual
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ParameterError(parameter, f"expected a list of names, or methods by label, found {shown(given)}")
+        raise ParameterError("methods", f"expected a list of names, or methods by label, found {shown(given)}")
     given = given if isinstance(given, Mapping) else list(given)
     if not given:
-        raise ParameterError(parameter, "expected at least one method, found none")
+        raise ParameterError("methods", "expected at least one method, found none")
     if isinstance(given, Mapping):
-        found = {}
-        for name, each in given.items():
-            found[f"{name}{_size(each, is_reduced)}"] = _factory(name, each, find, parameter)
+        makes = {name: _factory(name, each, known, models) for name, each in given.items()}
     else:
         for name in given:
-            require_instance(str, **{parameter: name})
-        found = {f"{name.partition('=')[0]}{_size(name, is_reduced)}": find(name) for name in given}
-        if len(found) < len(set(given)):
-            raise ParameterError(parameter, f"expected a label of its own for each method, found {shown(given)}")
-    for name, make in found.items():
-        built(name, make, parameter)  # refuses it now rather than after hours of other rows
+            require_instance(str, methods=name)
+        makes = {name.partition("=")[0]: _named(name, known, models) for name in given}
+        if len(makes) < len(set(given)):
+            raise ParameterError("methods", f"expected a label of its own for each method, found {shown(given)}")
+    found = {}
+    for label, make in makes.items():
+        method = built(label, make)  # refuses it now rather than after hours of other rows
+        ours = make in known.values() and getattr(method, "reduced", False)
+        found[f"{label} (reduced)" if ours else label] = make
     return found
 
 
-def _size(name: Any, is_reduced: Callable[[str], bool]) -> str:
-    """What the label of a method ends in."""
-    return " (reduced)" if isinstance(name, str) and is_reduced(name) else ""
-
-
-def _factory(name: Any, given: Any, find: Callable[[str], Callable[[], Any]], parameter: str) -> Callable[[], Any]:
+def _factory(name: Any, given: Any, known: Mapping[str, Callable[[], Any]], models: bool) -> Callable[[], Any]:
     if isinstance(given, str):
-        return find(given)
+        return _named(given, known, models)
     if not isinstance(given, type) and hasattr(given, "fit"):
         return partial(copy.deepcopy, given)
     if not callable(given):
-        raise ParameterError(parameter, f"expected a method with fit and predict for {name}, found {shown(given)}")
+        raise ParameterError("methods", f"expected a method with fit and predict for {name}, found {shown(given)}")
     return given
 
 
-def chosen_methods(given: Any, known: Mapping[str, Callable[[], Any]]) -> dict[str, Callable[[], Any]]:
-    """The methods of a comparison of powers or channels that are given as ``methods``, by label."""
-    if given is None:
-        return {name: make for name, make in known.items() if not trained_by_steps(make)}
-
-    def find(name: str) -> Callable[[], Any]:
-        if name.partition(":")[2]:
-            return own_class(name, "methods")
-        require_word([*known, "module:Class"], methods=name)
+def _named(name: str, known: Mapping[str, Callable[[], Any]], models: bool) -> Callable[[], Any]:
+    """The function that makes a method of a name, of a place, or of a folder of predictions."""
+    if name in known:
+        model = name if models and name in MODELS else None
+        if model is not None and MODELS[model].needs:
+            needed = ", ".join(MODELS[model].needs)
+            expected = f"expected models that need no option, found {name}, which needs {needed}"
+            raise ParameterError("methods", f"{expected}; bisplat train has it")
         return known[name]
+    label, predicted, folder = name.partition("=")
+    if predicted:
+        if not label.strip() or not folder or label in known:
+            expected = "expected LABEL=FOLDER with a label that no method here has"
+            raise ParameterError("methods", f"{expected}, found {shown(name)}")
+        return partial(Predictions, folder)
+    if not name.partition(":")[2]:
+        names = ", ".join(known)
+        expected = f"expected one of {names}, module:Class or LABEL=FOLDER of predictions"
+        raise ParameterError("methods", f"{expected}, found {shown(name)}")
+    found = own_class(name, "methods")
+    if models:
+        from learn.methods.trained_model import TrainedModel
+        from learn.models.base import SpectrumModel
 
-    def is_reduced(name: str) -> bool:
-        return name in known and getattr(known[name](), "reduced", False)
-
-    return method_factories(given, find, "methods", is_reduced)
-
-
-def trained_by_steps(make: Callable[[], Any]) -> bool:
-    """Whether a method is trained by steps, for as many minutes as it is given: its class states ``by_steps``."""
-    return bool(getattr(make, "by_steps", False))
+        if isinstance(found, type) and issubclass(found, SpectrumModel):
+            return partial(TrainedModel, name)
+    return found
 
 
 def check_effort(budget: float, seeds: int, steps: int | None = None) -> None:
@@ -230,14 +218,15 @@ def check_effort(budget: float, seeds: int, steps: int | None = None) -> None:
     require_whole(1, SEEDS_MOST, seeds=seeds)
 
 
-def checked_sizes(what: str, **sizes: Any) -> list[int]:
-    """Sizes of training parts, rising."""
-    ((name, given),) = sizes.items()
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ParameterError(name, f"expected a list of numbers of training {what}, found {shown(given)}")
-    found = list(given)
+def checked_sizes(sizes: Any, things: str) -> list[int | None]:
+    """Sizes of training parts, rising. None: the whole one."""
+    if sizes is None:
+        return [None]
+    if isinstance(sizes, str) or not isinstance(sizes, Iterable):
+        raise ParameterError("sizes", f"expected a list of numbers of training {things}, found {shown(sizes)}")
+    found = list(sizes)
     for size in found:
-        require_whole(1, MOST_POSITIONS, **{name: size})
+        require_whole(1, MOST_POSITIONS, sizes=size)
     if not found or len(set(found)) < len(found):
-        raise ParameterError(name, f"expected different numbers of training {what}, found {shown(found)}")
+        raise ParameterError("sizes", f"expected different numbers of training {things}, found {shown(found)}")
     return sorted(found)
