@@ -15,6 +15,7 @@ from learn.data.splits import SplitKind
 from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL, MODELS, PRESETS, PresetName, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
+from scenes.files.long_work import doing
 from scenes.files.options import changed, optional
 from scenes.files.plain_text import print_table, say
 
@@ -216,6 +217,7 @@ def predict(
     warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
     if warning is not None:
         say(f"warning: {positions}: {warning}")
+    doing(f"{output}: predicting {len(points):,} spectra")
     if len(loaded) > 1:
         together = Ensemble(loaded)
         mean, deviation = together.predict(points), together.deviation(points)

@@ -17,6 +17,7 @@ from learn.comparison.results_folder import Results, Settings, run_folder
 from learn.quantities.known import Known
 from learn.quantities.quantity import Prediction, Quantity
 from scenes.files.errors import ParameterError
+from scenes.files.long_work import doing
 from scenes.files.plain_text import say
 
 
@@ -102,6 +103,7 @@ class Measuring:
             with named(label, method, "fit to learn from what is known"):
                 method.fit(taught)
             fitted = time.perf_counter()
+            doing(f"{label}: predicting and scoring {len(test):,} tests")
             with named(label, method, "predict to return predictions"):
                 predicted.append(self._predict(label, method, dataset, test, truth.shape))
             truths.append(truth)
@@ -155,6 +157,7 @@ class Measuring:
         dataset, test = self.cases.tests[0]
         if any(row.get("bound") for row in self.kept.rows):
             return
+        doing(f"the bound of all methods in {len(test):,} tests")
         bound = self.quantity.bound(dataset, test)
         if bound is None:
             return

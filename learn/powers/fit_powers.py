@@ -13,6 +13,7 @@ from learn.quantities.known import Known, Method
 from learn.quantities.quantity import Prediction
 from learn.quantities.table import quantity_named
 from scenes.files.errors import ParameterError, require_seed, require_word, shown
+from scenes.files.long_work import doing
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import given_dataset
@@ -105,6 +106,7 @@ def fit_powers(
     methods = methods_of("power", dataset, scene)
     require_word(tuple(methods), method=method)
     fitted = methods[method]()
+    doing(f"{dataset.folder}: fitting {method} to the powers at {len(indices):,} known positions")
     fitted.fit(Known.of(dataset, quantity_named("power"), indices, seed))
     return FittedPowers(dataset, method, indices, fitted)
 

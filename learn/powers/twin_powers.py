@@ -21,6 +21,7 @@ from learn.powers.helmholtz_powers import ExplainedPowers
 from learn.quantities.known_powers import KnownPowers
 from learn.twin.described_gateways import scenes_with_gateways
 from scenes.files.errors import require_instance
+from scenes.files.long_work import doing
 from scenes.files.optional_packages import require_extra
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
@@ -86,7 +87,7 @@ class TwinPowers(ExplainedPowers):
         coarse = replace(self._followed, diffraction=False)
         used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
         say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")
-        found = correct(self._scene, taught, used, self._tolerances, coarse)
+        found = correct(self._scene, taught, used, self._tolerances, coarse, report=doing)
         after, before = found.misfit
         say(f"twin: the median error of rays there is {before:.2f} dB as described and {after:.2f} dB as corrected")
         self.calibration: Calibration = found

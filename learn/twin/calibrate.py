@@ -22,6 +22,7 @@ from learn.twin.power_residual import PowerResidual, independence, path_powers
 from learn.twin.response_residual import ResponseFit, ResponseResidual
 from learn.twin.starting_values import is_far
 from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
+from scenes.files.long_work import doing
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -160,6 +161,7 @@ def correct(
     """Correct a scene by some of a dataset's positions; ``calibrate`` explains the arguments."""
     if propagation.diffuse:
         raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
+    doing(f"{scene.name}: correcting it by what was measured at {len(known):,} positions, in rounds")
     by = _by_powers if "power" in dataset.values else _by_spectra
     search = by(scene, dataset, known, tolerances, propagation, report)
     band = search.over_band(search.tracers.values())

@@ -194,7 +194,7 @@ class Search:
                 reach = model.next_reach(step, reach, gained=-np.inf)
                 continue
             fit = residual.fit(traced)
-            self.report(f"round {number + 1}: {residual.in_words(fit.misfit)}")
+            self.report(f"round {number + 1} of at most {ROUNDS}: {residual.in_words(fit.misfit)}")
             unlikely = float(np.sum(fit.unlikely) + ((values / prior) ** 2).sum())
             if model is not None:
                 reach = model.next_reach(step, reach, best.unlikely - unlikely)

@@ -15,6 +15,9 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason
 from scenes.files.input_file import MEGABYTE, require_regular
 
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Compression methods of ``numpy.savez`` and ``numpy.savez_compressed``."""
+
 MOST_MEMBERS = 100  # Most arrays in an archive
 
 KINDS = {"c": "complex numbers", "f": "numbers", "b": "truth values"}
@@ -80,6 +83,12 @@ def _check(
 ) -> None:
     """Check an array by its header, without reading its numbers."""
     where = f"{path}, array {name}"
+    if member.flag_bits & 1:
+        raise InputError(f"{where}: expected an array that is not encrypted, found an encrypted one")
+    if member.compress_type not in COMPRESSIONS:
+        raise InputError(
+            f"{where}: expected an array that is stored or deflated, found compression method {member.compress_type}"
+        )
     if member.file_size > limit:
         raise InputError(
             f"{where}: expected at most {limit / MEGABYTE:g} MB, found {member.file_size / MEGABYTE:.4g} MB"

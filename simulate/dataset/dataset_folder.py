@@ -9,11 +9,12 @@ from pathlib import Path
 
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.input_file import what_is_at
+from scenes.files.long_work import doing
 from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.channels_folder import assumptions_of_channels, read_channels
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_kinds import content_of, is_rooms, quantity_of, unfinished
+from simulate.dataset.dataset_kinds import QUANTITIES, content_of, is_rooms, quantity_of, unfinished
 from simulate.dataset.inspection import Inspection
 from simulate.dataset.powers_folder import read_powers
 from simulate.dataset.spectra_folder import assumptions_of_spectra, read_spectra
@@ -65,6 +66,7 @@ def read_dataset(folder: Path | str, frequency: float | str | None = None) -> Da
     """
     require_path(folder=folder)
     dataset = inspect(Path(folder), None if frequency is None else read_frequency(frequency)).usable()
+    doing("")
     place = Path(folder).resolve()
     for sentence in assumptions_of(dataset):
         if (place, sentence) not in _SAID:  # many programs read a dataset more than once
@@ -86,7 +88,9 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     elif sentence := unfinished(folder):
         found.problems.append(sentence)
     else:
-        dataset = READERS[quantity_of(folder) or "spectrum"](found, wanted)
+        quantity = quantity_of(folder) or "spectrum"
+        doing(f"{folder}: reading {QUANTITIES[quantity].words}")
+        dataset = READERS[quantity](found, wanted)
         return replace(found, dataset=None if found.problems else dataset)
     return found
 

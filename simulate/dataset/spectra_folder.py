@@ -18,6 +18,7 @@ from msgspec import Struct
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.json_yaml_xml import read_yaml
+from scenes.files.long_work import doing
 from scenes.files.schema import conform
 from scenes.scene.antennas import Gateway
 from scenes.scene.frequency import read_frequency
@@ -34,6 +35,8 @@ from simulate.dataset.responses_file import read_responses
 from simulate.positions.positions import read_points, write_positions
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.identification import identify, stated_array, stated_grid
+
+SECONDS = 0.5e-3  # To read a spectrum, about
 
 GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 
@@ -55,6 +58,8 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
     """Read a folder of spectra, of one frequency if the folder has several, and note every problem and oddity."""
     folder, problems = found.folder, found.problems
     positions = found.positions()
+    count = 0 if positions is None else len(positions)
+    doing(f"{folder}: reading {count:,} spectra", SECONDS * count)
     names, pictures = read_pictures(folder / "spectrum", problems)
     nowhere = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     gateway_position, gateway_orientation = found.noting(nowhere, read_gateway, folder / "gateway_info.yml")
