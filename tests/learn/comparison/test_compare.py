@@ -70,7 +70,7 @@ def test_every_method_fits_and_predicts_the_same_again(name, request):
     dataset = bisplat.read_dataset(dataset) if kind == "tiny" else dataset
     of = quantity_named(quantity)
     taught, tested = Known.of(dataset, of, np.arange(20)), np.arange(20, 23)
-    places = None if dataset.positions is None else dataset.positions
+    places = dataset.places
     found = []
     for _ in range(2):
         fitted = methods_of(quantity)[method]()

@@ -46,9 +46,9 @@ def test_a_quantity_that_a_dataset_lacks_is_asked_for_in_vain(tmp_path):
     for name in ("pictures", "spectra", "responses", "uplink", "array", "gateway_position", "band_responses"):
         with pytest.raises(InputError, match=f"^{heard.folder}: expected "):
             getattr(heard, name)
-    for take in (bisplat.train, bisplat.compare):
+    for given in (heard, heard.folder):
         with pytest.raises(InputError, match=f"^{heard.folder}: expected spectra"):
-            take(heard, output=tmp_path / "run")
+            bisplat.train(given, tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 
