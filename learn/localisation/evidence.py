@@ -19,8 +19,8 @@ class Evidence(ABC):
     most = 60_000
     """Largest number of the grid's points; in a larger region they are farther apart."""
 
-    refined = True
-    """Whether maxima between the grid's points are searched. Broad likelihoods have none that count."""
+    clean = 0.0
+    """Misfit below which a broad area may hide a maximum that is far narrower than the grid."""
 
     numbers: float | None = None
     """Number of independent numbers heard of a transmitter, if the size of their errors is unknown. The likelihood

@@ -38,7 +38,6 @@ class PowerEvidence(Evidence):
     """
 
     most = 2000  # with four times as many, places in an office were no nearer
-    refined = False
 
     def __init__(
         self,

@@ -27,6 +27,8 @@ MISSED = 1.0
 """Logarithm of the factor by which a maximum has more mass than the grid tells of the largest area, if it is narrower
 than the cells. By fewer, ripples of broad likelihoods would count."""
 
+NARROW = 2.0  # Variance of an area, in squares of the spacing, below which its maxima are searched
+
 SEPARATE = 3.5
 """Least distance of the means of two areas, in deviations of their difference. It is 1.9 for the halves of a normal
 density, 2.4 for those of a uniform one. From 2.8 on, ripples of fading would count as places of their own."""
@@ -104,7 +106,7 @@ def _places(
     apart = max(APART * grid.wavelength, SPACINGS_APART * grid.spacing)
     starts = candidate_points(grid.points, likely, apart)
     found = None if evidence.numbers else areas(grid, starts, likely)
-    if found is None or evidence.refined:
+    if found is None or _may_hide_more(found, evidence, grid, row):
         maxima = _weighed(maximise(evidence, row, grid, starts), evidence, grid)
         if found is None or maxima.mass.max() > found.mass.max() + MISSED:
             found = maxima.apart(APART * grid.wavelength / 2)
@@ -113,6 +115,13 @@ def _places(
     rows = zip(*found[:2], probability.tolist(), evidence.misfit(found.positions, row).tolist(), strict=True)
     places = (Place(*each) for each in rows if each[2] >= LEAST_PROBABILITY)
     return sorted(places, key=lambda place: -place.probability)
+
+
+def _may_hide_more(found: Found, evidence: Evidence, grid: Grid, row: Shaped[np.ndarray, " *each"]) -> bool:
+    """Whether the largest area is about as narrow as a cell, or explains nearly all."""
+    largest = int(found.mass.argmax())
+    narrow = np.trace(found.covariances[largest]) < NARROW * grid.spacing**2
+    return bool(narrow or evidence.misfit(found.positions[[largest]], row)[0] < evidence.clean)
 
 
 def _weighed(maxima: Found, evidence: Evidence, grid: Grid) -> Found:
@@ -187,7 +196,7 @@ STEPS, STEP = 24, 0.01
 LONGEST, FARTHEST = 1 / 8, 1 / 4
 """Largest distance that a position moves in one step, and in all, wavelengths."""
 
-LEAST_GAIN = 1e-3  # The steps end when none promises a larger gain of the log-likelihood
+LEAST_GAIN = 1e-3  # The steps end when none promises or makes a larger gain of the log-likelihood
 
 
 def maximise(
@@ -208,6 +217,8 @@ def maximise(
         away = positions + _at_most(ahead, LONGEST * unit) - starts
         moved = np.clip(starts + _at_most(away, farthest), *grid.region)
         after = next(evidence.log_likelihood(moved, row[None]))
+        if np.abs(after - value).max() < LEAST_GAIN:
+            break
         better = after > value
         positions[better], value[better] = moved[better], after[better]
         damping = np.where(better, np.maximum(damping / 4, 1), damping * 4)

@@ -152,6 +152,8 @@ by a factor. A single reflection that leaves more changes the phases as a wrong 
 class TrackEvidence(Evidence):
     """Responses of K tags at N antenna positions, NaN where a tag was not read."""
 
+    clean = 0.05
+
     def __init__(
         self,
         responses: Complex[np.ndarray, "K N"],
