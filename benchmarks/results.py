@@ -6,7 +6,7 @@ benchmarks/ledger/sections.toml has the words and commands of the sections, and 
 section whose command has been run in this checkout gets the figures of that run. All others stay as they are, and no
 figure is typed by hand. The page is docs/generated/measurements.md. Other pages of docs/ show single tables of it, as
 benchmarks/ledger/tables.py describes.
-The folders of ``bisplat demo``, ``compare``, ``ablate``, ``sweep`` and ``crossvalidate`` do not say which machine they
+The folders of ``bisplat demo``, ``compare`` and ``crossvalidate`` do not say which machine they
 were made on, so run this command there too. A section whose figures and date are the same keeps its machine.
 """
 

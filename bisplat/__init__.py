@@ -21,7 +21,7 @@ from bisplat.own_packages import claim
 
 claim()
 
-_WITH_RAYS = {"Tracer", "calibrate", "calibrate_powers"}
+_WITH_RAYS = {"Tracer", "calibrate"}
 """Names whose modules import the ray tracer. Without it they are not listed, so that help(bisplat) has all others."""
 
 

@@ -1,10 +1,8 @@
 # Every public name of bisplat and the module it comes from: __init__.py, type checkers and editors read this.
 
-from learn.band.compare_band import compare_band as compare_band
-from learn.channels.compare_channels import compare_channels as compare_channels
-from learn.comparison.ablate import ablate as ablate
 from learn.comparison.compare import compare as compare
-from learn.comparison.compare import sweep as sweep
+from learn.comparison.comparison import Comparison as Comparison
+from learn.comparison.variants import variants as variants
 from learn.data.metrics import aoa_error as aoa_error
 from learn.data.metrics import score as score
 from learn.data.metrics import ssim as ssim
@@ -18,20 +16,20 @@ from learn.localisation.located_places import Located as Located
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
-from learn.powers.compare_powers import compare_powers as compare_powers
 from learn.powers.coverage import coverage_map as coverage_map
 from learn.powers.fit_powers import fit_powers as fit_powers
+from learn.quantities.known import Known as Known
+from learn.quantities.quantity import Prediction as Prediction
+from learn.quantities.quantity import Quantity as Quantity
 from learn.reports.coverage_report import write_coverage as write_coverage
 from learn.reports.plots import plot_cdf as plot_cdf
 from learn.reports.plots import plot_polar as plot_polar
 from learn.reports.plots import plot_spectrum as plot_spectrum
-from learn.rooms.compare_rooms import compare_rooms as compare_rooms
 from learn.training.model_export import export as export
 from learn.training.run_folder import Run as Run
 from learn.training.run_folder import load_run as load_run
 from learn.training.train import train as train
 from learn.twin.calibrate import calibrate as calibrate
-from learn.twin.calibrate_powers import calibrate_powers as calibrate_powers
 from scenes.drawing.scene_drawing import draw_scene as draw_scene
 from scenes.files.errors import InputError as InputError
 from scenes.importing.mesh_import import import_scene as import_scene

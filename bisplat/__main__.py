@@ -48,7 +48,7 @@ def _run(given: list[str]) -> None:
     from bisplat.commands.common_options import REGISTRY
     from learn.training.registry import is_of_own_code
     from scenes.files.errors import InputError, ParameterError
-    from scenes.files.long_work import told
+    from scenes.files.long_work import doing, told
     from scenes.files.plain_text import warning_once
 
     try:
@@ -60,6 +60,8 @@ def _run(given: list[str]) -> None:
             check_spelling(COMMANDS)
             _refuse_repeated(given)
             with warning_once(), told():
+                if not {"torch", "-h", "--help"} & {*sys.modules, *given}:
+                    doing(f"{given[0]}: loading what it needs")
                 tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except InputError as error:
         sentence = error.as_option() if isinstance(error, ParameterError) else str(error)

@@ -31,8 +31,6 @@ def claim() -> None:
 
 
 class OwnPackages:
-    """Finds our packages beside this one."""
-
     def find_spec(self, name: str, path: Any = None, target: ModuleType | None = None) -> ModuleSpec | None:
         if name not in NAMES:
             return None

@@ -89,14 +89,27 @@ def open_tab() -> Iterator[Callable[..., Any]]:
     assert not [error for error in errors if "ERR_FILE_NOT_FOUND" not in error]  # of a picture that was overtaken
 
 
+def pixel_of(point: np.ndarray, bounds: np.ndarray, width: float, height: float) -> tuple[float, float]:
+    """Return the pixel at which a page shows a point before its camera moves."""
+    from scenes.browser import scene_view
+
+    camera, look_at = scene_view.from_outside(bounds)
+    ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
+    right = np.cross(ahead, [0, 0, 1])
+    right /= np.linalg.norm(right)
+    towards = np.subtract(point, camera)
+    pixels = height / 2 / np.tan(np.radians(scene_view.FIELD_OF_VIEW) / 2) / (towards @ ahead)
+    x, y = width / 2 + pixels * (towards @ right), height / 2 - pixels * (towards @ np.cross(right, ahead))
+    return round(float(x), 3), round(float(y), 3)
+
+
 @pytest.fixture
 def on_screen() -> Callable[..., tuple[float, float]]:
     """Function: page, point in the world, bounds of what is seen -> pixel, by the camera our pages begin with."""
-    from scenes.browser import scene_view
 
     def project(page, point: np.ndarray, bounds: np.ndarray) -> tuple[float, float]:
         canvas = page.locator("canvas").first.bounding_box()
-        x, y = scene_view.on_screen(point, bounds, canvas["width"], canvas["height"])
+        x, y = pixel_of(point, bounds, canvas["width"], canvas["height"])
         return canvas["x"] + x, canvas["y"] + y
 
     return project

@@ -43,7 +43,7 @@ def main(
     if smallest:
         spectra = spectra[:4]
     began = time.perf_counter()
-    best = fit_grids(evenly(spectra, EXAMINED))[0].beamformer
+    best = fit_grids(evenly(spectra, EXAMINED))[0][1]
     result: dict[str, float] = {
         "found_elevation_first_deg": best.grid.elevation_first_deg,
         "found_spacing_wavelengths": round(best.array.spacing, 4),

@@ -25,8 +25,8 @@ from rich.progress import track
 from tyro.conf import Positional
 
 from benchmarks.ledger.printing import print_figures
-from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
+from learn.data.neighbours import inverse_distance, nearest
 from learn.data.splits import BLOCK, EVERY, split
 from learn.models.kriging.kriged_field import KrigedField
 from learn.training.prediction import predict

@@ -4,12 +4,13 @@ python -m benchmarks.learn.over_band --json > runs/over_band.json
 
 The dataset has responses of 8 antennas over 52 subcarriers (20 MHz) in the lab, by rays, with noise
 25 dB below the signal. Methods learn from the responses at known positions, and are scored at others (`bisplat compare
---over-band`).
+--quantity response`).
 """
 
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -33,7 +34,7 @@ COLUMNS = {
     "coverage_90": "in 90 % interval",
     "seconds": "seconds",
 }
-"""What is told of a row, by the keys of ``BandComparison``."""
+"""What is told of a row, by the keys of ``Comparison``."""
 
 
 def main(
@@ -42,7 +43,7 @@ def main(
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Compare methods over the band in the lab."""
-    from learn.band.compare_band import compare_band
+    from learn.comparison.compare import compare
     from simulate.generation.simulation import simulate
     from simulate.rays.core.propagation import Propagation
 
@@ -55,9 +56,10 @@ def main(
             channels_in_lab(folder)
             band, sizes = folder / "band", SIZES
         learned_sizes, minutes = (sizes, 0.01) if smallest else (LEARNED_SIZES, MINUTES)
-        compared = [("random", compare_band(band, split="random", train_size=sizes))]
-        compared += [("random", compare_band(band, LEARNED, split="random", train_size=learned_sizes, budget=minutes))]
-        compared += [("blocked", compare_band(band, split="blocked", train_size=sizes))]
+        over_band = partial(compare, band, quantity="response")
+        compared = [("random", over_band(split="random", sizes=sizes))]
+        compared += [("random", over_band(LEARNED, split="random", sizes=learned_sizes, budget=minutes))]
+        compared += [("blocked", over_band(split="blocked", sizes=sizes))]
         table: dict[str, dict[str, Any]] = {}
         for split, rows in compared:
             for row in rows:

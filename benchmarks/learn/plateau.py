@@ -22,8 +22,8 @@ from tyro.conf import Positional
 
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.validation_figure import draw
-from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
+from learn.data.neighbours import inverse_distance, nearest
 from learn.data.splits import split
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset

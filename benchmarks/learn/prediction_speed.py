@@ -126,18 +126,15 @@ def models(dataset: Any, names: list[str], known: int, scene: str) -> Iterator[t
 
 def baselines(dataset: Any, names: list[str], known: int) -> Iterator[tuple[str, Predict, None]]:
     """The baselines of ``compare``, which return numbers."""
-    from learn.baselines.kriging import krige_responses, krige_spectra
-    from learn.baselines.neighbours import inverse_distance, nearest
+    from learn.methods.table import methods_of
+    from learn.quantities.known import Known
+    from learn.quantities.spectra import Spectra
 
-    places, spectra = dataset.positions[:known], dataset.spectra[:known]
-    made: dict[str, Callable[[], Predict]] = {
-        "nearest": lambda: lambda at: nearest(places, spectra, at),
-        "inverse-distance": lambda: lambda at: inverse_distance(places, spectra, at),
-        "kriging": lambda: krige_spectra(places, spectra, 0),
-        "kriging-responses": lambda: krige_responses(places, dataset.responses[:known], dataset.beamformer, 0),
-    }
+    taught, makes = Known.of(dataset, Spectra(), np.arange(known)), methods_of("spectrum")
     for name in names:
-        yield name, made[name](), None
+        method = makes[name]()
+        method.fit(taught)
+        yield name, method.predict, None
 
 
 def main(

@@ -45,7 +45,7 @@ SCORES: dict[str, dict[str, tuple[str, str]]] = {
         "ssim_p05": ("5th percentile", ".3f"),
         "psnr_mean": ("PSNR (dB)", ".1f"),
         "aoa_error_median_deg": ("error of the strongest direction (°)", ".1f"),
-        "training_seconds": ("seconds", ".1f"),
+        "seconds": ("seconds", ".1f"),
     },
 }
 """Scores with heading and format, by their key in a row; the first one ranks."""
@@ -53,13 +53,10 @@ SCORES: dict[str, dict[str, tuple[str, str]]] = {
 
 def compared(of: str, dataset: Any, output: Path) -> list[dict[str, Any]]:
     """The scores of all methods on the dataset's own parts, the best first."""
-    from learn.channels.compare_channels import compare_channels
     from learn.comparison.compare import compare
-    from learn.powers.compare_powers import compare_powers
 
-    if of == "receiver":
-        return [row for row in compare(dataset, OF_SPECTRA, output=output).table() if row["label"] in OF_SPECTRA]
-    return {"powers": compare_powers, "channels": compare_channels}[of](dataset, output=output).table()
+    rows = compare(dataset, OF_SPECTRA if of == "receiver" else None, output=output).table()
+    return [row for row in rows if of != "receiver" or row["label"] in OF_SPECTRA]
 
 
 def main(

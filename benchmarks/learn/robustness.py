@@ -20,11 +20,12 @@ import tyro
 from rich.progress import track
 
 from benchmarks.ledger.printing import print_figures
-from learn.comparison.known_spectra import KnownSpectra
-from learn.comparison.spectrum_methods import BASELINES
 from learn.data.metrics import ssim
-from learn.data.splits import SplitKind
+from learn.data.splits import SplitKind, split
+from learn.methods.table import METHODS, methods_of
 from learn.models.kriging.helmholtz import HelmholtzField
+from learn.quantities.known import Known
+from learn.quantities.spectra import Spectra
 from learn.training.prediction import predict
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.antennas import Gateway, Transmitter
@@ -70,7 +71,7 @@ PLACES = {
 
 def scores(dataset: Dataset, kind: SplitKind, size: int | None) -> dict[str, float | str]:
     """Median SSIM by method."""
-    task = KnownSpectra(dataset, kind, 0, size, 0, None, None, Path())
+    task = Known(dataset, Spectra(), split(dataset, kind, 0, size))
     known, test = task.parts.known, evenly(task.parts.test, MOST_TESTED)
     positions, truth = dataset.positions[test], spectrum_of(dataset.pictures[test])
 
@@ -78,12 +79,12 @@ def scores(dataset: Dataset, kind: SplitKind, size: int | None) -> dict[str, flo
         return round(float(np.median(ssim(np.clip(prediction, 0, 1).astype(np.float32), truth))), 3)
 
     found: dict[str, float | str] = {}
-    for name, make in BASELINES.items():
-        if name == "kriging-responses" and dataset.responses is None:
-            continue  # needs recorded responses
+    for name, make in methods_of("spectrum").items():
+        if name not in METHODS or (name == "kriging-responses" and dataset.responses is None):
+            continue  # a model, or one that needs recorded responses
         method = make()
         method.fit(task)
-        found[name] = median(method.predict(positions))
+        found[name] = median(method.predict(positions).value)
     best = max(float(value) for value in found.values())
     field = HelmholtzField(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength)
     sentence = field.fit(dataset, known)

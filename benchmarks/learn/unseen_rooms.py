@@ -6,7 +6,7 @@ The settings are those of GRaF: test rooms that differ from the training rooms i
 ("same"), in the furniture ("furniture"), or altogether ("layout"). Of each setting, ``bisplat rooms`` makes some random
 rooms of 1 to 12 pieces of furniture, every second of the layouts L-shaped, at depth 2. The last rooms are test rooms.
 Of each test room a fifth of the spectra is tested, and the same L others, drawn at random, are known to all methods
-(``learn.rooms.compare_rooms``). ``attention`` is trained in the training rooms and sees pictures, the other methods
+(``bisplat.compare``). ``attention`` is trained in the training rooms and sees pictures, the other methods
 know the test room alone. ``helmholtz`` and ``mirror-images`` see responses, too.
 
 With ``--twin``, the twin is compared instead. It gets a description of the room that is 3 cm and 20 % wrong, and traces
@@ -35,9 +35,10 @@ import tyro
 from matplotlib.figure import Figure
 
 from benchmarks.ledger.printing import print_figures
+from learn.comparison.cases import GIVEN
+from learn.comparison.compare import compare
+from learn.methods.table import methods_of, usual_names
 from learn.reports.method_styles import line_styles
-from learn.rooms.compare_rooms import GIVEN, compare_rooms
-from learn.rooms.room_methods import USUAL
 from simulate.dataset.dataset_folder import Rooms
 from simulate.dataset.dataset_kinds import Setting
 from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
@@ -51,6 +52,8 @@ SPECTRA = 150
 BESIDE_TWIN = "inverse-distance", "helmholtz", "twin"
 LAST = "last room alone, "
 """Beginning of the names of rows that are of one test room."""
+
+USUAL = usual_names("room", methods_of("room"))
 
 Rows = list[dict[str, Any]]
 Scores = dict[str, dict[str, float]]
@@ -101,9 +104,7 @@ def rooms_of(folder: Path, setting: Setting, size: Size) -> Rooms:
 def measured(folder: Path, rooms: Rooms, part: Part, minutes: float) -> Rows:
     """The rows of a part in the rooms of a setting; those that the folder has are not measured again."""
     output = folder / f"compared-{rooms.setting}-{part.tested}"
-    compared = compare_rooms(
-        rooms, [part.method], given=part.given, test_rooms=part.tested, budget=minutes, output=output
-    )
+    compared = compare(rooms, [part.method], sizes=part.given, test_rooms=part.tested, budget=minutes, output=output)
     return [row for row in compared.rows if row["label"] == part.method and row["train_size"] in part.given]
 
 

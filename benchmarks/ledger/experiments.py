@@ -1,4 +1,4 @@
-"""The figures of a folder of ``bisplat compare``, ``ablate`` or ``sweep``."""
+"""The figures of a folder of ``bisplat compare``."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def experiment(runs: Path, name: str) -> Measured | None:
     folder = runs / name
     if not ((folder / "protocol.json").is_file() and (folder / "results.jsonl").is_file()):
         return None
-    from learn.baselines.array_ceiling import CEILING, shown_name
-    from learn.comparison.averaged_table import averaged
+    from learn.comparison.averages import averaged
+    from learn.quantities.array_ceiling import CEILING, shown_name
 
     protocol = json.loads((folder / "protocol.json").read_text())
     rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
@@ -46,7 +46,7 @@ def experiment(runs: Path, name: str) -> Measured | None:
     sweeping = any(row["train_size"] for row in rows)
     order = sorted(table) if sweeping else sorted(table, key=lambda key: -table[key]["ssim_median"])
     order.sort(key=lambda key: key[0] == CEILING)  # the bound last
-    amount = f"{protocol['steps']} steps" if "steps" in protocol else f"{protocol['minutes']:g} minutes"
+    amount = f"{protocol['steps']} steps" if protocol["steps"] is not None else f"{protocol['minutes']:g} minutes"
     return Measured(
         date=rows[-1]["date"],
         conditions=f"{protocol['device']}; {amount} of training each; {rows[0]['test']} test spectra",
@@ -71,8 +71,8 @@ def _cells(label: str, row: dict[str, float]) -> list[str]:
         cell("mae_mean", 3),
         cell("aoa_error_median_deg", 1),
         cell("parameters", 0),
-        cell("training_seconds", 0),
-        cell("milliseconds_per_spectrum", 1),
+        cell("seconds", 0),
+        cell("milliseconds", 1),
     ]
 
 

@@ -33,7 +33,7 @@ def one_run_of(
         planned = plan(place, place.transmitter.region, cell, None, further)
         materials = edge_materials(place, planned.grid)
         began = time.process_time()
-        field = element_fields(place, planned, [0], materials)[0]
+        field = element_fields(planned, [0], materials)[0]
         return field, time.process_time() - began
 
     middle, others = scenes[own], [each for number, each in enumerate(scenes) if number != own]

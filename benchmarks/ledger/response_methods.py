@@ -10,7 +10,7 @@ import torch
 from jaxtyping import Complex, Float
 from scipy.spatial import cKDTree
 
-from learn.baselines.kriging import Interpolator
+from learn.methods.interpolation import Interpolator
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.vecchia import fit_covariance
 from simulate.spectra.array import PlanarArray

@@ -53,7 +53,7 @@ def solved(scene: Scene, places: Float[np.ndarray, "K 3"], cell: float, keep: bo
     if name in kept:
         return kept[name]
     with tempfile.TemporaryDirectory() as folder:
-        field = stored_field(scene, plan(scene, scene.transmitter.region, cell), Path(folder), at_once=1)
+        field = stored_field(plan(scene, scene.transmitter.region, cell), Path(folder), at_once=1)
         found = field.responses(places).ravel().astype(np.complex64)
     if keep:
         np.savez(KEPT, **_kept() | {name: found})  # type: ignore[arg-type]  # read again: another benchmark may have added

@@ -29,8 +29,8 @@ from websockets.sync.client import connect
 from benchmarks.ledger.printing import print_figures
 from learn.view.session import Session
 from learn.view.subject import Subject, subject
-from scenes.browser.scene_view import on_screen
 from scenes.scene.shapes import bounding_box
+from tests.browser import pixel_of
 
 DRAGS = 40
 """Drags of the transmitter."""
@@ -147,7 +147,7 @@ def handle(looked_at: Subject, position: np.ndarray, width: float, height: float
     everything = np.vstack([looked_at.region, looked_at.gateway.position, *room])
     bounds = bounding_box(everything)
     arm = np.array([0.06 * np.linalg.norm(bounds[1] - bounds[0]), 0, 0])
-    return on_screen(position + arm, bounds, width, height)
+    return pixel_of(position + arm, bounds, width, height)
 
 
 def main(

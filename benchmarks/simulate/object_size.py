@@ -52,7 +52,7 @@ def compared(scene: Scene, positions: int, cell: float) -> dict[str, float]:
     region = scene.transmitter.region
     places = np.random.default_rng(0).uniform(*region, (positions, 3))
     with tempfile.TemporaryDirectory() as folder:
-        full = stored_field(scene, plan(scene, region, cell), Path(folder), at_once=2).responses(places)
+        full = stored_field(plan(scene, region, cell), Path(folder), at_once=2).responses(places)
     up, along = element_direction(scene), transmitter_direction(scene)
     free = np.stack(
         [

@@ -153,7 +153,7 @@ def in_full_wave(scene: Scene, positions: Float[np.ndarray, "K 3"], cell: float)
         planned = plan(place, scene.transmitter.region, cell, band)
         materials = edge_materials(place, planned.grid)
         began = time.perf_counter()
-        field = element_fields(place, planned, [0], materials)[0]
+        field = element_fields(planned, [0], materials)[0]
         return field, time.perf_counter() - began
 
     run(scene, None)  # compiles

@@ -53,7 +53,7 @@ def cells_per_second_of_gprmax(scene: Scene, planned: Plan, steps: int) -> float
             working = Path(folder) / str(count)
             working.mkdir()
             began = time.perf_counter()
-            run(working, geometry, planned.grid, element_source(scene, planned, 0), planned.box, [count])
+            run(working, geometry, planned.grid, element_source(planned, 0), planned.box, [count])
             seconds.append(time.perf_counter() - began)
     return planned.grid.cells * steps / (seconds[1] - seconds[0])
 
@@ -62,8 +62,7 @@ def difference_db(scene: Scene, planned: Plan) -> float:
     """Difference of the two solvers' fields in the region, relative to the field."""
     with tempfile.TemporaryDirectory() as folder:
         ours, theirs = (
-            stored_field(scene, planned, Path(folder) / solver, solver=solver).values
-            for solver in ("bisplat", "gprMax")
+            stored_field(planned, Path(folder) / solver, solver=solver).values for solver in ("bisplat", "gprMax")
         )
     return float(20 * np.log10(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)))
 

@@ -77,7 +77,7 @@ def compared(scene: Scene, positions: int, cell: float, propagation: Propagation
     region = scene.transmitter.region
     places = np.random.default_rng(0).uniform(*region, (positions, 3))
     with tempfile.TemporaryDirectory() as folder:
-        full = stored_field(scene, plan(scene, region, cell), Path(folder), at_once=1).responses(places)
+        full = stored_field(plan(scene, region, cell), Path(folder), at_once=1).responses(places)
     sheets, _ = walls_as_sheets(scene)
     drawings = {"as drawn": scene, "sheets in the middle": in_the_middle(sheets, scene), "as sheets": sheets}
     figures: dict[str, float] = {}

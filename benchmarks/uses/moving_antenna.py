@@ -25,8 +25,8 @@ from tyro.conf import Positional
 
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.response_methods import METHODS, Known, Predict
-from learn.channels.channel_scores import correlation, snr_db
 from learn.localisation.locate import locate
+from learn.quantities.complex_scores import correlation, snr_db
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.exchange.recorded_responses import one_way
 

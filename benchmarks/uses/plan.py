@@ -23,8 +23,8 @@ import tyro
 from jaxtyping import Float
 
 from benchmarks.ledger.printing import print_figures
-from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
+from learn.data.neighbours import inverse_distance
 from learn.models.base import SpectrumModel
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.planning.candidates import free_candidates
@@ -84,14 +84,14 @@ def planned(fields: list[Field], candidates: Points, known: Points, count: int) 
 
 def open_share(fields: list[Field], test: Points, known: Points) -> float:
     """The share of the variance that stays open at the test positions."""
-    left = [field.open_at(test, known).covariance.diagonal().real.mean() * field.weight for field in fields]
+    left = [field.open_at(test, known).covariance.diagonal().real.mean() for field in fields]
     return float(sum(left) / sum(field.weight for field in fields))
 
 
 def least_open(fields: list[Field], test: Points, count: int) -> float:
     """The least share that this number of measurements can leave open."""
     nothing = np.zeros((0, 3))
-    spectra = [np.linalg.eigvalsh(field.open_at(test, nothing).covariance) * field.weight for field in fields]
+    spectra = [np.linalg.eigvalsh(field.open_at(test, nothing).covariance) for field in fields]
     return float(max(sum(each[: len(test) - count].sum() for each in spectra) / sum(each.sum() for each in spectra), 0))
 
 

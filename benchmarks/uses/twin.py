@@ -31,12 +31,12 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from benchmarks.ledger.printing import print_figures
-from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
+from learn.data.neighbours import inverse_distance
 from learn.models.base import SpectrumModel
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.training.prediction import predict
-from learn.twin.gauss_newton import Calibration
+from learn.twin.calibration import Calibration
 from learn.twin.twin_model import Twin
 from scenes.files.atomic import write_atomically
 from scenes.scene.description import Scene

@@ -28,17 +28,17 @@ import tyro
 from jaxtyping import Float
 
 from benchmarks.ledger.printing import print_figures
-from learn.powers.fit_powers import POWER_METHODS
-from learn.powers.known_powers import KnownPowers
-from learn.powers.power_comparison import score_powers
+from learn.methods.table import methods_of
 from learn.powers.twin_powers import FOLLOWED, TwinPowers
-from learn.twin.calibrate import calibrate_by
-from learn.twin.calibrate_powers import calibrate_powers_by, of_gateways, traced_powers
-from learn.twin.described_gateways import described_gateways
-from learn.twin.power_likelihood import PowerLikelihood
+from learn.quantities.known import Known
+from learn.quantities.powers import Powers, score_powers
+from learn.twin.calibrate import correct, of_gateways
+from learn.twin.described_gateways import alone, described_gateways
+from learn.twin.power_residual import PowerResidual, path_powers
 from scenes.checks.validation import is_valid
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
@@ -46,6 +46,7 @@ from simulate.dataset.dataset import Dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import gateway_antennas
+from simulate.rays.tracer import Tracer
 from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.rssi.rssi_writer import write_rssi
 from simulate.spectra.band import Band
@@ -121,10 +122,11 @@ def errors(
     scene: Scene, gateways: dict[str, Gateway], data: RssiDataset, known: int, tested: int, propagation: Propagation
 ) -> Figures:
     """Absolute errors of rays' powers at tested positions, with the levels and the fading that fit the known ones."""
-    gains, scales = traced_powers(scene, gateways, data.positions, propagation)
-    part = slice(0, known)
-    judged = PowerLikelihood(data.rssi_dbm[part], data.floor_dbm, scales[part], np.ones(known))
-    predicted = judged.best(gains[part]).predicted(gains[-tested:], scales[-tested:])
+    box = bounding_box(data.positions)
+    tracers = [Tracer(each, propagation, box) for each in alone(scene, gateways).values()]
+    gains, scales = path_powers(tracers, data.positions[:known])
+    judged = PowerResidual(data.rssi_dbm[:known], data.floor_dbm, scales, np.ones(known))
+    predicted = judged.best(gains).predicted(tracers, data.positions[-tested:])
     return scores(predicted - data.rssi_dbm[-tested:])
 
 
@@ -155,7 +157,7 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     found_of = []
     for place, wrong, off in wrongs:
         begun = time.perf_counter()
-        found = calibrate_powers_by(place, wrong, np.arange(known), WRONG, followed)
+        found = correct(place, wrong, np.arange(known), WRONG, followed)
         seconds = time.perf_counter() - begun
         left = found.values + off
         figures = errors(found.scene, found.gateways, wrong, known, tested, followed)
@@ -167,16 +169,16 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     for place, wrong, _ in wrongs:
         begun = time.perf_counter()
         twin = TwinPowers(place, wrong, WRONG, study.by_twin)
-        twin.fit(KnownPowers.of(wrong, np.arange(known)))
+        twin.fit(Known.of(wrong, Powers(), np.arange(known)))
         found_by = score_powers(twin.predict(data.positions[-tested:]), data.rssi_dbm[-tested:], data.floor_dbm)
         of_twins.append(
             {key: found_by[name] for key, name in OF_TWINS.items()} | {"seconds": time.perf_counter() - begun}
         )
     yield f"powers, twin, {known}", of_twins
     for name in ("inverse-distance", "helmholtz"):
-        method = POWER_METHODS[name]()
-        method.fit(KnownPowers.of(data, np.arange(known)))
-        predicted = method.predict(data.positions[-tested:]).median
+        method = methods_of("power")[name]()
+        method.fit(Known.of(data, Powers(), np.arange(known)))
+        predicted = method.predict(data.positions[-tested:]).value
         yield f"powers, {name}, {known}", [scores(predicted - data.rssi_dbm[-tested:])]
 
 
@@ -218,7 +220,7 @@ def of_pose(
     if subcarriers == 1:
         data = replace(data, band=None, band_responses=None)
     begun = time.perf_counter()
-    found = calibrate_by(vary(scene, which, off), data, np.arange(spectra), tolerances, followed)
+    found = correct(vary(scene, which, off), data, np.arange(spectra), tolerances, followed)
     left = np.linalg.norm(np.subtract(found.scene.gateway.position, scene.gateway.position))
     turned = np.linalg.norm(found.values[3:] + off[3:])
     return {

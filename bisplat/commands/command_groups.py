@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.metadata import version
 
-from bisplat.commands.comparison_commands import ablate, compare, sweep
+from bisplat.commands.comparison_commands import compare
 from bisplat.commands.coverage_command import coverage
 from bisplat.commands.dataset_commands import convert, dataset, responses, rssi
 from bisplat.commands.evaluation_commands import crossvalidate, evaluate
@@ -22,7 +22,7 @@ GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "First look": (demo,),
     "Datasets": (check, dataset, convert, responses, rssi, rooms),
     "Predictions": (predict, locate, plan, coverage, export),
-    "Comparisons": (crossvalidate, compare, ablate, sweep),
+    "Comparisons": (crossvalidate, compare),
     "Scenes": (calibrate,),
 }
 """Every command, by the title of its group; the everyday commands come first."""
@@ -55,5 +55,4 @@ def summary(command: Callable[..., None]) -> str:
 
 
 def stated_version() -> str:
-    """The text that ``bisplat --version`` prints."""
     return f"bisplat-wrf {version('bisplat-wrf')}"

@@ -1,226 +1,159 @@
-"""The commands that compare methods: compare, ablate, sweep."""
+"""The command that compares methods."""
 
 from __future__ import annotations
 
 import json as json_format
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.compared_quantities import Fitted, compare_quantity, some_are_trained, sweep_quantity
 from bisplat.commands.idle_options import given_options, refuse_idle
-from bisplat.commands.rooms_command import compare_in_rooms
-from bisplat.commands.simulate_command import Output
+from learn.comparison.results_folder import PROTOCOL
 from learn.data.splits import SplitKind
-from learn.training.registry import MODELS
-from scenes.files.errors import InputError, printable
-from scenes.files.input_file import what_is_at
+from learn.quantities.table import QuantityName
+from scenes.files.errors import printable
 from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
 
 if TYPE_CHECKING:
-    ModelName = str
-else:
-    ModelName = Literal[tuple(MODELS)]  # the choices of the command line
-
-DatasetFolder = Annotated[Positional[Path], arg(help="NeRF² dataset folder.")]
-Folder = Annotated[Positional[Path], arg(help="NeRF² dataset folder, or one of powers (RSSI) or channels (CSI).")]
-Split = Annotated[
-    SplitKind,
-    arg(help="choice of test spectra, as for bisplat train. All methods have the same test spectra."),
-]
-Guard = Annotated[float, arg(help="known positions nearer than this to a test position are left out, wavelengths.")]
-Budget = Annotated[float, arg(help="training time of each model that is trained in steps, minutes.")]
-TrainingSteps = Annotated[
-    int | None,
-    arg(
-        help="of spectra: number of training steps of each model that is trained in steps, instead of --budget. Unlike "
-        "with a budget, the training is then equally long on every machine."
-    ),
-]
-Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
-Models = Annotated[
-    tuple[str, ...],
-    arg(
-        aliases=["--methods"],
-        help="names (documentation: Train and compare models), module:Class for your own, or LABEL=FOLDER of predicted "
-        "test spectra. Default: all; in a sweep, some.",
-    ),
-]
-DescribedScene = Annotated[
-    str | None,
-    arg(
-        help="of received powers: the scene that the method twin corrects and traces, a built-in name or a scene YAML."
-    ),
-]
-TestSpectra = Annotated[int | None, arg(help="largest number of test spectra to score (default: all).")]
-Json = Annotated[bool, arg(help="print the table as JSON.")]
+    from learn.comparison.comparison import Comparison
 
 IDLE = {
-    "spectra": ("given", "test_rooms", "scene"),
-    "rooms": ("steps", "over_band", "scene", "split", "guard"),
-    "received powers": ("steps", "given", "test_rooms", "test_spectra", "init"),
-    "channels (CSI)": ("steps", "given", "test_rooms", "test_spectra", "init", "scene"),
-    "responses over a band": ("steps", "given", "test_rooms", "test_spectra", "scene"),
+    "spectrum": ("test_rooms", "scene"),
+    "room": ("steps", "scene", "split", "guard", "init", "without", "primitives"),
+    "power": ("steps", "test_rooms", "init", "without", "primitives"),
+    "channel": ("steps", "test_rooms", "init", "without", "primitives", "scene"),
+    "response": ("steps", "test_rooms", "init", "without", "primitives", "scene"),
 }
-"""Options of ``compare`` and ``sweep`` that do nothing, by the kind of data."""
+"""Options of ``compare`` that do nothing, by what is predicted."""
 
-ComparedFolder = Annotated[
-    Positional[Path], arg(help="NeRF² dataset folder, one of powers (RSSI) or channels (CSI), or one of bisplat rooms.")
-]
+IN_WORDS = {
+    "spectrum": "spectra",
+    "room": "rooms",
+    "power": "received powers",
+    "channel": "channels (CSI)",
+    "response": "responses over a band",
+}
 
 
 def compare(
-    dataset: ComparedFolder,
+    dataset: Annotated[Positional[Path], arg(help="Folder of spectra, powers (RSSI), channels (CSI), or of rooms.")],
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
-    models: Models = (),
-    split: Split = "files",
-    guard: Guard = 0.0,
-    budget: Budget = 5.0,
-    steps: TrainingSteps = None,
-    seeds: Seeds = 1,
-    test_spectra: TestSpectra = None,
-    over_band: bool = False,
-    given: tuple[int, ...] = (),
+    methods: Annotated[tuple[str, ...], arg(aliases=["--models"])] = (),
+    quantity: QuantityName | None = None,
+    split: SplitKind = "files",
+    guard: float = 0.0,
+    sizes: tuple[int, ...] = (),
+    budget: float = 5.0,
+    steps: int | None = None,
+    seeds: int = 1,
+    tested: int | None = None,
     test_rooms: int | None = None,
-    scene: DescribedScene = None,
-    json: Json = False,
+    scene: str | None = None,
+    init: Path | None = None,
+    without: Literal["each"] | None = None,
+    primitives: int | None = None,
+    json: bool = False,
 ) -> None:
-    """Compare models and baselines on one dataset or in new rooms.
+    """Compare methods and baselines on one dataset, for several sizes, or in new rooms.
 
     The same command again adds missing rows and redraws the figures.
 
     Args:
-        output: folder for the table, its figure, the scores and the runs. RSSI, CSI and rooms do without one.
-        over_band: score responses over the band of a dataset, instead of spectra.
-        given: of rooms, numbers of known spectra in a test room (default: 5 10 25 50 100).
-        test_rooms: of rooms, number of test rooms, the last ones (default: a quarter).
+        output: folder for the table, the figures, the scores and the runs.
+        methods: names (documentation: Train and compare models), module:Class for your own, or LABEL=FOLDER of
+            predicted test rows. Default: of spectra all, otherwise those that take seconds.
+        quantity: what is predicted (default: what the dataset mainly holds); response: responses over its band.
+        split: choice of the test part, as for bisplat train. All methods have the same.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
+        sizes: numbers of training rows, each with its own fits; in rooms, of known spectra (default: 5 10 25 50 100).
+        budget: training time of each method that is trained in steps, minutes by the clock.
+        steps: of spectra: number of training steps of each such method, instead of --budget; the same on every machine.
+        seeds: number of fits of each method, with seeds 0, 1, …
+        tested: largest number of test rows to score (default: all).
+        test_rooms: of rooms: number of test rooms, the last ones (default: a quarter).
+        scene: of powers: the scene that the method twin corrects and traces, a built-in name or a scene YAML.
+        init: of spectra: finished run, such as one on simulated spectra. Its model is also trained from its weights.
+        without: of spectra: an ablation. Also variants of the models, bisplat and bisplat-aperture if none are named,
+            that lack one part each.
+        primitives: with --without: number of primitives of every variant (default: the models' own).
+        json: print the scores as JSON.
     """
-    options = given_options(compare, locals())
-    kind = "responses over a band" if over_band else kind_of(dataset)
-    _refuse_idle(options, dataset, kind, models, output)
-    if kind == "rooms":
-        compare_in_rooms(dataset, models, given, test_rooms, test_spectra, seeds, budget, output, json)
-        return
-    if kind != "spectra":
-        compare_quantity(Fitted(dataset, models, split, guard, budget, seeds, None, over_band, scene), output, json)
-        return
-    if output is None and not dataset.is_dir():
-        raise InputError(f"{dataset}: expected a dataset folder, found {what_is_at(dataset)}")
-    if output is None:
-        raise InputError("-o: expected a folder for the results beside spectra, found none")
+    kind = quantity or kind_of(dataset)
+    _refuse_idle(given_options(compare, locals()), dataset, kind, methods, output)
     from learn.comparison.compare import compare as compare_methods
+    from learn.comparison.variants import variants
     from learn.reports.comparison_report import write_comparison
 
-    comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output, guard, steps)
-    write_comparison(comparison, output)
-    print_averages("comparison", comparison.table(), json, comparison.remark())
-    say(f"fingerprint of the dataset: {comparison.settings.dataset_sha256}")
-    print(printable(f"table: {output / 'table.html'}"), file=sys.stderr)
-
-
-def ablate(
-    dataset: DatasetFolder,
-    output: Output,
-    models: tuple[ModelName, ...] = ("bisplat", "bisplat-aperture"),
-    split: Split = "files",
-    guard: Guard = 0.0,
-    steps: int = 1000,
-    seeds: Seeds = 3,
-    test_spectra: TestSpectra = None,
-    primitives: int | None = None,
-    json: Json = False,
-) -> None:
-    """Compare a model with variants that lack one part each.
-
-    If the command is interrupted, the same command continues.
-
-    Args:
-        output: folder for the figures, the scores and the runs.
-        models: models whose parts are switched off.
-        steps: number of training steps of each variant and seed.
-        primitives: number of primitives of every variant (default: the models' own).
-    """
-    from learn.comparison.ablate import ablate as ablate_models
-    from learn.reports.comparison_report import write_ablation
-
-    comparison = ablate_models(dataset, models, split, steps, seeds, test_spectra, primitives, output, guard)
-    write_ablation(comparison, output)
-    print_averages("ablation", comparison.averages(), json, comparison.remark())
-
-
-def sweep(
-    dataset: Folder,
-    output: Output,
-    sizes: tuple[int, ...],
-    models: Models = (),
-    split: Split = "files",
-    guard: Guard = 0.0,
-    budget: Budget = 5.0,
-    steps: TrainingSteps = None,
-    seeds: Seeds = 1,
-    test_spectra: TestSpectra = None,
-    init: Path | None = None,
-    scene: DescribedScene = None,
-    json: Json = False,
-) -> None:
-    """Compare methods for several numbers of training samples.
-
-    If the command is interrupted, the same command continues.
-
-    Args:
-        output: folder for the figure, the scores and the runs.
-        sizes: numbers of training spectra, positions or rows.
-        init: finished run, such as one on simulated spectra. Its model is also trained from its weights.
-    """
-    options, kind = given_options(sweep, locals()), kind_of(dataset)
-    _refuse_idle(options, dataset, kind, models, output)
-    if kind != "spectra":
-        sweep_quantity(Fitted(dataset, models, split, guard, budget, seeds, sizes, scene=scene), output, json)
-        return
-    from learn.comparison.compare import SWEPT
-    from learn.comparison.compare import sweep as sweep_sizes
-    from learn.reports.comparison_report import write_sweep
-
-    models = models or SWEPT
-    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard, steps)
-    write_sweep(comparison, output)
-    print_averages("sweep", comparison.averages(), json, comparison.remark())
+    chosen: Any = methods or None
+    if without is not None:
+        chosen = variants(methods or ("bisplat", "bisplat-aperture"), primitives)
+    comparison = compare_methods(
+        dataset,
+        chosen,
+        quantity=quantity,
+        split=split,
+        sizes=sizes or None,
+        guard=guard,
+        seeds=seeds,
+        budget=budget,
+        steps=steps,
+        tested=tested,
+        test_rooms=test_rooms,
+        scene=scene,
+        init=init,
+        output=output,
+    )
+    if output is not None:
+        write_comparison(comparison, output, without is not None)
+    print_comparison(f"comparison of methods for {comparison.quantity.in_words}", comparison, json)
+    say(f"fingerprint of the dataset: {comparison.settings.data_sha256}")
+    if output is not None:
+        say(printable(f"table: {output / 'table.html'}"))
 
 
 def kind_of(folder: Path) -> str:
-    """What a folder holds: rooms, received powers, channels or, if nothing tells otherwise, spectra."""
-    found = {"rooms": is_rooms, "received powers": is_rssi, "channels (CSI)": is_csi}
-    return next((kind for kind, holds in found.items() if holds(folder)), "spectra")
+    """What a folder holds, by the name of the quantity, or rooms; spectra if nothing tells otherwise."""
+    found = {"room": is_rooms, "power": is_rssi, "channel": is_csi}
+    return next((kind for kind, holds in found.items() if holds(folder)), "spectrum")
 
 
-def _refuse_idle(options: list[str], dataset: Path, kind: str, models: Sequence[str], output: Path | None) -> None:
+def is_trained(kind: str, methods: Sequence[str], output: Path | None) -> bool:
+    """Whether a method of a comparison is trained for some time. Classes of the user may be.
+
+    Who adds a method to a comparison that exists has to state its training time in any case.
+    """
+    from learn.methods.table import methods_of, trained_by_steps, usual_names
+
+    if (output is not None and (output / PROTOCOL).is_file()) or any(
+        ":" in name and "=" not in name for name in methods
+    ):
+        return True
+    known = methods_of(kind)
+    names = methods or usual_names(kind, known)
+    return any(name in known and (trained_by_steps(known[name]) or hasattr(known[name], "learn")) for name in names)
+
+
+def print_comparison(title: str, comparison: Comparison, json: bool) -> None:
+    """Print a table with its remark, or all scores as JSON."""
+    if json:
+        print(json_format.dumps(comparison.facts(), indent=2))
+        return
+    headings, *lines = comparison.cells()
+    print_rows(title, [dict(zip(headings, line, strict=True)) for line in lines])
+    remark = comparison.remark()
+    if remark is not None:
+        print(printable(f"bisplat: {remark}"))
+
+
+def _refuse_idle(options: list[str], dataset: Path, kind: str, methods: Sequence[str], output: Path | None) -> None:
     """Refuse options that do nothing for a kind of data, or for methods that are not trained."""
-    refuse_idle(options, IDLE[kind], f"for the {kind} of {dataset}")
-    if kind_of(dataset) != "spectra":
-        refuse_idle(options, ["over_band"], f"for the {kind_of(dataset)} of {dataset}")
+    refuse_idle(options, IDLE[kind], f"for the {IN_WORDS[kind]} of {dataset}")
     if "steps" in options:
         refuse_idle(options, ["budget"], "beside --steps")
-    usual_are_trained = not models and kind in ("spectra", "rooms")
-    trained = usual_are_trained or "init" in options or some_are_trained(kind, models, output)
-    if not trained:
-        refuse_idle(options, ["budget", "steps"], f"for untrained methods ({', '.join(models) or 'the usual ones'})")
-
-
-def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, remark: str | None = None) -> None:
-    """Print averages over the seeds."""
-    from learn.comparison.averaged_table import average_name
-    from learn.comparison.table import table_cells
-
-    if json:
-        figures = [{key: row[key] for key in row if key != "label" and row[key] is not None} for row in averages]
-        named = {average_name(row): each for row, each in zip(averages, figures, strict=True)}
-        print(json_format.dumps(named, indent=2))
-    else:
-        headings, *lines = table_cells(averages)
-        print_rows(title, [dict(zip(headings, line, strict=True)) for line in lines])
-    if remark is not None:
-        print(printable(f"bisplat: {remark}"), file=sys.stderr if json else sys.stdout)
+    if "without" not in options:
+        refuse_idle(options, ["primitives"], "without --without each")
+    if not ({"init", "without"} & set(options) or is_trained(kind, methods, output)):
+        refuse_idle(options, ["budget", "steps"], f"for untrained methods ({', '.join(methods) or 'the usual ones'})")

@@ -11,8 +11,6 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from learn.models.model_settings import PATIENCE, STEPS_MOST
 from learn.reports.demo_report import DemoReport, draw_first_look, draw_first_spectra
 from learn.training.registry import DEFAULT_MODEL
@@ -50,26 +48,16 @@ def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[st
         require_whole(1, STEPS_MOST, steps=steps)
     require_extra("rays", "the demo")
     settings = {"spectra": spectra, "steps": steps}
-    with own_folder(folder, "demo", RECORD, settings, _read_settings):
+
+    def read(path: Path) -> dict[str, Any]:
+        return conform(read_json(path, "the settings of a demo"), dict[str, Any], str(path))
+
+    with own_folder(folder, "demo", RECORD, settings, read):
         write_atomically(folder / RECORD, (json.dumps(settings, indent=2) + "\n").encode())
         return _demo(folder, spectra, steps)
 
 
-class Settings(Struct, frozen=True, forbid_unknown_fields=True):
-    """The file ``RECORD``."""
-
-    spectra: int
-    steps: int | None
-
-
-def _read_settings(path: Path) -> dict[str, Any]:
-    content = read_json(path, "the settings of a demo")
-    conform(content, Settings, str(path))
-    return content
-
-
 def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
-    """Run the demo in a folder that holds its settings."""
     began = time.monotonic()
     scene = lab()
     report = DemoReport(folder, scene, spectra)

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from tyro.conf import Positional, arg
 
 from bisplat.commands.common_options import Force, require_new
-from bisplat.commands.compared_quantities import Fitted, evaluate_quantity, some_are_trained
+from bisplat.commands.comparison_commands import IN_WORDS, is_trained, kind_of, print_comparison
 from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.simulate_command import EngineName
 from learn.data.splits import SplitKind
-from scenes.files.errors import InputError, ParameterError
-from scenes.files.plain_text import print_table
-from simulate.dataset.dataset_kinds import is_csi, is_rssi
-
-if TYPE_CHECKING:  # its import takes long, and the help does not need it
-    from learn.evaluation.locations import Heard, Locations
-    from learn.reports.provenance import Provenance
+from scenes.files.errors import InputError, ParameterError, printable
+from scenes.files.output_folder import new_folder
+from scenes.files.plain_text import print_table, say
 
 OF_RUNS = ("dataset", "index", "locate", "further_gateways", "ceiling")
 OF_QUANTITIES = ("output", "model", "split", "guard", "budget", "scene", "force")
@@ -64,32 +60,38 @@ def evaluate(
         json: print the scores as JSON.
     """
     options = given_options(evaluate, locals())
-    if is_rssi(run) or is_csi(run):
-        fitted = Fitted(run, (model,), split, guard, budget, scene=scene)
-        refuse_idle(options, OF_RUNS, f"for {fitted.kind} without a run")
-        if is_csi(run):
-            refuse_idle(options, ["scene"], f"for {fitted.kind}")
-        if not some_are_trained(fitted.kind, [model], None):
+    if (kind := kind_of(run)) in ("power", "channel"):
+        words = IN_WORDS[kind]
+        refuse_idle(options, OF_RUNS, f"for {words} without a run")
+        if kind == "channel":
+            refuse_idle(options, ["scene"], f"for {words}")
+        if not is_trained(kind, [model], None):
             refuse_idle(options, ["budget"], f"for a method that is not trained ({model})")
         if output is None:
-            raise InputError(f"{run}: expected -o FOLDER for the report of {fitted.kind}, found none")
-        evaluate_quantity(fitted, output, force, json)
+            raise InputError(f"{run}: expected -o FOLDER for the report of {words}, found none")
+        _evaluate_method(run, model, split, guard, budget, scene, output, force, json)
         return
     refuse_idle(options, OF_QUANTITIES, f"for the run {run}")
     if further_gateways and not locate:
         raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
     if locate and (dataset or index) is not None:
         raise ParameterError("locate", f"expected the test part of the run's own split, found {dataset or index}")
-    from learn.baselines.array_ceiling import shown_name
     from learn.data.split_distances import say_distances
     from learn.evaluation.evaluate import evaluate as score_run
-    from learn.reports.evaluation_report import add_locations, metrics_file, named_scores, write_evaluation
+    from learn.quantities.array_ceiling import shown_name
+    from learn.reports.evaluation_report import (
+        add_locations,
+        metrics_file,
+        named_scores,
+        write_evaluation,
+        write_locations,
+    )
     from learn.reports.provenance import Provenance
     from learn.training.fit_progress import FitProgress
 
     require_new(run / "evaluation" / "report.html", force=True)
     if locate:
-        from learn.evaluation.locations import heard_by
+        from learn.evaluation.locations import evaluate_locations, heard_by
 
         require_new(run / "evaluation" / "locations.csv", force=True)
         heard = heard_by([run, *further_gateways])  # other runs are checked before the scores, which take long
@@ -97,8 +99,11 @@ def evaluate(
         evaluation = score_run(run, dataset, index, ceiling, progress)
     write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
-    located = _located(heard, run, Provenance.of_evaluation(evaluation)) if locate else None
-    if located is not None:
+    located = None
+    if locate:
+        with FitProgress("location") as report:
+            located = evaluate_locations(heard, report)
+        write_locations(located, run / "evaluation", Provenance.of_evaluation(evaluation))
         add_locations(evaluation, located, run / "evaluation")
     metrics = metrics_file(evaluation, located)
     if json:
@@ -118,16 +123,33 @@ def evaluate(
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 
-def _located(heard: Heard, run: Path, made: Provenance) -> Locations:
-    """Locate the test transmitters, and write the report of their errors."""
-    from learn.evaluation.locations import evaluate_locations
-    from learn.reports.evaluation_report import write_locations
-    from learn.training.fit_progress import FitProgress
+def _evaluate_method(
+    folder: Path,
+    model: str,
+    split: SplitKind,
+    guard: float,
+    budget: float,
+    scene: str | None,
+    output: Path,
+    force: bool,
+    json: bool,
+) -> None:
+    """Score one method beside the baselines, and write a report into a new folder."""
+    from learn.comparison.compare import compare
+    from learn.reports.method_report import write_method_report
+    from learn.reports.method_styles import method_name
 
-    with FitProgress("location") as report:
-        found = evaluate_locations(heard, report)
-    write_locations(found, run / "evaluation", made)
-    return found
+    try:
+        with new_folder(output, force) as unfinished:
+            comparison = compare(folder, [model], split=split, guard=guard, budget=budget, scene=scene)
+            label = next(row["label"] for row in comparison if method_name(row["label"]) == model)
+            write_method_report(comparison, label, unfinished)
+    except ParameterError as error:
+        if error.parameter == "methods":
+            raise ParameterError("model", error.message) from error
+        raise
+    print_comparison(f"evaluation for {comparison.quantity.in_words}", comparison, json)
+    say(printable(f"report: {output / 'report.html'}"))
 
 
 def crossvalidate(

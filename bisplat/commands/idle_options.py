@@ -15,23 +15,13 @@ if TYPE_CHECKING:  # its import takes long, and the help of the command line doe
 
 
 def given_options(command: Callable[..., None], values: Mapping[str, Any]) -> list[str]:
-    """The options of a command that were given, by the values that it was called with.
-
-    >>> def check(split: str | None = None, guard: float = 0.0) -> None: ...
-    >>> given_options(check, {"split": None, "guard": 0.5})
-    ['guard']
-    """
+    """The options of a command that were given, by the values that it was called with."""
     parameters = inspect.signature(command).parameters.values()
     return [each.name for each in parameters if values[each.name] != each.default]
 
 
 def refuse_idle(options: Collection[str], idle: Iterable[str], where: str) -> None:
-    """Refuse the first of the idle options that was given.
-
-    >>> refuse_idle(["guard"], ["seed", "guard"], "without --split")
-    Traceback (most recent call last):
-    scenes.files.errors.ParameterError: guard: expected none, since it does nothing without --split
-    """
+    """Refuse the first of the idle options that was given."""
     for name in idle:
         if name in options:
             raise ParameterError(name, f"expected none, since it does nothing {where}")

@@ -1,16 +1,13 @@
-"""``bisplat rooms``, and what ``bisplat compare`` does with its folder."""
+"""The command ``bisplat rooms``."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg
 
-from bisplat.commands.compared_quantities import print_scores
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import printable
-from scenes.files.plain_text import say
 from simulate.dataset.dataset_kinds import Outline, Setting
 
 
@@ -44,37 +41,3 @@ def rooms(
     made = simulate_rooms(output, number, setting, seed=seed, spectra=spectra, pieces=pieces, shape=shape, large=large)
     print(printable(f"{'1 room' if len(made) == 1 else f'{len(made)} rooms'}: {output}"))
     print(printable(f"floor plans: {output / GALLERY}"))
-
-
-def compare_in_rooms(
-    folder: Path,
-    methods: tuple[str, ...],
-    given: tuple[int, ...],
-    test_rooms: int | None,
-    test_spectra: int | None,
-    seeds: int,
-    budget: float,
-    output: Path | None,
-    json: bool,
-) -> None:
-    """Compare methods in the test rooms of a folder, and print the table."""
-    from learn.rooms.compare_rooms import compare_rooms
-
-    comparison = compare_rooms(
-        folder,
-        methods or None,
-        given=given or None,
-        test_rooms=test_rooms,
-        test_spectra=test_spectra,
-        seeds=seeds,
-        budget=budget,
-        output=output,
-    )
-    if output is not None:
-        from learn.reports.score_report import write_room_comparison
-
-        write_room_comparison(comparison, output)
-    tested = "1 test room" if len(comparison.test) == 1 else f"{len(comparison.test)} test rooms"
-    print_scores(f"comparison in {tested}, setting {comparison.setting}", comparison, json)
-    if output is not None:
-        say(printable(f"results: {output / 'results.json'}"))

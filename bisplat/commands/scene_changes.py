@@ -11,11 +11,7 @@ from scenes.files.plain_text import say
 
 
 def array_option(text: str) -> dict[str, Any]:
-    """Read the option ``--array``.
-
-    >>> array_option("4x8@0.4")
-    {'rows': 4, 'columns': 8, 'spacing': 0.4}
-    """
+    """Read the option ``--array``."""
     from scenes.scene.antennas import as_positions, fault_of, read_array
     from simulate.positions.positions import read_points
 
@@ -69,9 +65,7 @@ def changed_scene(place: Scene, changes: SceneChanges) -> Scene:
     if changes.array is not None:
         wanted = array_option(changes.array)
         place = place.with_elements(**wanted) if "elements" in wanted else place.with_array(**wanted)
-        found = place.gateway
-        planar = f"{found.rows} × {found.columns} elements at {found.spacing:g} wavelengths"
-        facts.append(planar if found.elements is None else found.array_in_words)
+        facts.append(place.gateway.array_in_words)
     validate(place, place.name)
     say(f"{place.name}: {', '.join(facts)}")
     for sentence in doubts(place):

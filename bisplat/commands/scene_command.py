@@ -13,10 +13,10 @@ from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import parse_number
+from scenes.files.lengths import plain
 from scenes.files.optional_packages import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, print_table, say
-from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # a slow import that the help of the command line does not need
     from scenes.scene.description import Scene
@@ -158,19 +158,18 @@ def scene(
                 f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
                 f"not given. For another one, change it in {output / 'scene.yaml'}; the materials follow"
             )
-        drawing = output / "scene.png"
-    else:
-        where = f"for the scene {scene}, which is no file to import"
-        refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
-        place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
-        drawing = output or Path(f"{file_stem(place.name)}.png")
-    if importable:
-        if output is not None and report.flattened is not None:
+        if report.flattened is not None:
             _failure_to_draw(report.flattened, output / "flattened.png")
+        drawing = output / "scene.png"
         failure = _failure_to_draw(place, drawing)
         if failure:
             say(f"warning: {failure}; the scene itself is complete")
     else:
+        loaded = load_scene(scene)  # first, since it names the kinds of files that can be imported
+        where = f"for the scene {scene}, which is no file to import"
+        refuse_idle(["list"] if list_parts else given, ["list", *OF_AN_IMPORT], where)
+        place = changed_scene(loaded, SceneChanges(frequency, array))
+        drawing = output or Path(f"{file_stem(place.name)}.png")
         require_new(drawing, force=force)
         draw_scene(place, drawing)
         failure = None
@@ -196,7 +195,6 @@ def _failure_to_draw(place: Scene, drawing: Path) -> str | None:
 
 
 def _describe(place: Scene, json: bool, drawing: Path | None) -> None:
-    """Print the description of a scene."""
     from scenes.drawing.scene_drawing import describe_scene
 
     description = describe_scene(place)
@@ -206,20 +204,12 @@ def _describe(place: Scene, json: bool, drawing: Path | None) -> None:
     for what in ("objects", "materials"):
         rows = description.pop(what)
         print_rows(what, [{HEADINGS.get(key, key): value for key, value in row.items()} for row in rows])
-    gateways: dict[str, dict] = description.pop("further_gateways")
-    for label, further in gateways.items():
-        description |= {f"{label} {name}": value for name, value in further.items()}
-    for what in ("bounds", "gateway", "transmitter"):
-        description |= {f"{what} {name}": value for name, value in description.pop(what).items()}
-    region = description.pop("transmitter region")
-    description |= {f"transmitter region {name}": value for name, value in region.items()}
+    nested: dict[str, dict] = {what: description.pop(what) for what in ("bounds", "gateway", "transmitter")}
+    nested |= {**description.pop("further_gateways"), "transmitter region": nested["transmitter"].pop("region")}
+    description |= {f"{what} {name}": value for what, each in nested.items() for name, value in each.items()}
     print_table("scene (metres, hertz)", {"": description})
     if drawing is not None:
         print(printable(f"drawing: {drawing}"))
-
-
-if TYPE_CHECKING:  # slow imports that the help of the command line does not need
-    from scenes.scene.materials import RadioMaterial
 
 
 def read_rule(text: str) -> tuple[str, str]:
@@ -251,7 +241,6 @@ def read_own_material(text: str) -> RadioMaterial:
 
 
 def print_list(listing: dict[str, Any]) -> None:
-    """Print what ``parts_of`` returns."""
     rows = [
         {
             "object": part["name"],

@@ -15,6 +15,7 @@ from learn.data.splits import SplitKind
 from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL, MODELS, PRESETS, PresetName, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
+from scenes.files.long_work import doing
 from scenes.files.options import changed, optional
 from scenes.files.plain_text import print_table, say
 
@@ -165,11 +166,7 @@ def train(
 
 
 def read_option(text: str, parameter: str = "option", example: str = "primitives=250") -> tuple[str, Any]:
-    """Read an option of a model, or where it is trained. A value is a number, true or false, a list in JSON, or a text.
-
-    >>> read_option("primitives=250"), read_option("encoding=waves"), read_option('bypass=["bst"]')
-    (('primitives', 250), ('encoding', 'waves'), ('bypass', ['bst']))
-    """
+    """Read an option of a model, or where it is trained. Values: a number, true or false, a list in JSON, or a text."""
     name, equals, value = text.partition("=")
     if not (name and equals and value):
         raise ParameterError(parameter, f"expected NAME=VALUE, such as {example}, found {shown(text)}")
@@ -232,6 +229,7 @@ def predict(
     warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
     if warning is not None:
         say(f"warning: {positions}: {warning}")
+    doing(f"{output}: predicting {len(points):,} spectra")
     if len(loaded) > 1:
         together = Ensemble(loaded)
         mean, deviation = together.predict(points), together.deviation(points)

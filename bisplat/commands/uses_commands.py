@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -56,8 +56,7 @@ def calibrate(
     from simulate.positions.positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
-    powers = is_rssi(dataset)
-    if powers:
+    if is_rssi(dataset):
         idle = ["rotation", "carrier", "array"]
         refuse_idle(changed(changes) | changed(tolerances), idle, "for received powers of single antennas")
     followed, allowed = checked(Propagation, propagation), checked(Tolerances, tolerances)
@@ -67,37 +66,18 @@ def calibrate(
         place = changed_scene(load_scene(scene), changes)
         _refuse_idle_tolerances(place, allowed)
         refuse_idle_propagation(followed, [place])
-        options: dict[str, Any] = {"split": split, "seed": seed, "tolerances": allowed, "propagation": followed}
-        correct = _by_powers if powers else _by_spectra
-        told = correct(place, dataset, spectra, options, unfinished)
-    print(told)
+        from learn.twin.calibrate import calibrate as calibrate_scene
+        from learn.twin.calibration import GATEWAYS, write_calibration
+
+        found = calibrate_scene(
+            place, dataset, spectra, split=split, seed=seed, tolerances=allowed, propagation=followed, report=say
+        )
+        write_calibration(found, unfinished)
+    print_rows(f"changes of {place.name}", found.rows())
+    print(found.sentence())
     print(printable(f"scene: {output / 'scene.yaml'}"))
-    if powers:
-        print(printable(f"gateways: {output / 'gateways.yml'}"))
-
-
-def _by_spectra(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
-    """Correct a scene by spectra, write it to an empty folder and print what changed; returns how well it fits."""
-    from learn.twin.calibrate import calibrate as calibrate_scene
-    from learn.twin.calibrate import rows_of, write_calibration
-
-    found = calibrate_scene(scene, dataset, n, report=say, **options)
-    write_calibration(found, folder)
-    print_rows(f"changes of {scene.name}", rows_of(found.which, found.values, found.deviations))
-    now, before = found.misfit
-    return f"unexplained share of the measured power: {before:.1%} before, {now:.1%} after"
-
-
-def _by_powers(scene: Scene, dataset: Path, n: int, options: dict[str, Any], folder: Path) -> str:
-    """As ``_by_spectra``, by received powers."""
-    from learn.twin.calibrate import rows_of
-    from learn.twin.calibrate_powers import calibrate_powers, write_power_calibration
-
-    found = calibrate_powers(scene, dataset, n, report=say, **options)
-    write_power_calibration(found, folder)
-    print_rows(f"changes of {scene.name}", rows_of(found.which, found.values, found.deviations))
-    now, before = found.error
-    return f"median error of the received powers: {before:.2f} dB before, {now:.2f} dB after"
+    if found.gateways:
+        print(printable(f"gateways: {output / GATEWAYS}"))
 
 
 def _refuse_idle_tolerances(scene: Scene, tolerances: Tolerances) -> None:

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from scenes.importing.lengths import METRES
+from scenes.files.lengths import METRES
 from scenes.importing.plausibility import DOUBTED, REFUSED, unit_doubt
 
 room = np.array([[0, 0, 0], [5.0, 4.0, 3.0]])

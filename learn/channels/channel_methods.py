@@ -1,69 +1,47 @@
-"""The methods that predict the downlink's channels, by name, and those that take no statistics of the channels."""
+"""Methods that predict the downlink's channels and take no statistics of them."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.channels.known_channels import ChannelMethod, KnownChannels, PredictedChannels, strongest_ramp
-from learn.channels.linear_channels import Delays, HelmholtzChannels, HelmholtzPositions
-from learn.channels.nerf_channels import NerfChannels
+from learn.channels.known_channels import KnownChannels, strongest_ramp
+from learn.quantities.known import Known
+from learn.quantities.quantity import Prediction
 
 
 class Copy:
     """The uplink as it is."""
 
-    def fit(self, known: KnownChannels) -> None:
+    def fit(self, known: Known) -> None:
         pass
 
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
-        return PredictedChannels(uplink)
+    def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
+        return Prediction(given)
 
 
 class Ramp(Copy):
     """The uplink of each antenna as one path, whose phase goes on evenly with the frequency."""
 
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
-        count = uplink.shape[2]
-        step = strongest_ramp(uplink[:, :, None])[..., None]
-        gain = (uplink * np.exp(-1j * step * np.arange(count))).mean(axis=-1, keepdims=True)
-        return PredictedChannels(gain * np.exp(1j * step * np.arange(count, 2 * count)))
+    def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
+        count = given.shape[2]
+        step = strongest_ramp(given[:, :, None])[..., None]
+        gain = (given * np.exp(-1j * step * np.arange(count))).mean(axis=-1, keepdims=True)
+        return Prediction(gain * np.exp(1j * step * np.arange(count, 2 * count)))
 
 
 class Nearest:
     """The downlink of the known row whose uplink is most alike, with the factor that fits the two uplinks."""
 
-    def fit(self, known: KnownChannels) -> None:
-        self._up, self._down = np.split(known.alike, 2, axis=2)
+    def fit(self, known: Known) -> None:
+        self._up, self._down = np.split(KnownChannels.of(known).alike, 2, axis=2)
 
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
+    def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
         if not len(self._up):
-            return PredictedChannels(uplink)
+            return Prediction(given)
         known = self._up.reshape(len(self._up), -1)
         level = np.linalg.norm(known, axis=1)
-        along = uplink.reshape(len(uplink), -1) @ (known / level[:, None]).conj().T
+        along = given.reshape(len(given), -1) @ (known / level[:, None]).conj().T
         best = np.abs(along).argmax(axis=1)
-        factor = along[np.arange(len(uplink)), best] / level[best]
-        return PredictedChannels(factor[:, None, None] * self._down[best])
-
-
-CHANNEL_METHODS: dict[str, Callable[[], ChannelMethod]] = {
-    "copy": Copy,
-    "ramp": Ramp,
-    "nearest": Nearest,
-    "delays": Delays,
-    "helmholtz": HelmholtzChannels,
-    "nerf2": NerfChannels,
-    "helmholtz-positions": HelmholtzPositions,
-}
-"""Functions that make new, unfitted methods."""
-
-BASELINES = ("copy", "ramp", "nearest")  # Methods that the report of another one shows beside it
+        factor = along[np.arange(len(given)), best] / level[best]
+        return Prediction(factor[:, None, None] * self._down[best])

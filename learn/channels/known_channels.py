@@ -1,14 +1,14 @@
-"""What a method learns from, the delay that all paths of a row have in common, and the interface of a method."""
+"""Known channels of both links, and the delay that all paths of a row have in common."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Complex, Float
 
+from learn.quantities.known import Known
 from scenes.scene.description import SPEED_OF_LIGHT
 
 FINER = 16  # Delays of the search for the strongest one, per subcarrier
@@ -49,10 +49,19 @@ class KnownChannels:
     # positions of the end that moves, metres, world frame. None: they are not known
     positions: Float[np.ndarray, "n 3"] | None = None
     seed: int = 0  # seed of everything that is random in a method
-    minutes: float = 5.0  # training time of a method that is trained by steps
+    minutes: float | None = 5.0  # training time of a method that is trained by steps
     # positions of the antennas, metres, in the same frame. None: they are not known
     antennas: Float[np.ndarray, "A 3"] | None = None
     wavelength: float = USUAL_WAVELENGTH  # metres
+
+    @classmethod
+    def of(cls, known: Known) -> KnownChannels:
+        """The channels that a method of a comparison learns from."""
+        dataset = known.dataset
+        wavelength = USUAL_WAVELENGTH if dataset.frequency is None else dataset.frequency.wavelength
+        places = (known.positions, known.seed, known.minutes, dataset.antenna_positions, wavelength)
+        assert known.given is not None
+        return cls(known.given, known.values, *places)
 
     @cached_property
     def alike(self) -> Complex[np.ndarray, "n A 2S"]:
@@ -73,25 +82,3 @@ class KnownChannels:
     def subcarriers(self) -> int:
         """Number of subcarriers of each link."""
         return self.uplink.shape[2]
-
-
-@dataclass(frozen=True)
-class PredictedChannels:
-    """The downlink that a method predicts for K rows, in the units of the known ones."""
-
-    downlink: Complex[np.ndarray, "K A S"]  # the predicted channels
-    # stated standard deviation of the real and of the imaginary part of each channel, the same for all antennas and
-    # subcarriers of a row. About 90 % of these parts are within 1.645 deviations. None: the method states none.
-    deviation: Float[np.ndarray, " K"] | None = None
-
-
-class ChannelMethod(Protocol):
-    """A method that learns from known rows and predicts the downlink of others."""
-
-    def fit(self, known: KnownChannels) -> None:
-        """Learn from known rows."""
-
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
-        """Predict the downlink of rows from their uplink, and from their positions (metres) where these are known."""

@@ -7,11 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.channels.channel_scores import snr_db
-from learn.channels.known_channels import KnownChannels, PredictedChannels, strongest_ramp, without_ramp
+from learn.channels.known_channels import KnownChannels, strongest_ramp, without_ramp
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.delay_powers import delay_paths, fit_delay_powers, profile_covariance
 from learn.models.kriging.deviation_curve import size_of
+from learn.quantities.complex_scores import snr_db
+from learn.quantities.known import Known
+from learn.quantities.quantity import Prediction
 from scenes.files.plain_text import say
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -29,15 +31,17 @@ class Delays:
     # that of the subcarriers of both links, with the noise, in units of the rows' mean power
     covariance: Complex[np.ndarray, "2S 2S"]
 
-    def fit(self, known: KnownChannels) -> None:
+    def fit(self, known: Known) -> None:
+        self.fit_to(KnownChannels.of(known))
+
+    def fit_to(self, known: KnownChannels) -> None:
+        """Learn from both links of known rows."""
         scores = {aligned: _left_out_score(known.rows(aligned)) for aligned in (False, True)}
         self.aligned = scores[True] > scores[False]
         self.covariance, _ = fit_profile(known.rows(self.aligned))
 
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
-        return PredictedChannels(predict_aligned(lambda rows: _of_each(self.covariance, rows), uplink, self.aligned))
+    def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
+        return Prediction(predict_aligned(lambda rows: _of_each(self.covariance, rows), given, self.aligned))
 
 
 def predict_aligned(
@@ -114,9 +118,13 @@ class HelmholtzChannels:
     deviation: float | None
     _alone: Delays | None
 
-    def fit(self, known: KnownChannels) -> None:
+    def fit(self, known: Known) -> None:
+        self.fit_to(KnownChannels.of(known))
+
+    def fit_to(self, known: KnownChannels) -> None:
+        """Learn from both links of known rows."""
         delays = Delays()
-        delays.fit(known)
+        delays.fit_to(known)
         self.aligned, self._alone = delays.aligned, None
         _, antennas, subcarriers = known.uplink.shape
         if antennas * subcarriers > MOST_NUMBERS:
@@ -130,17 +138,15 @@ class HelmholtzChannels:
         self.share, self.noise, self.deviation = _chosen(rows)
         self._covariance = _mixed(_model(rows), _sample(rows), self.share, self.noise)
 
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
+    def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
         if self._alone is not None:
-            return self._alone.predict(uplink, positions)
+            return self._alone.predict(positions, given)
 
         def of_all(rows: Complex[np.ndarray, "K A S"]) -> Complex[np.ndarray, "K A S"]:
             return regression(self._covariance, rows.reshape(len(rows), -1)).reshape(rows.shape)
 
-        deviation = None if self.deviation is None else self.deviation * _level(uplink.reshape(len(uplink), -1))
-        return PredictedChannels(predict_aligned(of_all, uplink, self.aligned), deviation)
+        deviation = None if self.deviation is None else self.deviation * _level(given.reshape(len(given), -1))
+        return Prediction(predict_aligned(of_all, given, self.aligned), deviation=deviation)
 
 
 def _chosen(rows: Complex[np.ndarray, "n A 2S"]) -> tuple[float, float, float | None]:
@@ -227,7 +233,8 @@ class HelmholtzPositions:
     field: BandField | None
     found: str  # what the fit found, in words
 
-    def fit(self, known: KnownChannels) -> None:
+    def fit(self, taught: Known) -> None:
+        known = KnownChannels.of(taught)
         self.field, self.found = None, "does not use places"
         self._rest = HelmholtzChannels()
         both = np.concatenate([known.uplink, known.downlink], axis=2).astype(complex)
@@ -237,7 +244,7 @@ class HelmholtzPositions:
             left = self._left_by_places(both, known.positions, known.wavelength)
             if self.field is not None:
                 known = KnownChannels(*np.split(left, 2, axis=2), seed=known.seed)
-        self._rest.fit(known)
+        self._rest.fit_to(known)
 
     def _left_by_places(
         self, both: Complex[np.ndarray, "n A 2S"], positions: Float[np.ndarray, "n 3"], wavelength: float
@@ -254,11 +261,9 @@ class HelmholtzPositions:
             say(f"helmholtz-positions: {self.found}")
         return left
 
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
+    def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
         if self.field is None or positions is None:
-            return self._rest.predict(uplink)
+            return self._rest.predict(None, given)
         up, down = np.split(self.field.at(positions)[0], 2, axis=2)
-        rest = self._rest.predict(uplink - up)
-        return PredictedChannels(down + rest.downlink, rest.deviation)
+        rest = self._rest.predict(None, given - up)
+        return Prediction(down + rest.value, deviation=rest.deviation)

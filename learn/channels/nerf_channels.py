@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.channels.known_channels import KnownChannels, PredictedChannels
+from learn.channels.known_channels import KnownChannels
+from learn.quantities.known import Known
+from learn.quantities.quantity import Prediction
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -45,12 +47,13 @@ class NerfChannels:
 
         return (self._size or size_here()) != PUBLISHED
 
-    def fit(self, known: KnownChannels) -> None:
+    def fit(self, taught: Known) -> None:
         import torch
 
         from learn.models.peers.nerf2 import PUBLISHED, REDUCED_BATCH, RaySignals, published_adam, size_here
         from learn.training.fit_progress import train_steps
 
+        known = KnownChannels.of(taught)
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         largest = max(float(np.abs(link).max(initial=0)) for link in (known.uplink, known.downlink))
         self._level = largest if largest > 0 else 1.0
@@ -72,14 +75,12 @@ class NerfChannels:
             minutes = known.minutes if self._steps is None else None
             self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
 
-    def predict(
-        self, uplink: Complex[np.ndarray, "K A S"], positions: Float[np.ndarray, "K 3"] | None = None
-    ) -> PredictedChannels:
+    def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
         import torch
 
         with torch.no_grad():
-            parts = [self._signals(each) for each in self._pairs(uplink).flatten(-2).split(AT_ONCE)]
-        return PredictedChannels(self._level * torch.view_as_complex(torch.cat(parts).double().cpu()).numpy())
+            parts = [self._signals(each) for each in self._pairs(given).flatten(-2).split(AT_ONCE)]
+        return Prediction(self._level * torch.view_as_complex(torch.cat(parts).double().cpu()).numpy())
 
     def _pairs(self, links: Complex[np.ndarray, "K A S"]) -> Float[Tensor, "K A S 2"]:
         """Links in units of the largest known channel, as real and imaginary parts."""

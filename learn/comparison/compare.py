@@ -1,186 +1,224 @@
-"""Comparison of methods for spectra on one split, with the whole training part or several sizes of it."""
+"""Comparison of methods for any quantity: fitted to the same known rows, scored on the same test rows."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from dataclasses import replace
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
-from learn.comparison.experiment import begun
-from learn.comparison.known_spectra import Method
-from learn.comparison.method_factories import check_effort, checked_sizes, method_factories
-from learn.comparison.spectrum_methods import TrainedModel, is_reduced, method_named, method_names
-from learn.comparison.table import Comparison
-from learn.data.splits import SplitKind
+from learn.comparison.averages import average_name
+from learn.comparison.cases import Cases, ManyRooms, OneDataset
+from learn.comparison.comparison import Comparison
+from learn.comparison.given_methods import (
+    check_effort,
+    checked_sizes,
+    chosen_methods,
+)
+from learn.comparison.measuring import Measuring
+from learn.comparison.results_folder import Settings, results_in
+from learn.data.split_distances import say_distances
+from learn.data.splits import GUARD_MOST, SPLITS, SplitKind
+from learn.methods.table import BASELINES, USUAL_BASELINES, methods_of, require_scene, usual_names
+from learn.methods.trained_model import TrainedModel
+from learn.quantities.known import MakesMethod, Method
+from learn.quantities.spectra import SpectraInRooms
+from learn.quantities.table import QuantityName, quantity_named, quantity_of
 from learn.training.config import require_untested
-from learn.training.registry import DEFAULT_MODEL
+from learn.training.run_files import device_name
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import ParameterError
+from scenes.files.errors import (
+    ParameterError,
+    require_instance,
+    require_path,
+    require_seed,
+    require_whole,
+    require_within,
+    require_word,
+)
+from scenes.files.plain_text import say
+from scenes.scene.description import Scene
+from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import Rooms, read_dataset, read_rooms
+from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
+from simulate.positions.positions import MOST_POSITIONS
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
-Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
+Methods = Sequence[str] | Mapping[str, str | Method | MakesMethod]
 """Names of methods, or a dictionary from labels to methods; ``compare`` describes both."""
 
 
 def compare(
-    dataset: Dataset | Path | str,
-    models: Models | None = None,
+    data: Dataset | Rooms | Path | str,
+    methods: Methods | None = None,
+    *,
+    quantity: QuantityName | None = None,
     split: SplitKind = "files",
-    budget: float = 5.0,
-    seeds: int = 1,
-    test_spectra: int | None = None,
-    output: Path | str | None = None,
+    sizes: Sequence[int] | None = None,
+    seed: int = 0,
     guard: float = 0.0,
+    seeds: int = 1,
+    budget: float = 5.0,
     steps: int | None = None,
+    tested: int | None = None,
+    test_rooms: int | None = None,
+    scene: Scene | Path | str | None = None,
+    init: Run | Path | str | None = None,
+    output: Path | str | None = None,
 ) -> Comparison:
-    """Fit and score methods on one split, and measure the array's ceiling.
+    """Fit and score methods on one split, on several sizes of its training part, or in rooms never seen before.
 
-    Every method learns from the same known spectra and is scored on the same test spectra by the same code. The array's
-    ceiling is an upper bound and not a method: it scores the element responses that fit each of at most 50 test spectra
-    best. The function makes no figures; ``bisplat compare`` does.
+    Every method learns from the same known rows, those of the training and the validation part, and is scored on the
+    same test rows by the same code. Baselines that learn nothing are always in. Spectra also have a row for the array's
+    ceiling, a bound that is fitted to the test spectra themselves. ``bisplat compare`` also makes figures.
 
-    A second call with the same ``output`` measures only the rows that are missing there, and returns all rows.
+    In a folder of rooms, the last ones are test rooms. In each, a random fifth of the spectra is tested, and L of the
+    others are known. A method with ``learn(datasets, minutes, seed)`` is given the datasets of the other rooms before.
 
     A method is an object with two methods. ``fit(known)`` learns from ``known.positions`` [n, 3] (metres) and
-    ``known.spectra`` [n, 90, 360] (0…1). ``predict(positions)`` takes positions [K, 3] and returns spectra
-    [K, 90, 360].
+    ``known.values`` [n, …]: spectra [90, 360] from 0 to 1, received powers in dBm [gateways] (NaN where nothing was
+    received), responses [elements, subcarriers], or channels of the downlink [antennas, subcarriers], with those of
+    the uplink as ``known.given``. It may use ``known.dataset``, ``known.rows``, ``known.seed`` and ``known.minutes``.
+    ``predict(positions)`` takes positions [K, 3], and of channels ``predict(positions, given)`` also uplinks. It
+    returns values [K, …], or an object with ``value`` and, where they are stated, ``deviation`` [K], or ``low`` and
+    ``high``, the ends of the 90 % interval.
 
     Args:
-        dataset: a dataset, or its folder.
-        models: names of baselines ("mean-picture", "nearest", "inverse-distance", "kriging", "kriging-responses"), of
-            models (as for ``train``) or of your own classes ("module:Class"), or "LABEL=FOLDER" of a folder with the
-            predictions of another program: spectrum/NAME.png of each test spectrum, or spectra.npy [K, 90, 360] with
-            all of them in the order of ``split(...).test``. Or a dictionary from the label of a row
-            to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
-            or such an object, which is copied for each seed. None: every baseline and every model that needs no
-            options.
+        data: a dataset or rooms, or their folder.
+        methods: names of methods (documentation, Train and compare models), of your own classes ("module:Class"), or
+            "LABEL=FOLDER" with the predictions of another program for all test rows, in the order of
+            ``split(...).test``: spectra.npy, powers.npy, responses.npy or channels.npy, or spectrum/NAME.png. Or a
+            dictionary from the label of a row to one of these: a name, a class with ``fit`` and ``predict``, a function
+            that returns an object with both, or such an object, which is copied for each fit. None: of spectra all that
+            need no options, of other quantities and in rooms those that take seconds.
+        quantity: what is predicted: "spectrum", "response" (over a band), "power" or "channel". None: what the data
+            mainly hold.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
-            (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
-        budget: training time of each model that is trained by steps, minutes.
-        seeds: number of fits of each method, with seeds 0, 1, …
-        test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
-        output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
-            path is ``Comparison.folder``.
+            (every fourth block of ten consecutive rows) or "area" (connected areas with a fifth).
+        sizes: numbers of training rows, of rooms of known spectra (None: those of 5, 10, 25, 50 and 100 that there
+            are). Each smaller part is contained in every larger one; the test part is the same. None: all rows.
+        seed: seed of the split.
         guard: known positions nearer than this to a test position are left out, wavelengths.
-        steps: number of training steps of each model that is trained by steps, instead of the budget. The same on
-            every machine.
+        seeds: number of fits of each method, with seeds 0, 1, …
+        budget: training time of each method that is trained by steps, minutes by the clock.
+        steps: number of training steps of each such model of spectra, instead of the budget; the same on every machine.
+        tested: largest number of test rows to score, evenly spread over the test part, in each room. None: all.
+        test_rooms: number of test rooms. None: a quarter of them.
+        scene: the scene as described, which "twin" for received powers corrects.
+        init: a finished run, or its folder. Its model is also trained from its weights, in rows "MODEL from FOLDER".
+        output: folder for results.jsonl, per_sample/ and runs/. The same call again makes the rows that are missing.
+            None: nothing is kept.
 
     Returns:
-        All rows measured in the folder.
+        The scores, with those that the output has from earlier calls.
 
     Raises:
-        InputError: the dataset cannot be read; or ``output`` holds an experiment with other settings or other files, or
-            another process writes to it.
-        ParameterError: a method is unknown or lacks ``fit``, or ``budget``, ``steps``, ``seeds`` or ``test_spectra`` is
-            out of its range.
+        InputError: the data cannot be read, lack the quantity, or have too few rows or no index files for the split; or
+            something went wrong in a method of your own; or the output has a comparison with other settings or of
+            other files, or another process writes to it.
+        ParameterError: a method or the split is unknown, a method lacks ``fit``, or an argument is out of its range.
 
     Example:
-        >>> import numpy as np
+        >>> import bisplat, numpy as np
         >>> class Grey:
         ...     def fit(self, known):
-        ...         self.mean = known.spectra.mean()
+        ...         self.mean = known.values.mean()
         ...
         ...     def predict(self, positions):
         ...         return np.full((len(positions), 90, 360), self.mean)
-        >>> comparison = compare("data/lab", {"nearest": "nearest", "grey": Grey})
-        >>> [row["label"] for row in comparison]
-        ['nearest', 'grey', "array's ceiling"]
-
-        The rows make a table for pandas:
-
-        >>> import pandas
-        >>> "ssim_median" in pandas.DataFrame(comparison)
-        True
+        >>> comparison = bisplat.compare("data/lab", {"grey": Grey}, sizes=[5, 10])
+        >>> [row["train_size"] for row in comparison if row["label"] == "grey"]
+        [5, 10]
     """
     check_effort(budget, seeds, steps)
-    methods = spectrum_factories(method_names() if models is None else models)
-    minutes = budget if steps is None else None
-    with begun(
-        dataset, split, output, minutes=minutes, steps=steps, test_spectra=test_spectra, guard=guard
-    ) as experiment:
-        experiment.measure(methods, seeds)
-        experiment.measure_ceiling()
-        return Comparison.of(experiment)
-
-
-def spectrum_factories(models: Models) -> dict[str, Callable[[], Method]]:
-    """Functions that make new, unfitted methods, by the label of their rows."""
-    return method_factories(models, method_named, "models", is_reduced)
-
-
-SWEPT = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance")
-"""Methods that are compared if none are named."""
-
-
-def sweep(
-    dataset: Dataset | Path | str,
-    sizes: Sequence[int],
-    models: Models = SWEPT,
-    split: SplitKind = "files",
-    budget: float = 5.0,
-    seeds: int = 1,
-    test_spectra: int | None = None,
-    init: Run | Path | str | None = None,
-    output: Path | str | None = None,
-    guard: float = 0.0,
-    steps: int | None = None,
-) -> Comparison:
-    """Fit and score methods on training parts of several sizes.
-
-    The result shows how accuracy grows with the number of training spectra. The test part is the same for all sizes.
-    The function makes no figures; ``bisplat sweep`` does.
-
-    A second call with the same ``output`` measures only the rows that are missing there, and returns all rows.
-
-    Args:
-        dataset: a dataset, or its folder.
-        sizes: numbers of training spectra. Each smaller training part is contained in every larger one.
-        models: names of methods, or a dictionary from labels to methods, as for ``bisplat.compare``.
-        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
-            (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
-        budget: training time of each model that is trained by steps, minutes.
-        seeds: number of fits of each method and size, with seeds 0, 1, …
-        test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
-        init: a finished run, or its folder. Its model is then also trained starting from its weights, in rows labelled
-            "MODEL from FOLDER", with the run's options.
-        output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
-            path is ``Comparison.folder``.
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-        steps: number of training steps of each model that is trained by steps, instead of the budget. The same on
-            every machine.
-
-    Returns:
-        All rows measured in the folder. The entry "train_size" of a row is its number of training spectra.
-
-    Raises:
-        InputError: the dataset or the run cannot be read; the run has learned spectra of the test part; a size is
-            larger than the training part; or ``output`` holds an experiment with other settings or other files, or
-            another process writes to it.
-        ParameterError: a method is unknown; ``sizes`` is empty or has a number twice; a size, ``budget``, ``steps``,
-            ``seeds`` or ``test_spectra`` is out of its range; or the run of ``init`` was not trained by steps.
-
-    Example:
-        >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))
-        >>> [(row["label"], row["train_size"]) for row in comparison]
-        [('nearest', 5), ('nearest', 10)]
-    """
-    check_effort(budget, seeds, steps)
-    rising = checked_sizes("spectra", sizes=sizes)
-    methods = spectrum_factories(models)
+    require_seed(seed=seed)
+    require_word(SPLITS, split=split)
+    require_within(0, GUARD_MOST, "wavelengths", guard=guard)
+    if tested is not None:
+        require_whole(1, MOST_POSITIONS, tested=tested)
+    if output is not None:
+        require_path(output=output)
+    given: Any = read_data(data)
+    kind = "room" if isinstance(given, Rooms) else quantity or quantity_of(given)
+    of = SpectraInRooms() if kind == "room" else quantity_named(kind)
+    require_scene(kind, methods, scene)
+    known = methods_of(kind, given, scene)
+    chosen = chosen_methods(methods, known, usual_names(kind, known), models=kind == "spectrum")
+    asked = checked_sizes(sizes, of.things)
     run = init if init is None or isinstance(init, Run) else load_run(init)
     if run is not None:
-        model = run.config.model
-        if run.config.by_steps is None:
-            raise ParameterError("init", f"expected a run of a model that is trained by steps, found one of {model}")
-        methods[f"{model} from {run.name}"] = partial(
-            TrainedModel, model, run.config.options, init=str(run.folder.resolve())
-        )
-    minutes = budget if steps is None else None
-    with begun(
-        dataset, split, output, minutes=minutes, steps=steps, test_spectra=test_spectra, guard=guard
-    ) as experiment:
-        if run is not None and run.is_trained_on(experiment.dataset):
-            known = run.split(experiment.dataset).known
-            require_untested(known, run.folder, experiment.dataset, experiment.parts)
-        experiment.measure(methods, seeds, rising)
-        return Comparison.of(experiment)
+        chosen |= _continued(run, kind)
+    missing = [name for name in BASELINES.get(kind, USUAL_BASELINES) if name not in chosen]
+    chosen = {**{name: known[name] for name in missing}, **chosen}
+    cases: Cases
+    if isinstance(given, Rooms):
+        cases = ManyRooms(given, test_rooms, tested, seed)
+    else:
+        cases = OneDataset(given, of, split, seed, guard, tested)
+        if run is not None and run.is_trained_on(given):
+            require_untested(run.split(given).known, run.folder, given, cases.parts(None))
+    asked = cases.sizes(asked)
+    settings = Settings(
+        dataset=str(given.folder.resolve()),
+        quantity=of.name,
+        split=cases.split,
+        seed=seed,
+        guard=float(guard),
+        minutes=float(budget) if steps is None else None,
+        steps=steps,
+        device=device_name(),
+        tested=tested,
+        test_rooms=cases.test_rooms,
+        data_sha256=cases.fingerprint,
+        index_sha256=cases.index_sha256,
+    )
+    folder, distances = None if output is None else Path(output), cases.distances(asked[-1])
+    with results_in(folder, settings, of.ranked_by) as kept:
+        if stated := of.stated(given):
+            say(stated)
+        if distances is not None:
+            say_distances(distances)
+
+        def so_far() -> Comparison:
+            found = Comparison(
+                quantity=of, settings=settings, folder=folder, rows=kept.rows, dataset=given, distances=distances
+            )
+            if not isinstance(cases, OneDataset):
+                return found
+            expected = of.arrays(of.of(given, cases.test))
+            each = {average_name(row): kept.arrays(row, expected) for row in found if row["seed"] == 0}
+            largest = max((row["train_size"] or 0 for row in found), default=0) or None
+            return replace(found, each=each, test=cases.test, parts=cases.parts(largest))
+
+        try:
+            Measuring(of, cases, settings, kept, known).measure(chosen, seeds, asked)
+        except KeyboardInterrupt:
+            if kept.rows:
+                say(f"interrupted; the table so far:\n{so_far()}")
+            raise
+        return so_far()
+
+
+def read_data(data: Any) -> Any:
+    """A dataset of any kind or rooms, which may be given as their folder."""
+    require_instance(Dataset, RssiDataset, CsiDataset, Rooms, str, PathLike, data=data)
+    if not isinstance(data, str | PathLike):
+        return data
+    folder = Path(data)
+    for holds, read in ((is_rooms, read_rooms), (is_rssi, read_rssi), (is_csi, read_csi)):
+        if holds(folder):
+            return read(folder)
+    return read_dataset(folder)
+
+
+def _continued(run: Run, kind: str) -> dict[str, Callable[[], Any]]:
+    """The model of a run, trained from its weights."""
+    if kind != "spectrum":
+        raise ParameterError("init", "expected none but for spectra, whose models start from weights, found one")
+    model = run.config.model
+    if run.config.by_steps is None:
+        raise ParameterError("init", f"expected a run of a model that is trained by steps, found one of {model}")
+    start = str(run.folder.resolve())
+    return {f"{model} from {run.name}": lambda: TrainedModel(model, dict(run.config.options), init=start)}

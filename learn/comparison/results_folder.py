@@ -1,89 +1,72 @@
-"""The folder of a comparison: the settings of all rows in protocol.json, and the rows so far in results.jsonl."""
+"""The folder of a comparison: what all rows have in common in protocol.json, and the rows so far in results.jsonl."""
 
 from __future__ import annotations
 
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from jaxtyping import Int
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, to_builtins
 
-from learn.data.splits import GUARD_MOST, SplitKind
+from learn.data.splits import GUARD_MOST
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError, require_path, shown
+from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.json_yaml_xml import parse_json, plain_number, read_json
+from scenes.files.json_yaml_xml import parse_json, plain_values, read_json
+from scenes.files.npz_file import Expected, read_npz, write_arrays
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
-from simulate.spectra.spectrum import evenly
 
-PROTOCOL = "protocol.json"  # Name of the file with the settings of an experiment
-
-SPLIT_SEED = 0  # Seed of the split, the same for every method and for every seed of a method
+PROTOCOL = "protocol.json"  # Name of the file with the settings of a comparison
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Settings that all rows of an experiment have in common. The file protocol.json records them."""
+class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What all rows of a comparison have in common. The file protocol.json records it.
 
-    dataset: str  # absolute path of the dataset's folder
-    split: SplitKind  # how the test part is chosen
-    split_seed: int  # seed of the split
-    # training time of each model that is trained by steps. None: there is no limit, and ``steps`` is set.
-    minutes: float | None
-    steps: int | None  # number of training steps of each such model. None: as many as fit into ``minutes``.
-    device: str  # name of the GPU, or number of CPU threads, on which methods are trained
-    # largest number of test spectra, evenly spread over the test part. None: all of them.
-    test_spectra: int | None = None
-    dataset_sha256: str = ""  # fingerprint of the dataset
-    # known positions nearer than this to a test position are left out, wavelengths. None: all are known.
-    guard: float | None = None
-    # digest of the index files of the split "files". None: another split.
-    index_sha256: str | None = None
-
-    def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
-        """The spectra of the test part on which every method is scored."""
-        return test if self.test_spectra is None else evenly(test, self.test_spectra)
-
-
-class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The content of protocol.json: the fields of ``Settings`` that are not None."""
+    Attributes:
+        dataset: absolute path of the folder of the dataset or of the rooms.
+        quantity: what is predicted.
+        split: how the test part was chosen, or "rooms".
+        seed: seed of the split, the same for every method and for every seed of a method.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
+        minutes: training time of each method that is trained by steps; None: there is no limit, and ``steps`` is set.
+        steps: number of training steps of each such method; None: as many as fit into ``minutes``.
+        device: name of the GPU, or number of CPU threads, on which methods are trained.
+        tested: largest number of test rows, evenly spread over the test part, of each room; None: all of them.
+        test_rooms: number of test rooms; None: there are none.
+        data_sha256: fingerprint of the data.
+        index_sha256: digest of the index files of the split "files"; empty for other splits.
+    """
 
     dataset: str
-    split: SplitKind
-    split_seed: Annotated[int, Meta(ge=0)]
-    minutes: Annotated[float, Meta(gt=0)] | None = None
-    steps: Annotated[int, Meta(ge=1)] | None = None
+    quantity: str
+    split: str
+    seed: Annotated[int, Meta(ge=0)]
+    guard: Annotated[float, Meta(ge=0, le=GUARD_MOST)]
+    minutes: Annotated[float, Meta(gt=0)] | None
+    steps: Annotated[int, Meta(ge=1)] | None
     device: str
-    test_spectra: Annotated[int, Meta(ge=1)] | None = None
-    dataset_sha256: str
-    guard: Annotated[float, Meta(gt=0, le=GUARD_MOST)] | None = None
-    index_sha256: str | None = None
+    tested: Annotated[int, Meta(ge=1)] | None = None
+    test_rooms: Annotated[int, Meta(ge=1)] | None = None
+    data_sha256: str = ""
+    index_sha256: str = ""
 
 
-def read_protocol(path: Path) -> dict[str, Any]:
+def in_common(settings: Settings) -> dict[str, Any]:
+    """The settings that all calls of a comparison must share: where steps are fixed, not the device."""
+    left_out = ("data_sha256", "index_sha256", *(["device"] if settings.steps is not None else []))
+    return {key: value for key, value in to_builtins(settings).items() if key not in left_out}
+
+
+def read_settings(path: Path) -> Settings:
     """The settings in a protocol.json."""
-    content = read_json(path, "the settings of an experiment")
-    conform(content, Protocol, str(path))
-    return content
-
-
-def in_common(settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings that all calls of a comparison must share."""
-    fixed_steps = settings.get("steps") is not None
-    return {
-        key: value
-        for key, value in settings.items()
-        if not key.endswith("_sha256") and not (key == "device" and fixed_steps)
-    }
+    return conform(read_json(path, "the settings of a comparison"), Settings, str(path))
 
 
 RESULTS = "results.jsonl"  # Name of the file
@@ -91,19 +74,23 @@ RESULTS = "results.jsonl"  # Name of the file
 LARGEST_RESULTS = 64 * MEGABYTE  # Largest size of the file, bytes; a row takes about 400
 
 
+LARGEST_ARRAYS = 4000 * MEGABYTE  # Largest size of the arrays of a row, bytes
+
+
 class ResultRow(Struct, frozen=True, kw_only=True):
-    """The entries of a row's key, and so of every row."""
+    """The entries that every row has. The others are scores and costs."""
 
     label: str
     seed: Annotated[int, Meta(ge=0)]
     train_size: Annotated[int, Meta(ge=1)] | None
+    test: Annotated[int, Meta(ge=1)]
 
 
-class ResultsFile:
-    """The rows in ``results.jsonl``, a JSON object per line."""
+class Results:
+    """The rows in results.jsonl, a JSON object per line, and the scores of each test row in per_sample/."""
 
-    def __init__(self, folder: Path, schema: type[ResultRow]):
-        self.path, self._schema = folder / RESULTS, schema
+    def __init__(self, folder: Path, score: str | None = None):
+        self.folder, self.path, self._score = folder, folder / RESULTS, score  # the key that every row has besides
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -115,7 +102,10 @@ class ResultsFile:
         for number, line in enumerate(lines, start=1):
             place = f"{self.path}, line {number}"
             rows.append(parse_json(line, place, "the scores of a method", nan=True))
-            conform(rows[-1], self._schema, place)
+            conform(rows[-1], ResultRow, place)
+            if not isinstance(rows[-1].get(self._score), int | float | None):
+                found = shown(rows[-1][self._score])
+                raise InputError(f"{place}: {self._score}: expected a number or nothing, found {found}")
         return rows
 
     def row(self, key: dict[str, Any]) -> dict[str, Any] | None:
@@ -145,13 +135,19 @@ class ResultsFile:
             return False
         return True
 
-    def keep(self, key: dict[str, Any], row: dict[str, Any]) -> None:
-        """Write a row with its key to the file, in place of an old one with this key."""
+    def keep(self, key: dict[str, Any], row: dict[str, Any], each: dict[str, np.ndarray]) -> None:
+        """Write a row with its key, and the scores of each test row, in place of old ones with this key."""
+        write_arrays(self._arrays(key), each)
         rows, old, new = self.rows, self.row(key), {**key, **row}
         kept = [*rows, new] if old is None else [new if each == old else each for each in rows]
-        write_atomically(
-            self.path, ("\n".join(json.dumps(each, default=plain_number) for each in kept) + "\n").encode()
-        )
+        write_atomically(self.path, ("\n".join(json.dumps(plain_values(each)) for each in kept) + "\n").encode())
+
+    def arrays(self, row: Mapping[str, Any], expected: Mapping[str, Expected]) -> dict[str, np.ndarray]:
+        """What was kept of each test row of one of the rows."""
+        return read_npz(self._arrays(row), "arrays of a comparison", expected, LARGEST_ARRAYS)
+
+    def _arrays(self, key: Mapping[str, Any]) -> Path:
+        return self.folder / "per_sample" / f"{row_name(key)}.npz"
 
 
 def row_name(row: Mapping[str, Any]) -> str:
@@ -170,42 +166,23 @@ def run_folder(row: Mapping[str, Any]) -> Path:
     return Path("runs") / (row_name(row) if source is None else f"{row_name(row)}-{source[:8]}")
 
 
-def given_folder(output: Path | str | None) -> Path | None:
-    """The folder that the caller gave as ``output``. None: nothing is to be kept."""
-    if output is None:
-        return None
-    require_path(output=output)
-    return Path(output)
-
-
 @contextmanager
-def results_in(
-    output: Path | None,
-    kind: str,
-    settings: dict[str, Any],
-    fingerprint: Callable[[], str],
-    schemas: tuple[type[Struct], type[ResultRow]],
-) -> Iterator[ResultsFile]:
+def results_in(output: Path | None, settings: Settings, score: str) -> Iterator[Results]:
     """Begin a comparison in a new folder, or continue the one in a folder, and keep other processes from it."""
-    protocol, row = schemas
     if output is None:
         with tempfile.TemporaryDirectory(prefix="bisplat-") as temporary:
-            yield ResultsFile(Path(temporary), row)
+            yield Results(Path(temporary), score)
         return
-
-    def read(path: Path) -> dict[str, Any]:
-        content = read_json(path, f"the settings of a {kind}")
-        conform(content, protocol, str(path))
-        return content
-
     path = output / PROTOCOL
     require_writable(path)
-    digest = fingerprint()
-    with own_folder(output, kind, PROTOCOL, settings, lambda path: in_common(read(path))):
-        if path.exists() and read(path)["data_sha256"] != digest:
-            of = next(iter(settings.values()))
-            raise InputError(f"{output}: expected a {kind} of {of} as it is now, found one of other data")
-        write_atomically(
-            path, (json.dumps({**settings, "data_sha256": digest}, indent=2, default=plain_number) + "\n").encode()
-        )
-        yield ResultsFile(output, row)
+    with own_folder(output, "comparison", PROTOCOL, in_common(settings), lambda file: in_common(read_settings(file))):
+        if path.exists():
+            before = read_settings(path)
+            for key, what in (("data_sha256", "data"), ("index_sha256", "index files")):
+                if getattr(before, key) != getattr(settings, key):
+                    raise InputError(
+                        f"{settings.dataset}: expected the {what} with which {output} was begun, found others; compare "
+                        "in another folder"
+                    )
+        write_atomically(path, (json.dumps(to_builtins(settings), indent=2) + "\n").encode())
+        yield Results(output, score)

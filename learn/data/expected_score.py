@@ -166,21 +166,21 @@ def score_curve(shape: Shape) -> ScoreCurve:
     return ScoreCurve.over(scores_in(FILE, shape))
 
 
-def is_as_measured(rows: int, columns: int, spacing: float) -> bool:
+def is_measured(array: Array) -> bool:
     """Whether the curves were measured with uniform planar arrays like this one."""
-    return (rows, columns) == ELEMENTS and SPACINGS[0] <= spacing <= SPACINGS[1]
-
-
-def _is_measured(array: Array) -> bool:
     planar = uniform(array)
-    return planar is not None and is_as_measured(planar.rows, planar.columns, planar.spacing)
+    return (
+        planar is not None
+        and (planar.rows, planar.columns) == ELEMENTS
+        and SPACINGS[0] <= planar.spacing <= SPACINGS[1]
+    )
 
 
 def expectation(spacing: Spacing, array: Array, responses: bool) -> str:
     """One sentence: the mean spacing of known positions, and the score to expect from it."""
     if spacing.shape == "path":
         return f"{spacing.sentence()}: what score to expect is known of positions in a region alone"
-    if not _is_measured(array):
+    if not is_measured(array):
         return f"{spacing.sentence()}: what score to expect is known of 4 × 4 elements half a wavelength apart alone"
     if not responses:
         return f"{spacing.sentence()}: what score to expect is known of datasets with responses alone"
@@ -198,7 +198,7 @@ def expectation(spacing: Spacing, array: Array, responses: bool) -> str:
 def facts(spacing: Spacing, array: Array, responses: bool) -> dict[str, Any]:
     """The spacing and the score to expect as numbers, for JSON."""
     expected = None
-    if spacing.shape != "path" and _is_measured(array) and responses:
+    if spacing.shape != "path" and is_measured(array) and responses:
         expected = [round(each, 3) for each in score_curve(spacing.shape).at(spacing.density)]
     spaced = round(spacing.wavelengths, 3)
     return {"known_positions_fill": spacing.shape, "mean_spacing_wavelengths": spaced, "expected_ssim": expected}

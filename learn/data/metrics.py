@@ -201,7 +201,7 @@ def require_scorable(array: Array, place: str) -> None:
         found = f"{array.rows} × {array.columns}" if isinstance(array, PlanarArray) else array.in_words
         raise InputError(
             f"{place}: expected an array of at least {LEAST_ELEMENTS} elements to score spectra, found {found}: {why}; "
-            "train and predict work all the same, and compare --over-band scores responses over a band"
+            "train and predict work all the same, and compare --quantity response scores responses over a band"
         )
 
 

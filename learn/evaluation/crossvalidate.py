@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -16,12 +16,10 @@ from learn.training.config import Origin
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
-    ParameterError,
     require_instance,
     require_path,
     require_seed,
     require_whole,
-    shown,
 )
 from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
@@ -32,7 +30,7 @@ from simulate.dataset.dataset_folder import at_its_frequency
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
-from simulate.engines.rays_engine import Rays, seed_of_rays
+from simulate.engines.rays_engine import seed_of_rays
 from simulate.generation.simulation import simulate
 from simulate.parallel.machines import Machines
 from simulate.positions.placement import free_positions
@@ -41,10 +39,6 @@ from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import picture, spectrum_of
-
-if TYPE_CHECKING:  # needs the ray tracer, which users of measured data need not install
-    from simulate.rays.tracer import Tracer
-
 
 STREAM = 2
 """Number of the random stream of the positions, which is another one than that of the positions of a dataset. A dataset
@@ -114,7 +108,6 @@ def crossvalidate(
     scene: Scene | Path | str,
     positions: int = 100,
     seed: int = 1,
-    tracer: Tracer | None = None,
     engine: str | Engine | None = None,
     field: Path | str | None = None,
 ) -> CrossValidation:
@@ -123,8 +116,7 @@ def crossvalidate(
     The new positions are in no dataset, so that no split can leak. The function writes no report;
     ``bisplat crossvalidate`` does. A full-wave field that has to be solved is kept in the run's folder.
 
-    If several sources of the truth are given, ``field`` is used rather than ``tracer``, and ``tracer`` rather than
-    ``engine``.
+    If both are given, ``field`` is used rather than ``engine``.
 
     Args:
         run: a trained run, or its folder.
@@ -132,7 +124,6 @@ def crossvalidate(
         positions: number of new positions. They are drawn uniformly among the free places in the bounding box of the
             positions that the run learned from.
         seed: seed of the new positions.
-        tracer: a tracer of the scene.
         engine: what computes the truth. None, or the name of the engine that made the dataset: that engine, with its
             options and with what it has kept in the dataset's folder. Another name: that engine with its default
             options. An engine: this engine as it is; a field that it needs is solved in the run's folder.
@@ -162,8 +153,6 @@ def crossvalidate(
         engine_class(engine)  # refuses an unknown name
     if field is not None:
         require_path(field=field)
-    if tracer is not None and not hasattr(tracer, "responses"):
-        raise ParameterError("tracer", f"expected a Tracer, found {shown(tracer)}")
     run = run if isinstance(run, Run) else load_run(run)
     dataset = run.dataset()
     scene = at_its_frequency(seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene)), dataset)
@@ -180,13 +169,13 @@ def crossvalidate(
     known = dataset.positions[parts.known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng([seed, STREAM]))
-    setting = Setting(scene, region, seed_of_rays(dataset.metadata))
+    # As in ``simulate``, so that a ray tracer of the dataset need not search again.
+    everywhere = bounding_box(np.vstack([scene.transmitter.region, known]))
+    setting = Setting(scene, everywhere, seed_of_rays(dataset.metadata))
     source: ResponseSource
     if field is not None:
         FullWave(field=Path(field)).for_scene(scene)  # refuses the field of another scene
         source, truth_by = FullWave.kept(setting, Path(field)), FullWave.called
-    elif tracer is not None:
-        source, truth_by = tracer, Rays.called
     else:
         source, truth_by = _source(dataset, setting, run, engine)
     responses = source.responses(drawn)

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
-from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, require_scorable, scorable, score
+from learn.data.neighbours import inverse_distance, nearest
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.prediction_intervals import StatedIntervals, intervals_by_distance
 from learn.models.base import Report
+from learn.quantities.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.training.config import Origin, require_same_link
 from learn.training.conformal_deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
@@ -229,7 +229,7 @@ def evaluate(
     positions = tested_on.positions[test]
     known_spectra, known_positions = spectrum_of(known_data.pictures[known]), known_data.positions[known]
     methods: dict[str, Callable[[], Float[np.ndarray, "K 90 360"]]] = {
-        "mean-picture": lambda: mean_picture(known_spectra, positions),
+        "mean-picture": lambda: np.broadcast_to(known_spectra.mean(axis=0), (len(positions), *known_spectra.shape[1:])),
         "nearest": lambda: nearest(known_positions, known_spectra, positions),
         "inverse-distance": lambda: inverse_distance(known_positions, known_spectra, positions),
     }

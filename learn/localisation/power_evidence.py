@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from scipy.special import log_ndtr, logsumexp, ndtri
 
 from learn.localisation.evidence import Evidence
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.quantity import Prediction
 from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
 from simulate.spectra.spectrum import evenly
@@ -41,7 +41,7 @@ class PowerEvidence(Evidence):
 
     def __init__(
         self,
-        predict: Callable[[Float[np.ndarray, "n 3"]], PredictedPowers],
+        predict: Callable[[Float[np.ndarray, "n 3"]], Prediction],
         heard: Float[np.ndarray, "K G"],
         positions: Float[np.ndarray, "n 3"],
         powers: Float[np.ndarray, "n G"],
@@ -97,7 +97,7 @@ class PowerEvidence(Evidence):
         """Predicted medians, and the deviations below and above them, dB."""
         predicted = self._predict(points)
         assert predicted.low is not None and predicted.high is not None
-        median = predicted.median
+        median = predicted.value
         ends = (median - predicted.low, predicted.high - median)
         return median, *(np.maximum(each / END, LEAST_DEVIATION) for each in ends)
 

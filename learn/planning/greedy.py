@@ -16,7 +16,6 @@ class OpenField:
     # covariance of the field at the candidates, given what is known; real, or complex and Hermitian
     covariance: Inexact[np.ndarray, "N N"]
     nugget: float  # variance of a measurement's noise, in the units of ``covariance``; above 0
-    weight: float = 1.0  # weight of this field's variance among several fields
 
 
 def choose(
@@ -25,7 +24,7 @@ def choose(
     """Choose candidates one after another, each the one whose measurement lowers the summed kriging variance most.
 
     A measurement of candidate j lowers the variance, summed over all candidates, by ``Σ_i |C_ij|² / (C_jj + ν)``, where
-    C is the covariance given everything measured before. The weighted sum over the fields decides. C then loses ``c cᴴ
+    C is the covariance given everything measured before. The sum over the fields decides. C then loses ``c cᴴ
     / (C_jj + ν)``, where c is its column j. The columns c are kept instead of changing C, so that a step costs one
     product of C with a vector.
     """
@@ -36,13 +35,13 @@ def choose(
     rows = [np.zeros((count, size), field.covariance.dtype) for field in fields]
     chosen = np.zeros(count, int)
     left = np.zeros(count + 1)
-    left[0] = sum(field.weight * float(variance.mean()) for field, variance in zip(fields, variances, strict=True))
+    left[0] = sum(float(variance.mean()) for variance in variances)
     free = np.ones(size, bool)
     for step in range(count):
         report(step, count)
         gains = np.zeros(size)
         for field, square, variance in zip(fields, squares, variances, strict=True):
-            gains += field.weight * square / (variance + field.nugget)
+            gains += square / (variance + field.nugget)
         chosen[step] = best = int(np.where(free, gains, -np.inf).argmax())
         free[best] = False
         left[step + 1] = left[step] - gains[best] / size

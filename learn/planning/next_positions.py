@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from learn.data.expected_score import Expected, Spacing, is_as_measured, score_curve
+from learn.data.expected_score import Expected, Spacing, is_measured, score_curve
 from learn.models.base import Report, SpectrumModel
 from learn.planning.candidates import CANDIDATES, candidates_among, free_candidates
 from learn.planning.greedy import choose
@@ -28,14 +29,14 @@ from scenes.files.errors import (
 )
 from scenes.files.input_file import what_is_at
 from scenes.places.built_in import BUILT_IN
-from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import recorded_scene
 from simulate.dataset.dataset_kinds import is_rssi
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
-from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.array import Array
+from simulate.spectra.element_array import array_of
 
 
 @dataclass(frozen=True)
@@ -60,16 +61,15 @@ def spectra_needed(
     region: Float[np.ndarray, "N 3"],
     known: Float[np.ndarray, "n 3"],
     wavelength: float,
-    arrays: Iterable[Gateway | Array],
+    arrays: Iterable[Array],
 ) -> Needed:
     """How many more spectra the median SSIM of ``helmholtz`` needs to reach a target."""
     for array in arrays:
-        planar = isinstance(array, PlanarArray) or (isinstance(array, Gateway) and array.elements is None)
-        if not planar or not is_as_measured(array.rows, array.columns, array.spacing):  # type: ignore[union-attr]
-            found = array.in_words if isinstance(array, Array) else array.array_in_words
+        if not is_measured(array):
             raise ParameterError(
                 "target",
-                f"expected an array of 4 × 4 elements half a wavelength apart, as the curve has it, found {found}",
+                "expected an array of 4 × 4 elements half a wavelength apart, as the curve has it, found "
+                f"{array.in_words}",
             )
     whole, before = Spacing.between(region, wavelength), Spacing.between(known, wavelength)
     if whole is None:
@@ -171,28 +171,28 @@ def plan(
     require_instance(Run, RssiDataset, Scene, str, PathLike, run_or_scene=run_or_scene)
     subject = run_or_scene if isinstance(run_or_scene, Run | RssiDataset | Scene) else _read(run_or_scene)
     scene: Scene | None
-    needed = None
+    arrays: list[Array] = []
     if isinstance(subject, Scene):
-        scene, known = subject, np.zeros((0, 3))
-        candidates = free_candidates(scene, seed)
-        places = scene.by_gateway().values()
-        if target is not None:
-            arrays = [each.gateway for each in places]
-            needed = spectra_needed(target, candidates, known, scene.wavelength, arrays)
-        fields = [field for each in places for field in fields_of_scene(each, propagation, seed, report)]
+        scene, known, wavelength, source = subject, np.zeros((0, 3)), subject.wavelength, subject.name
+        arrays = [array_of(each.gateway, each.frequency) for each in scene.by_gateway().values()]
+        fields_of = partial(fields_of_scene, subject, propagation, seed, report)
     elif isinstance(subject, RssiDataset):
         if target is not None:
             raise ParameterError("target", f"expected none for received powers, which have no SSIM, found {target:g}")
         scene, known = recorded_scene(subject.folder, subject.metadata), subject.positions
-        candidates, _ = _candidates(scene, known, seed, subject.folder)
-        fields = fields_of_powers(subject, seed)
+        wavelength, source = subject.wavelength, str(subject.folder)
+        fields_of = partial(fields_of_powers, subject, seed)
     else:
         dataset = subject.dataset()
         scene, known = recorded_scene(dataset.folder, dataset.metadata), dataset.positions[subject.split(dataset).known]
-        candidates, region = _candidates(scene, known, seed, subject.folder)
-        if target is not None:
-            needed = spectra_needed(target, region, known, dataset.wavelength, [dataset.array])
-        fields = fields_of_run(subject, dataset, report)
+        wavelength, source, arrays = dataset.wavelength, str(subject.folder), [dataset.array]
+        fields_of = partial(fields_of_run, subject, dataset, report)
+    # Without a scene, the places in the hull of the known positions are the region.
+    candidates = candidates_among(known, seed, source) if scene is None else free_candidates(scene, seed)
+    needed = None
+    if target is not None:
+        needed = spectra_needed(target, known if scene is None else candidates, known, wavelength, arrays)
+    fields = fields_of()
     if n is None:
         n = PLANNED if needed is None else min(needed.more, PLANNED_MOST)
     if n > len(candidates):
@@ -204,16 +204,6 @@ def plan(
     chosen, left = choose(open_fields, n, lambda done, total: report("positions", done, total))
     positions = candidates[chosen].round(6)  # as a CSV has them
     return Plan(positions, left / sum(field.weight for field in fields), needed)
-
-
-def _candidates(
-    scene: Scene | None, known: Float[np.ndarray, "n 3"], seed: int, folder: Path
-) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "m 3"]]:
-    """Candidates in a scene, or else in the hull of known positions, and positions that fill the region."""
-    if scene is None:
-        return candidates_among(known, seed, str(folder)), known
-    candidates = free_candidates(scene, seed)
-    return candidates, candidates
 
 
 def _read(run_or_scene: Path | str) -> Run | RssiDataset | Scene:

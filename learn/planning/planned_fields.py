@@ -49,37 +49,38 @@ class Field:
     weight: float = 1.0  # weight of this field's kriging variance among several fields
 
     def open_at(self, candidates: Float[np.ndarray, "N 3"], known: Float[np.ndarray, "n 3"]) -> OpenField:
-        """What is still unknown of the field at candidates when known positions are measured."""
+        """What is still unknown of the weighted field at candidates when known positions are measured."""
         covariance = self.covariance(candidates, candidates)
         if len(known):
             known = evenly(known, KNOWN_MOST)
             across = self.covariance(known, candidates)
             factor = cho_factor(self.covariance(known, known) + self.nugget * np.eye(len(known)))
             covariance -= across.conj().T @ cho_solve(factor, across)
-        return OpenField(covariance, self.nugget, self.weight)
+        return OpenField(self.weight * covariance, self.weight * self.nugget)
 
 
 def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: Report) -> list[Field]:
-    """The field of a scene's responses, with a covariance fitted to responses traced at ``TRACED`` positions."""
-    from simulate.generation.simulation import (
-        simulate,  # needs the ray tracer, which users of measured data need not install
-    )
+    """The field of the responses of each gateway, with a covariance fitted to responses at ``TRACED`` positions."""
+    from simulate.generation.simulation import simulate  # needs the ray tracer, which measured data do not
 
-    with TemporaryDirectory() as folder:
-        traced = simulate(scene, Path(folder) / "traced", TRACED, seed=seed, propagation=propagation)
-    field = KrigedField(np.zeros((2, 3)), traced.beamformer, traced.wavelength, "responses")
-    field.report = report  # type: ignore[method-assign]
-    field.fit(traced, np.arange(TRACED))
-    return [_planned_with(field)]
+    fields = []
+    for place in scene.by_gateway().values():
+        with TemporaryDirectory() as folder:
+            traced = simulate(place, Path(folder) / "traced", TRACED, seed=seed, propagation=propagation)
+        field = KrigedField(np.zeros((2, 3)), traced.beamformer, traced.wavelength, "responses")
+        field.report = report  # type: ignore[method-assign]
+        field.fit(traced, np.arange(TRACED))
+        fields.append(_planned_with(field))
+    return fields
 
 
 def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
     """The fields that a run of ``helmholtz`` interpolates; for another model, those that ``helmholtz`` would."""
-    if isinstance(run.model, HelmholtzField):
-        return fields_of_model(run.model)
-    model = HelmholtzField(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength)
-    model.report = report  # type: ignore[method-assign]
-    model.fit(dataset, run.split(dataset).known)
+    model = run.model
+    if not isinstance(model, HelmholtzField):
+        model = HelmholtzField(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength)
+        model.report = report  # type: ignore[method-assign]
+        model.fit(dataset, run.split(dataset).known)
     return fields_of_model(model)
 
 

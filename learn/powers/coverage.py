@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.spatial import Delaunay
 
 from learn.powers.fit_powers import FittedPowers, fit_powers
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.quantity import Prediction
 from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
 from simulate.positions.positions import FARTHEST
@@ -167,7 +167,7 @@ def coverage_map(
 
     interval = () if found.low is None or found.high is None else (on_grid(found.low), on_grid(found.high))
     shape = (len(y), len(x))
-    return CoverageMap(fitted, x, y, height, float(step), inside.reshape(shape), on_grid(found.median), *interval)
+    return CoverageMap(fitted, x, y, height, float(step), inside.reshape(shape), on_grid(found.value), *interval)
 
 
 def _checked(region: tuple[float, float, float, float]) -> Float[np.ndarray, "2 2"]:
@@ -203,13 +203,13 @@ def _within_hull(
 
 def _predicted(
     fitted: FittedPowers, places: Float[np.ndarray, "K 3"], report: Callable[[str, int, int], None]
-) -> PredictedPowers:
+) -> Prediction:
     parts = []
     for start in range(0, len(places), AT_ONCE):
         parts.append(fitted.predict(places[start : start + AT_ONCE]))
         report("cells", min(start + AT_ONCE, len(places)), len(places))
-    median = np.concatenate([part.median for part in parts])
+    median = np.concatenate([part.value for part in parts])
     low, high = [part.low for part in parts], [part.high for part in parts]
     if any(each is None for each in (*low, *high)):
-        return PredictedPowers(median)
-    return PredictedPowers(median, np.concatenate(low), np.concatenate(high))  # type: ignore[arg-type]
+        return Prediction(median)
+    return Prediction(median, np.concatenate(low), np.concatenate(high))  # type: ignore[arg-type]

@@ -1,68 +1,23 @@
-"""The methods for received powers by name, and one fitted to a folder: what maps, location and planning start from."""
+"""A method fitted to the received powers of a folder: what maps, location and planning start from."""
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.powers.helmholtz_powers import HelmholtzPowers
-from learn.powers.known_powers import KnownPowers, PowerMethod, PredictedPowers
-from learn.powers.mirror_powers import MirrorPowers
-from learn.powers.nerf_powers import NerfPowers
-from learn.powers.power_baselines import InverseDistance, Kriging, LogDistance, Mean, Mri, Nearest
-from learn.powers.twin_powers import TwinPowers
+from learn.methods.table import methods_of, require_scene
+from learn.quantities.known import Known, Method
+from learn.quantities.quantity import Prediction
+from learn.quantities.table import quantity_named
 from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
+from scenes.files.long_work import doing
 from scenes.scene.description import Scene
-from scenes.storage.scene_yaml import load_scene
 from simulate.positions.positions import check_points
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
-
-POWER_METHODS: dict[str, Callable[[], PowerMethod]] = {
-    "mean": Mean,
-    "nearest": Nearest,
-    "inverse-distance": InverseDistance,
-    "log-distance": LogDistance,
-    "mri": Mri,
-    "kriging": Kriging,
-    "helmholtz": HelmholtzPowers,
-    "mirror-images": MirrorPowers,
-    "nerf2": NerfPowers,
-}
-"""Functions that make new, unfitted methods. ``with_twin`` adds the one that also needs a described scene."""
-
-TWIN = "twin"
-
-BASELINES = ("mean", "nearest", "inverse-distance", "log-distance")
-"""Methods that the report of another one shows beside it."""
-
-
-def with_twin(
-    dataset: RssiDataset, scene: Scene | Path | str | None, asked: Any
-) -> Mapping[str, Callable[[], PowerMethod]]:
-    """``POWER_METHODS``, and the twin if there is a scene that it can trace."""
-    each = asked.values() if isinstance(asked, Mapping) else asked
-    if isinstance(each, str) or not isinstance(each, Collection | None):
-        return POWER_METHODS  # what is asked for is refused where the methods are chosen
-    names = [] if each is None else [name for name in each if isinstance(name, str)]
-    if scene is None:
-        if TWIN in names:
-            raise ParameterError("scene", f"expected the scene that the method {TWIN} traces, found none")
-        return POWER_METHODS
-    require_instance(Scene, str, PathLike, scene=scene)
-    if each is not None and TWIN not in names:
-        found = ", ".join(names) or "none"
-        raise ParameterError("scene", f"expected the method {TWIN} with it, which alone traces it, found {found}")
-    described = scene if isinstance(scene, Scene) else load_scene(scene)
-    twin = TwinPowers(described, dataset)  # refuses what does not fit before anything is fitted
-    return POWER_METHODS | {TWIN: partial(copy.copy, twin)}
 
 
 @dataclass(frozen=True)
@@ -82,32 +37,34 @@ class FittedPowers:
         >>> fitted = bisplat.fit_powers(hall, "inverse-distance")
         >>> fitted
         FittedPowers('inverse-distance', 3 known positions of 'court')
-        >>> fitted.predict([[1, 2, 1]]).median.round(1).tolist()
+        >>> fitted.predict([[1, 2, 1]]).value.round(1).tolist()
         [[-48.0]]
     """
 
     dataset: RssiDataset
     label: str
     known: Int[np.ndarray, " n"]
-    method: PowerMethod = field(repr=False)
+    method: Method = field(repr=False)
 
     def __repr__(self) -> str:
         return f"FittedPowers({self.label!r}, {len(self.known)} known positions of {str(self.dataset.folder)!r})"
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Prediction:
         """Predict powers at transmitter positions.
 
         Args:
             positions: [K, 3] metres, world frame.
 
         Returns:
-            ``median`` [K, G] in dBm, and the ends ``low`` and ``high`` of the 90 % interval, or None where the method
+            ``value`` [K, G] in dBm, and the ends ``low`` and ``high`` of the 90 % interval, or None where the method
             states none. A power below the dataset's ``floor_dbm`` predicts that nothing is received.
 
         Raises:
             ParameterError: the positions are not finite points.
         """
-        return self.method.predict(check_points(positions, "positions"))
+        found = self.method.predict(check_points(positions, "positions"))
+        assert isinstance(found, Prediction)
+        return found
 
 
 def fit_powers(
@@ -122,10 +79,10 @@ def fit_powers(
 
     Args:
         dataset: received powers, or their folder.
-        method: a name that ``compare_powers`` knows, such as "helmholtz" or "inverse-distance".
+        method: a name that ``compare`` knows for powers, such as "helmholtz" or "inverse-distance".
         known: indices of the positions to learn from. None: all of them.
         seed: seed of everything that is random in the method.
-        scene: the scene that the method "twin" traces, as for ``compare_powers``.
+        scene: the scene that the method "twin" traces, as for ``compare``.
 
     Returns:
         The fitted method.
@@ -139,16 +96,19 @@ def fit_powers(
         >>> import bisplat
         >>> hall = bisplat.write_rssi("stadium", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
         ...                           {"door": (0, 0, 2)}, "2.4 GHz")
-        >>> bisplat.fit_powers(hall, "nearest").predict([[4, 2.1, 1]]).median.tolist()
+        >>> bisplat.fit_powers(hall, "nearest").predict([[4, 2.1, 1]]).value.tolist()
         [[-60.0]]
     """
-    require_word([*POWER_METHODS, TWIN], method=method)
     require_seed(seed=seed)
     require_instance(RssiDataset, str, PathLike, dataset=dataset)
     dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
     indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))
-    fitted = with_twin(dataset, scene, [method])[method]()
-    fitted.fit(KnownPowers.of(dataset, indices, seed))
+    require_scene("power", [method], scene)
+    methods = methods_of("power", dataset, scene)
+    require_word(tuple(methods), method=method)
+    fitted = methods[method]()
+    doing(f"{dataset.folder}: fitting {method} to the powers at {len(indices):,} known positions")
+    fitted.fit(Known.of(dataset, quantity_named("power"), indices, seed))
     return FittedPowers(dataset, method, indices, fitted)
 
 

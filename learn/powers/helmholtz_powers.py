@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import ndtri
 
-from learn.powers.known_powers import KnownPowers, PredictedPowers, decades
-from learn.powers.power_baselines import by_inverse_distance
+from learn.data.neighbours import inverse_distance
 from learn.powers.power_covariance import FADING_DB, JITTER, fit_covariance
+from learn.quantities.known import Known
+from learn.quantities.known_powers import KnownPowers, decades
+from learn.quantities.quantity import Prediction
 from scenes.files.plain_text import say
 
 MOST_KNOWN = 5000
@@ -38,7 +40,10 @@ class HelmholtzPowers:
     NAME: ClassVar[str] = "helmholtz"
     TAKEN_BY: ClassVar[Literal["linear", "weibull"]] = "linear"  # how NumPy takes quantiles of the errors
 
-    def fit(self, known: KnownPowers) -> None:
+    def fit(self, known: Known) -> None:
+        self._learn(KnownPowers.of(known.dataset, known.rows, known.seed))
+
+    def _learn(self, known: KnownPowers) -> None:
         chosen = _at_most(len(known.positions), known.seed)
         if len(chosen) < len(known.positions):
             say(f"{self.NAME} learns from {len(chosen)} of the {len(known.positions)} known positions")
@@ -71,7 +76,7 @@ class HelmholtzPowers:
         """Choose the share of inverse-distance weighting, and the quantiles of the left-out errors."""
         errors = np.stack([each.left_out_error for each in self._gateways], axis=1)
         deviations = np.stack([each.left_out_deviation for each in self._gateways], axis=1)
-        others = self._powers - by_inverse_distance(self._positions, self._powers, self._positions, leave_out=True)
+        others = self._powers - inverse_distance(self._positions, self._powers, self._positions, leave_out=True)
         mixed = {share: ((1 - share) * errors + share * others)[heard] for share in SHARES}
         size = {share: float(np.abs(each).mean()) if each.size else 0.0 for share, each in mixed.items()}
         self.share = min(SHARES, key=lambda share: size[share])
@@ -86,17 +91,17 @@ class HelmholtzPowers:
             return ndtri(QUANTILES)
         return np.quantile(stated, QUANTILES, method=self.TAKEN_BY)
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
+    def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
         near = self.covariance(positions, self._positions)
         explained = np.einsum("kn,kn->k", near @ self._inverse, near)
         trends = self._trends(positions)
         each = [gateway.predict(near, explained, trend) for gateway, trend in zip(self._gateways, trends, strict=True)]
         mean, deviation = (np.stack(values, axis=1) for values in zip(*each, strict=True))
         if self.share:
-            others = by_inverse_distance(self._positions, self._powers, positions)
+            others = inverse_distance(self._positions, self._powers, positions)
             mean = (1 - self.share) * mean + self.share * others
         low, median, high = (mean + quantile * deviation for quantile in self._quantiles)
-        return PredictedPowers(median, low, high)
+        return Prediction(median, low, high)
 
 
 class _Gateway:
@@ -139,7 +144,7 @@ class ExplainedPowers(HelmholtzPowers):
     """The mean power of a gateway is P = a + n D + b T, with D = −10 log₁₀ of the distance and an explained power T.
 
     The weights a, n and b of each gateway are estimated with the remainder, so that what explains nothing gets no
-    weight, and ``helmholtz`` is left. Subclasses set ``_of_known``, T at the known positions [n, G], before ``fit``.
+    weight, and ``helmholtz`` is left. Subclasses set ``_of_known``, T at the known positions [n, G], before ``_learn``.
     """
 
     _of_known: Float[np.ndarray, "n G"]

@@ -15,7 +15,7 @@ from scipy.spatial.distance import cdist
 from learn.models.images.image_search import expected_amplitudes
 from learn.models.images.mirror_images import APART, image_waves, plane_distances, strongest_apart
 from learn.powers.helmholtz_powers import ExplainedPowers
-from learn.powers.known_powers import KnownPowers
+from learn.quantities.known_powers import KnownPowers
 from simulate.spectra.spectrum import evenly
 
 
@@ -263,7 +263,7 @@ class MirrorPowers(ExplainedPowers):
 
     NAME: ClassVar[str] = "mirror-images"
 
-    def fit(self, known: KnownPowers) -> None:
+    def _learn(self, known: KnownPowers) -> None:
         count = len(known.positions)
         self._images: list[PowerImages] = []
         self._of_known = np.zeros_like(known.powers)
@@ -273,7 +273,7 @@ class MirrorPowers(ExplainedPowers):
                 self._images = _found(known, np.flatnonzero(~part))
                 self._of_known[part] = self._explained(known.positions[part])
             self._images = _found(known, np.arange(count))
-        super().fit(known)
+        super()._learn(known)
 
     def _explained(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:
         if not self._images:

@@ -5,12 +5,14 @@ The documentation, Other authors' models, says where it differs from that progra
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
-from learn.powers.known_powers import KnownPowers, PredictedPowers
+from learn.quantities.known import Known
+from learn.quantities.known_powers import KnownPowers
+from learn.quantities.quantity import Prediction
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -48,7 +50,7 @@ class NerfPowers:
 
         return (self._size or size_here()) != PUBLISHED
 
-    def fit(self, known: KnownPowers) -> None:
+    def fit(self, taught: Known) -> None:
         import torch
 
         from learn.models.peers.nerf2 import (
@@ -61,6 +63,7 @@ class NerfPowers:
         )
         from learn.training.fit_progress import train_steps
 
+        known = KnownPowers.of(taught.dataset, taught.rows, taught.seed)
         device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         every = np.concatenate([known.positions, known.gateways])
         self._centre = (every.min(axis=0) + every.max(axis=0)) / 2
@@ -86,16 +89,16 @@ class NerfPowers:
                 return error[mask[drawn]].square().mean()
 
             most = MOST_STEPS if self._steps is None else self._steps
-            minutes = known.minutes if self._steps is None else None
+            minutes = taught.minutes if self._steps is None else None
             self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> PredictedPowers:
+    def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
         import torch
 
         with torch.no_grad():
             parts = [self._amplitudes(each) for each in self._encoded(positions).split(AT_ONCE)]
         amplitude = torch.cat(parts).double().cpu().numpy()
-        return PredictedPowers(ZERO_DBM - ZERO_DBM * amplitude)
+        return Prediction(ZERO_DBM - ZERO_DBM * amplitude)
 
     def _encoded(self, positions: Float[np.ndarray, "K 3"]) -> Float[Tensor, "K inputs"]:
         import torch

@@ -1,95 +1,141 @@
-"""The figures and the page of ``bisplat compare``, ``ablate`` and ``sweep``."""
+"""The figures, tables and page of ``bisplat compare``, for any quantity."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from learn.comparison.averaged_table import average_name, footnote_of
+from learn.comparison.averages import average_name, footnote_of
+from learn.comparison.comparison import Comparison
 from learn.comparison.results_folder import run_folder
-from learn.comparison.table import Comparison
-from learn.reports.figures import draw_ssim_distribution
-from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
+from learn.quantities.array_ceiling import CEILING
+from learn.reports.html_page import embedded, write_page
 from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
+from learn.reports.plots import plot_cdf
 from learn.reports.provenance import Provenance
 from learn.reports.sweep_figure import draw_sweep, over_seeds
 from learn.reports.table_files import marked_rows, write_tables
+from scenes.files.atomic import write_atomically
 from scenes.files.plain_text import in_figure
 
-COST_COLUMNS = {
-    "parameters": "parameters",
-    "training_seconds": "training (s)",
-    "milliseconds_per_spectrum": "ms per spectrum",
-}
+SHOWN = 95  # Percentile of the errors of the worst method at which the axis of their distribution ends
 
 
-def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write table.html, table.tex and table.csv of averages, and ssim_cdf.png (and .pdf) of the first seed."""
-    rows = {average_name(row): row for row in comparison.table()}
-    first_seed_rows = {average_name(row): row for row in reversed(comparison.rows)}
-    ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
-    doubts, made = comparison.doubts(), Provenance.of_comparison(comparison)
-    marks = {label: f"{label}{DOUBTFUL}" if label in doubts else label for label in rows}
-    curves, note = {marks[label]: values for label, values in ssim.items()}, footnote_of(comparison.averages())
-    draw_ssim_distribution(curves, folder / "ssim_cdf.png", note, made)
-    _write_tables(comparison, comparison.table(), folder)
+def write_comparison(comparison: Comparison, folder: Path, variants: bool = False) -> None:
+    """Write table.html, results.json, table.tex, table.csv and the figures (PNG and PDF).
+
+    The figures are the distribution of the scores of the first seed; of several sizes, the score over the number of
+    training rows; the learning curves of what was trained by steps here; and of variants of a model, all scores.
+    """
+    made, figures = Provenance.of_comparison(comparison), {}
+    write_results(comparison, folder, made)
+    sizes = {row["train_size"] for row in comparison.rows if row["label"] != CEILING}
+    if comparison.each and len(sizes) == 1:
+        name = draw_distribution(comparison, folder, made)
+        figures[name] = f"Distribution of {comparison.quantity.of_each.label}, first seed."
+    if sizes != {None}:
+        _draw_sizes(comparison, folder, made)
+        figures["sweep"] = f"{_measure(comparison)} over the number of training {comparison.quantity.things}."
+    if variants:
+        draw_variants(comparison, folder / "variants.png", made)
+        figures["variants"] = f"{_measure(comparison)} of each variant."
+    if draw_learning_curves(comparison, folder, made):
+        figures["learning_curves"] = "Score on the validation part over the steps of training."
     write_page(
         folder / "table.html",
         "compare.html.j2",
         made,
-        settings=comparison.settings,
-        test=max(row["test"] for row in comparison),
-        rows={marks[label]: row for label, row in rows.items()},
-        columns={**SCORE_COLUMNS, **COST_COLUMNS},
-        seeds=max(row["seeds"] for row in rows.values()),
-        remark=comparison.remark(),
-        figures=embedded(folder, ("ssim_cdf",)),
+        comparison=comparison,
+        rows=_marked(comparison),
+        seeds=max(row["seeds"] for row in comparison.averages()),
+        figures=dict(zip(figures.values(), embedded(folder, tuple(figures)).values(), strict=True)),
     )
 
 
+def write_results(comparison: Comparison, folder: Path, made: Provenance) -> None:
+    """Write results.json, with all scores and where they come from, and their table.tex and table.csv."""
+    facts = {**comparison.facts(), "provenance": made.facts()}
+    write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
+    write_tables(_marked(comparison), comparison.columns, folder, made, footnote_of(comparison.doubts()))
+
+
+def _marked(comparison: Comparison) -> dict[str, Mapping[str, Any]]:
+    """The rows of the table by name, which is marked if there are doubts."""
+    return marked_rows(comparison.table(), comparison.doubts())
+
+
+def _measure(comparison: Comparison) -> str:
+    """The score that ranks, in words."""
+    return comparison.quantity.columns[comparison.quantity.ranked_by]
+
+
+def draw_distribution(comparison: Comparison, folder: Path, made: Provenance) -> str:
+    """Draw how the scores of each method spread over the test rows, first seed. Return the name of the figure."""
+    of_each, quantity = comparison.quantity.of_each, comparison.quantity
+    scores = {name: comparison.each[name][of_each.key] for name in map(average_name, comparison.table())}
+    doubts = comparison.doubts()
+    marked = {f"{name}{DOUBTFUL if name in doubts else ''}": each for name, each in scores.items()}
+    name, ends = f"{of_each.key.partition('_')[0]}_cdf", SHOWN if quantity.small_is_good else None
+    draw_score_distribution(marked, of_each.label, of_each.share, folder / f"{name}.png", made, ends)
+    return name
+
+
 @at_paper_size()
-def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png (median SSIM of every row), learning_curves.png, table.tex and table.csv."""
-    rows = comparison.averages()[::-1]
+def draw_score_distribution(
+    scores: Mapping[str, Float[np.ndarray, "..."]],
+    label: str,
+    share: str,
+    path: Path,
+    made: Provenance,
+    percentile: float | None = None,
+) -> None:
+    """Draw the cumulative distribution of the scores of each method."""
+    stated = {name: each[~np.isnan(each)] for name, each in scores.items()}
+    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(stated)), layout="constrained")
+    axis = figure.subplots()
+    if all(each.size for each in stated.values()):
+        plot_cdf(stated, axis, label)
+        if percentile is not None:
+            axis.set_xlim(0, max(float(np.percentile(each, percentile)) for each in stated.values()) or 1)
+        figure.legend(loc="outside upper left", handlelength=3.2)
+    axis.set_ylabel(share)
+    save(figure, path, made)
+
+
+def _draw_sizes(comparison: Comparison, folder: Path, made: Provenance) -> None:
+    """Draw sweep.png: the score over the number of training rows."""
+    averages, doubts = comparison.averages(), comparison.doubts()
+    axes = (f"training {comparison.quantity.things}", f"{_measure(comparison)}\n{over_seeds(averages).strip()}")
+    key = comparison.quantity.ranked_by
+    draw_sweep(averages, key, axes, folder / "sweep.png", made, doubts, footnote_of(doubts))
+
+
+@at_paper_size()
+def draw_variants(comparison: Comparison, path: Path, made: Provenance) -> None:
+    """Draw the score of every row, with its deviation over the seeds."""
+    rows, doubts = comparison.averages()[::-1], comparison.doubts()
     figure = Figure(figsize=(PAGE, 0.6 + 0.2 * len(rows)), layout="constrained")
     axis = figure.subplots()
-    styles = line_styles(row["label"] for row in rows)
+    styles, key = line_styles(row["label"] for row in rows), comparison.quantity.ranked_by
     for place, row in enumerate(rows):
-        style = {key: styles[row["label"]][key] for key in ("color", "marker") if key in styles[row["label"]]}
-        axis.errorbar(
-            row["ssim_median"], place, xerr=row.get("ssim_spread"), ls="", capsize=2, **{"marker": "o", **style}
-        )
-    marked = [name for row in rows for name in marked_rows([row], comparison.doubts())]
-    axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
+        style = {name: styles[row["label"]][name] for name in ("color", "marker") if name in styles[row["label"]]}
+        spread = row.get(key.replace("median", "spread"))
+        axis.errorbar(row[key], place, xerr=spread, ls="", capsize=2, **{"marker": "o", **style})
+    axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked_rows(rows, doubts)])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
-    measure = f"median SSIM{over_seeds(rows)}"
-    axis.set_xlabel(measure)
+    axis.set_xlabel(f"{_measure(comparison)}{over_seeds(rows)}")
     axis.grid(axis="x", alpha=0.3)
-    save(figure, folder / "ablation.png", Provenance.of_comparison(comparison), footnote_of(comparison.averages()))
-    draw_learning_curves(comparison, folder / "learning_curves.png")
-    _write_tables(comparison, rows[::-1], folder)
-
-
-def write_sweep(comparison: Comparison, folder: Path) -> None:
-    """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv."""
-    averages, doubts = comparison.averages(), comparison.doubts()
-    made, note = Provenance.of_comparison(comparison), footnote_of(comparison.averages())
-    axes = ("training spectra", f"median SSIM{over_seeds(averages)}")
-    draw_sweep(averages, "ssim_median", axes, folder / "sweep.png", made, doubts, note)
-    _write_tables(comparison, averages, folder)
-
-
-def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]], folder: Path) -> None:
-    """Write table.tex and table.csv. Rows with doubts are marked."""
-    rows, note = marked_rows(averages, comparison.doubts()), footnote_of(comparison.averages())
-    write_tables(rows, {**SCORE_COLUMNS, **COST_COLUMNS}, folder, Provenance.of_comparison(comparison), note)
+    save(figure, path, made, footnote_of(doubts))
 
 
 def validation_curve(run: Path) -> tuple[list[int], list[float]]:
@@ -107,18 +153,21 @@ def validation_curve(run: Path) -> tuple[list[int], list[float]]:
 
 
 @at_paper_size()
-def draw_learning_curves(comparison: Comparison, path: Path) -> None:
-    """Draw the learning curve of every row that was trained by steps, each method in a colour."""
+def draw_learning_curves(comparison: Comparison, folder: Path, made: Provenance) -> bool:
+    """Draw the learning curve of every row that was trained by steps, each method in a colour. False: there is none."""
+    curves = [(row, *validation_curve(folder / run_folder(row))) for row in comparison.rows]
+    curves = [curve for curve in curves if curve[1]]
+    if not curves:
+        return False
     styles = line_styles(row["label"] for row in comparison.rows)
-    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(styles)), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len({row["label"] for row, *_ in curves})), layout="constrained")
     axis = figure.subplots()
-    for row in comparison.rows:
-        steps, ssim = validation_curve(comparison.folder / run_folder(row))
-        if steps:
-            label = in_figure(row["label"]) if row["seed"] == 0 else ""
-            axis.plot(steps, ssim, label=label, **styles[row["label"]])
+    for row, steps, ssim in curves:
+        label = in_figure(row["label"]) if row["seed"] == 0 else ""
+        axis.plot(steps, ssim, label=label, **styles[row["label"]])
     axis.set(xlabel="training steps", ylabel="median SSIM, validation part")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axis.grid(alpha=0.3)
     figure.legend(loc="outside upper left", handlelength=3.2)
-    save(figure, path, Provenance.of_comparison(comparison))
+    save(figure, folder / "learning_curves.png", made)
+    return True

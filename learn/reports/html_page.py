@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from PIL import Image
 
-from learn.baselines.array_ceiling import CEILING, SAMPLES, shown_name
+from learn.quantities.array_ceiling import CEILING, SAMPLES, shown_name
 from learn.reports.method_styles import THIS_RUN, method_name
 from learn.reports.provenance import Provenance
 from learn.reports.table_files import shown_number

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from itertools import product
 from typing import Any
 
-from learn.baselines.array_ceiling import CEILING
+from learn.quantities.array_ceiling import CEILING
 
 CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.2, "ls": "--"}
 """Line of the array's ceiling, the same in every figure, since it is a bound and not a method. No method is grey."""

@@ -17,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from learn.baselines.array_ceiling import shown_name
+from learn.quantities.array_ceiling import shown_name
 from learn.reports.method_styles import line_styles
 from scenes.files.errors import ParameterError, check_array, require_flag, require_instance
 from scenes.files.plain_text import in_figure

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # loads torch
-    from learn.comparison.score_table import ScoreTable
-    from learn.comparison.table import Comparison
+    from learn.comparison.comparison import Comparison
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
     from simulate.spectra.array import Array
@@ -82,43 +81,28 @@ class Provenance:
         )
 
     @classmethod
-    def of_comparison(cls, comparison: Comparison) -> Provenance:
-        """The provenance of a comparison of methods."""
+    def of_comparison(cls, comparison: Comparison, title: str = "") -> Provenance:
+        """The provenance of a comparison of methods, which may have another title."""
         from learn.training.config import split_words
 
         settings, rows = comparison.settings, [row for row in comparison.rows if row.get("known")]
+        name, things = Path(settings.dataset).name, comparison.quantity.things
         seeds = max((row["seed"] for row in comparison.rows), default=0) + 1
         known = sorted({(row["train"], row["known"] - row["train"]) for row in rows})
         numbers = [f"{train} training, {validation} validation" for train, validation in known]
-        tested = f"{max(row['test'] for row in comparison.rows)} test spectra"
-        return cls(
-            title=f"Comparison of methods on {Path(settings.dataset).name}",
-            model=", ".join(dict.fromkeys(row["label"] for row in rows)),
-            dataset=Path(settings.dataset).name,
-            split=split_words(settings.split, settings.guard, settings.split_seed),
-            spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
-            distances=_distances(comparison, rows),
-            array=(comparison.array and comparison.array.cannot_tell) or "",
-            seed="0" if seeds == 1 else f"0 to {seeds - 1}",
-            fingerprint=settings.dataset_sha256,
-        )
-
-    @classmethod
-    def of_scores(cls, comparison: ScoreTable, title: str = "") -> Provenance:
-        """The provenance of a comparison of methods for powers or channels; without a title, that of a comparison."""
-        from learn.training.config import split_words
-
-        name, things = comparison.folder.resolve().name, comparison.THINGS
-        seeds = max(row["seed"] for row in comparison) + 1
-        up_to = "up to " if len({row["train_size"] for row in comparison}) > 1 else ""
+        tested = f"{max(row['test'] for row in comparison.rows)} test {things}"
+        if settings.test_rooms is not None:
+            tested += f" in {settings.test_rooms} test room{'s' * (settings.test_rooms > 1)}"
         return cls(
             title=title or f"Comparison of methods on {name}",
-            model=", ".join(dict.fromkeys(row["label"] for row in comparison)),
+            model=", ".join(dict.fromkeys(row["label"] for row in rows)),
             dataset=name,
-            split=split_words(comparison.split, comparison.guard or None, comparison.seed),
-            spectra=f"{up_to}{comparison.known} known {things}, {comparison.test} test {things}",
-            distances="" if comparison.distances is None else comparison.distances.sentence(),
+            split=split_words(settings.split, settings.guard or None, settings.seed),
+            spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
+            distances=_distances(comparison, rows),
+            array=getattr(getattr(comparison.dataset, "array", None), "cannot_tell", None) or "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
+            fingerprint=settings.data_sha256,
         )
 
     def sentence(self) -> str:

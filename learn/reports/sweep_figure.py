@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from learn.comparison.averaged_table import average_name, spread_of
+from learn.comparison.averages import average_name, spread_of
 from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, at_paper_size, save
 from learn.reports.provenance import Provenance

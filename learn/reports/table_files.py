@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from learn.baselines.array_ceiling import CEILING, shown_name
-from learn.comparison.averaged_table import AveragedTable, average_name, doubts_of, footnote_of, spread_of
+from learn.comparison.averages import average_name, spread_of
+from learn.quantities.array_ceiling import CEILING, shown_name
 from learn.reports.method_styles import DOUBTFUL
 from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
@@ -39,11 +38,9 @@ def in_latex(text: str) -> str:
 
 def shown_number(value: float, key: str) -> str:
     """A number of a table, with as many digits as say something."""
-    if key in ("parameters", "training_seconds", "steps"):
+    if key in ("parameters", "steps") or (key in ("seconds", "milliseconds") and value >= 100):
         return f"{value:,.0f}"
-    return (
-        f"{value:,.0f}" if key == "seconds" and value >= 100 else f"{value:.3g}" if key == "seconds" else f"{value:.3f}"
-    )
+    return f"{value:.3g}" if key in ("seconds", "milliseconds") else f"{value:.3f}"
 
 
 def write_tables(
@@ -57,15 +54,6 @@ def write_tables(
     present = {key: title for key, title in columns.items() if any(row.get(key) is not None for row in rows.values())}
     write_atomically(folder / LATEX, _latex(rows, present, provenance, note).encode())
     write_atomically(folder / CSV, _csv(rows, present).encode())
-
-
-def write_scores(comparison: AveragedTable, folder: Path, provenance: Provenance) -> None:
-    """Write results.json, with all scores and where they come from, and their table.tex and table.csv."""
-    facts = {**comparison.facts(), "provenance": provenance.facts()}
-    write_atomically(folder / "results.json", (json.dumps(facts, indent=2) + "\n").encode())
-    averages = comparison.averages()
-    rows = marked_rows(comparison.table(), doubts_of(averages))
-    write_tables(rows, comparison.COLUMNS, folder, provenance, footnote_of(averages))
 
 
 def marked_rows(rows: Iterable[Mapping[str, Any]], doubts: Collection[str]) -> dict[str, Mapping[str, Any]]:

@@ -1,25 +1,26 @@
-"""The methods that ``compare_rooms`` knows: some learn in the known spectra of a room alone, some in other rooms."""
+"""Methods for rooms never seen before: some learn in the known spectra of a room alone, some in other rooms."""
 
 from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from pytorch_msssim import ssim as gaussian_ssim
 from torch import Tensor, nn
 
-from learn.comparison.spectrum_methods import InverseDistance, MeanPicture, Nearest
 from learn.models.base import SpectrumModel
 from learn.models.images.image_field import ImageField
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.quadrature import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
+from learn.quantities.known import Known
+from learn.quantities.quantity import Prediction
 from learn.rooms.neighbour_attention import NeighbourAttention, RoomTensors, local_places, to_all_pixels
 from learn.training.prediction import predict
 from learn.twin.twin_model import Twin
@@ -47,45 +48,13 @@ BATCH, LEARNING_RATE, WARM_UP = 6, 3e-3, 50
 AT_ONCE = 16  # Positions that are predicted at once
 
 
-@dataclass(frozen=True)
-class KnownInRoom:
-    """What is known of a room: some of its spectra."""
-
-    dataset: Dataset  # the room's dataset; a method must use the known spectra alone
-    known: Int[np.ndarray, " L"]  # their indices, in the order in which they became known
-    seed: int  # seed of everything that is random in the method itself
-
-    @property
-    def positions(self) -> Float[np.ndarray, "L 3"]:
-        """Transmitter positions of the known spectra, metres, world frame."""
-        return self.dataset.positions[self.known]
-
-    @property
-    def spectra(self) -> Float[np.ndarray, "L 90 360"]:
-        """The known spectra, 0…1."""
-        return self.dataset.spectra[self.known]
-
-
-class RoomMethod(Protocol):
-    """A method that predicts spectra in a room of which some are known.
-
-    A method that also has ``learn(rooms, minutes, seed)`` is given the datasets of the training rooms before.
-    """
-
-    def fit(self, room: KnownInRoom) -> None:
-        """Take the known spectra of a room."""
-
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        """Predict spectra, 0…1, in this room, at transmitter positions in metres, world frame."""
-
-
 class _Modelled:
     """Base of methods that fit a model to the known spectra of one room."""
 
     _model: SpectrumModel
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        return predict(self._model, positions).spectra
+    def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
+        return Prediction(predict(self._model, positions).spectra)
 
 
 class HelmholtzInRoom(_Modelled):
@@ -93,17 +62,17 @@ class HelmholtzInRoom(_Modelled):
 
     field: ClassVar[type[HelmholtzField | ImageField]] = HelmholtzField
 
-    def fit(self, room: KnownInRoom) -> None:
+    def fit(self, room: Known) -> None:
         dataset = room.dataset
         model = self.field(_box(room), dataset.beamformer, dataset.wavelength)
-        model.fit(dataset, room.known)
+        model.fit(dataset, room.rows)
         self._model = model
 
 
 class HelmholtzOfPictures(HelmholtzInRoom):
     """``helmholtz``, fitted to the pictures of the room alone, as the methods that learn in other rooms see them."""
 
-    def fit(self, room: KnownInRoom) -> None:
+    def fit(self, room: Known) -> None:
         super().fit(replace(room, dataset=replace(room.dataset, responses=None)))
 
 
@@ -119,7 +88,7 @@ class TwinInRoom(_Modelled):
     Its rays follow what those of the dataset followed, so that nothing but the description is wrong.
     """
 
-    def fit(self, room: KnownInRoom) -> None:
+    def fit(self, room: Known) -> None:
         dataset = room.dataset
         scene = load_scene(_scene_of(dataset))
         which = unknowns(scene, WRONG_BY)
@@ -128,12 +97,12 @@ class TwinInRoom(_Modelled):
             described = write_scene(vary(scene, which, errors), Path(folder))
             model = Twin(_box(room), dataset.beamformer, dataset.wavelength, scene=str(described))
         model.propagation = replace(Rays.of(dataset.metadata).propagation, sionna=False, diffuse=False)
-        model.fit(dataset, np.sort(room.known))
+        model.fit(dataset, np.sort(room.rows))
         self._model = model
 
 
 class AttentionOverNeighbours:
-    """``NeighbourAttention`` as a method of ``compare_rooms``: trained in other rooms, given a room's neighbours."""
+    """``NeighbourAttention`` as a method of ``compare``: trained in other rooms, given a room's neighbours."""
 
     by_steps = True
 
@@ -162,14 +131,14 @@ class AttentionOverNeighbours:
             if self.steps % 100 == 0:
                 say(f"attention: step {self.steps}, loss {loss.item():.4f}")
 
-    def fit(self, room: KnownInRoom) -> None:
+    def fit(self, room: Known) -> None:
         """Keep the known spectra of a room."""
         self._room = room
-        self._tensors = RoomTensors.of(room.dataset, room.known)
+        self._tensors = RoomTensors.of(room.dataset, room.rows)
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+    def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
         """Predict in this room; the weights are interpolated to all pixels."""
-        spectra, room = torch.from_numpy(self._room.spectra).float(), self._tensors
+        spectra, room = torch.from_numpy(self._room.values).float(), self._tensors
         predicted = []
         with torch.inference_mode():
             for targets in local_places(self._room.dataset, positions).split(AT_ONCE):
@@ -177,7 +146,7 @@ class AttentionOverNeighbours:
                 shares, correction = self._network(targets, room.places[near], room.pictures[near], room.directions)
                 mean = (to_all_pixels(shares) * spectra[near]).sum(dim=1)
                 predicted.append((mean + to_all_pixels(correction[:, None])[:, 0]).clamp(0, 1))
-        return torch.cat(predicted).numpy()
+        return Prediction(torch.cat(predicted).numpy())
 
     def _loss(self, room: RoomTensors, generator: np.random.Generator) -> Float[Tensor, ""]:
         """The loss of some targets in a room, of which a random number of other spectra are known."""
@@ -194,7 +163,7 @@ class AttentionOverNeighbours:
         return L1_WEIGHT * (predicted - truth).abs().mean() + SSIM_WEIGHT * (1 - alike)
 
 
-def _box(room: KnownInRoom) -> Float[np.ndarray, "2 3"]:
+def _box(room: Known) -> Float[np.ndarray, "2 3"]:
     """The box around the known positions, metres."""
     return np.stack([room.positions.min(axis=0), room.positions.max(axis=0)])
 
@@ -204,19 +173,3 @@ def _scene_of(dataset: Dataset) -> Path:
     if not path.is_file():
         raise InputError(f"{path}: expected the scene of the room, which the twin needs, found no such file")
     return path
-
-
-ROOM_METHODS: dict[str, Callable[[], Any]] = {
-    "mean": MeanPicture,
-    "nearest": Nearest,
-    "inverse-distance": InverseDistance,
-    "helmholtz": HelmholtzInRoom,
-    "helmholtz-pictures": HelmholtzOfPictures,
-    "mirror-images": MirrorImagesInRoom,
-    "attention": AttentionOverNeighbours,
-    "twin": TwinInRoom,
-}
-"""The methods by name."""
-
-USUAL: Sequence[str] = "mean", "nearest", "inverse-distance", "helmholtz", "mirror-images", "attention"
-"""The methods that are compared if none are named. The others take minutes for each room and number."""

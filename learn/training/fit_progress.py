@@ -8,31 +8,21 @@ from collections.abc import Callable
 from types import TracebackType
 
 import torch
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import TaskID, TimeElapsedColumn
 from torch import Tensor
+
+from scenes.files.progress import progress_bar
 
 
 class FitProgress:
     """Shows what a fit is doing; a ``learn.models.base.Report`` while it is entered."""
 
     def __init__(self, title: str) -> None:
-        self._title = title
-        self._console = Console(stderr=True)
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            console=self._console,
-            disable=not self._console.is_terminal,
-        )
+        self._title, self._progress = title, progress_bar(TimeElapsedColumn())
         self._phase: str | None = None
-        self._bar: TaskID | None = None
+        self._task: TaskID | None = None
 
     def __enter__(self) -> FitProgress:
-        if self._console.is_terminal:
-            self._say(self._title)
         self._progress.start()
         return self
 
@@ -43,22 +33,15 @@ class FitProgress:
 
     def __call__(self, phase: str, done: int, total: int) -> None:
         """Show that ``done`` of at most ``total`` steps of a phase are done. A new phase ends the one before it."""
-        if phase != self._phase:
+        if self._task is None or phase != self._phase:
             self._finish()
-            self._phase = phase
-            self._bar = self._progress.add_task(phase, total=total)
-            if not self._console.is_terminal:
-                self._say(f"{self._title}: {phase}")
-        if self._bar is not None:
-            self._progress.update(self._bar, completed=done, total=total)
+            self._phase, self._task = phase, self._progress.add_task(f"{self._title}: {phase}", total=total)
+        self._progress.update(self._task, completed=done, total=total)
 
     def _finish(self) -> None:
         """Fill the bar of the phase, which may have needed fewer steps than the largest number."""
-        if self._bar is not None:
-            self._progress.update(self._bar, completed=self._progress.tasks[-1].total)
-
-    def _say(self, text: str) -> None:
-        self._console.print(f"bisplat: {text}", highlight=False, soft_wrap=True)
+        if self._task is not None and not self._progress.disable:  # a line would tell steps that were not needed
+            self._progress.update(self._task, completed=self._progress.tasks[-1].total)
 
 
 def train_steps(

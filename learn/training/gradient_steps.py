@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,8 @@ from scenes.files.errors import InputError, printable
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
+
+LEAST_SECONDS = 1e-3  # A training that has so little time still makes one step
 
 WARM_UP = 0.05  # Fraction of the steps during which the learning rate rises linearly to its full value
 
@@ -184,14 +187,19 @@ def train_by_steps(
     folder: Path,
     trainer: Mapping[str, Any],
     seconds_before: float = 0.0,
+    minutes: float | None = None,
 ) -> None:
-    """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights."""
+    """Train a model by gradient steps, from the folder's last checkpoint if it has one, and save its weights.
+
+    The training ends when its minutes, if they are given, are over.
+    """
     spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)
     checkpoints = Checkpoints(last)
     stopping = [StopsEarly(by_steps.patience)] if by_steps.patience else []
-    timer = Timer()  # its state is in the checkpoint, so it includes the time before an interruption
+    left = None if minutes is None else timedelta(seconds=max(60 * minutes - seconds_before, LEAST_SECONDS))
+    timer = Timer(left)  # its state is in the checkpoint, so it includes the time before an interruption
     # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
     loop = quiet_trainer(
@@ -226,7 +234,7 @@ def train_by_steps(
             error.filename = str(folder)
         raise
     if loop.is_global_zero:
-        if loop.global_step < by_steps.steps:
+        if stopping and loop.global_step < by_steps.steps:
             say(stopping[0].in_words(loop.global_step, spectra.epochs))
         model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
         data, parts = spectra.dataset, spectra.parts

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from rich.console import Console
 
-from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim_of_each
+from learn.data.neighbours import inverse_distance
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
 from learn.models.capabilities import FitsInClosedForm, LearnsBand, PredictsResponses

@@ -1,43 +1,47 @@
-"""Correction of a scene by the spectra of a dataset, and the report on what was corrected by how much."""
+"""Correction of a scene by what was measured in it: spectra, or received powers (RSSI)."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Int
 
-from learn.data.same_receiver import (
-    SAME_DIRECTION,
-    SAME_PLACE,
-    other_array,
-    other_frequency,
-    pose_difference,
-)
+from learn.data.same_receiver import SAME_DIRECTION, SAME_PLACE, other_array, pose_difference
 from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_dataset
 from learn.models.kriging.retrieved_field import retrieved_responses
-from learn.twin.gauss_newton import Calibration, most_likely
-from scenes.files.atomic import write_atomically
+from learn.twin.calibration import Calibration
+from learn.twin.described_gateways import require_same_wavelength, scenes_with_gateways
+from learn.twin.gauss_newton import Search
+from learn.twin.linearised import CARRIER
+from learn.twin.power_residual import PowerResidual, independence, path_powers
+from learn.twin.response_residual import ResponseFit, ResponseResidual
+from learn.twin.starting_values import is_far
 from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
+from scenes.files.long_work import doing
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
-from scenes.storage.scene_writing import write_scene
+from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset, require_fixed_array
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import is_rssi
 from simulate.positions.positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.band import Band
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
+
+CALIBRATED_BY = 160
+"""Largest number of known positions that correct the scene if nothing else is asked for."""
 
 MOST_TOLERANCES = 10.0
 """Largest difference between the gateways of a scene and of a dataset, in tolerances."""
@@ -48,46 +52,58 @@ those of the right one in full wave a tenth."""
 
 SUBCARRIERS = 4  # Largest number of subcarriers of a band that are used
 
+NO_PATHS = 1e-30  # Smallest sum of the powers of paths; less stands for no path
+
+Report = Callable[[str], None]
+
 
 def calibrate(
     scene: Scene | Path | str,
-    dataset: Dataset | Path | str,
-    n: int = 160,
+    dataset: Dataset | RssiDataset | Path | str,
+    n: int = CALIBRATED_BY,
     *,
     split: SplitKind = "files",
     seed: int = 0,
     tolerances: Tolerances = Tolerances(),
     propagation: Propagation = Propagation(),
-    report: Callable[[str], None] = lambda sentence: None,
+    report: Report = lambda sentence: None,
 ) -> Calibration:
-    """Correct a scene by spectra that were measured in it.
+    """Correct a scene by spectra or received powers (RSSI) that were measured in it.
 
     The function corrects the gateway's position and orientation, the properties of materials, and the places of objects
-    inside the room. It finds their most likely values given the spectra, by Gauss–Newton steps; ``tolerances`` are the
-    standard deviations of normal priors on their errors. The frequency is corrected too if it has a tolerance. Walls,
-    floor, ceiling and columns stay where they are.
+    inside the room. It finds their most likely values given the measurements, by Gauss–Newton steps; ``tolerances`` are
+    the standard deviations of normal priors on their errors. Walls, floor, ceiling and columns stay where they are.
+
+    - By spectra, the frequency is corrected too if it has a tolerance.
+    - By received powers, the positions of all their gateways are corrected, and the level of each is found. What was
+      not received is a bound. The powers are taken to follow a Rice distribution about the traced ones, whose random
+      part stands for all that the description lacks.
 
     Args:
-        scene: the scene as described, the name of a built-in one, or a scene YAML.
-        dataset: the measured spectra, or their folder. Recorded responses are used if there are any, otherwise those
-            found behind the pictures. Of a band, four subcarriers are used together if phases can be compared between
-            positions, and otherwise the carrier alone.
-        n: largest number of spectra to use, evenly spread over those that the split does not hold out.
-        split: which spectra are held out, as for ``train``.
+        scene: the scene as described, the name of a built-in one, or a scene YAML. For received powers, its own
+            gateways are left out.
+        dataset: measured spectra, or received powers with the gateways' places as described, or their folder. Recorded
+            responses are used if there are any, otherwise those found behind the pictures. Of a band, four subcarriers
+            are used together if phases can be compared between positions, and otherwise the carrier alone.
+        n: largest number of positions to use, evenly spread over those that the split does not hold out.
+        split: which positions are held out, as for ``train``.
         seed: seed of the split.
-        tolerances: how wrong the scene may be.
+        tolerances: how wrong the description may be. Received powers do not use ``rotation``, since one antenna has no
+            orientation to be found by powers.
         propagation: the mechanisms that rays follow.
         report: called with sentences on the progress.
 
     Returns:
-        The corrected scene, the corrections, and their standard deviations. A warning is printed if the corrected scene
-        leaves more than half of the measured power unexplained.
+        The corrected scene and gateways, the corrections, and their standard deviations. A warning is printed if the
+        corrected scene leaves more than half of the measured power of spectra unexplained.
 
     Raises:
-        InputError: the scene or the dataset cannot be read; the scene has several gateways, or another array, frequency
-            or gateway than the dataset; all tolerances are 0; all spectra have one grey level; or no path reaches any
-            of their positions.
-        ParameterError: ``n`` or ``seed`` is not a whole number in its range, or diffuse reflection is to be followed.
+        InputError: the scene or the dataset cannot be read; the scene has another frequency than the dataset; the
+            scene has several gateways, or another array or gateway than the spectra; all tolerances are 0; a gateway is
+            inside an object; all spectra have one grey level; nothing was received; or no path reaches any of the
+            positions.
+        ParameterError: ``n`` or ``seed`` is not a whole number in its range, diffuse reflection is to be followed, or
+            the carrier has a tolerance for received powers.
 
     Example:
         >>> import bisplat
@@ -98,85 +114,155 @@ def calibrate(
         ('gateway x', (6,))
         >>> bool((found.deviations < 0.02).all())  # metres and radians
         True
+
+        By the powers that two gateways receive, one of which is described to be 3 cm beside its place:
+
+        >>> gateways = {"door": (2.0, 0.5, 1.8), "window": (2.5, 0.5, 1.8)}
+        >>> heard = bisplat.simulate_rssi("closet", "heard", gateways, n=30, propagation=coarse)
+        >>> moved = {"door": (2.03, 0.5, 1.8), "window": (2.5, 0.47, 1.8)}
+        >>> described = bisplat.write_rssi("described", heard.positions, heard.rssi_dbm, moved, heard.frequency.hertz)
+        >>> found = bisplat.calibrate("closet", described, tolerances=pose, split="random", propagation=coarse)
+        >>> found.misfit[0] < found.misfit[1]
+        True
+        >>> found.which[0].label, found.values.shape
+        ('gateway door x', (6,))
     """
-    place = described_scene(scene, n, split, seed, tolerances, propagation)
-    measured = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
-    known = evenly(split_dataset(measured, split, seed).known, n)
-    warn_of_other_place(place, measured.positions[known], measured.folder)
-    found = calibrate_by(place, measured, known, tolerances, propagation, report)
-    warning = doubt(found)
-    if warning is not None:
-        say(f"warning: {warning}")
-    return found
-
-
-def described_scene(
-    scene: Scene | Path | str,
-    n: int,
-    split: SplitKind,
-    seed: int,
-    tolerances: Tolerances,
-    propagation: Propagation,
-) -> Scene:
-    """The scene to be corrected, after a check of what ``calibrate`` and ``calibrate_powers`` have in common."""
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
     require_word(SPLITS, split=split)
     require_instance(Tolerances, tolerances=tolerances)
     require_instance(Propagation, propagation=propagation)
     require_instance(Scene, str, PathLike, scene=scene)
-    return scene if isinstance(scene, Scene) else load_scene(scene)
-
-
-def warn_of_other_place(scene: Scene, positions: Float[np.ndarray, "n 3"], folder: Path) -> None:
-    """Print a warning if positions lie so far from a scene that they were hardly measured in it."""
-    box = bounding_box(np.vstack([scene.bounds, scene.transmitter.region]))
-    warning = reach_warning(positions, box, "the scene", "were they measured there, in its frame?")
+    require_instance(Dataset, RssiDataset, str, PathLike, dataset=dataset)
+    place = scene if isinstance(scene, Scene) else load_scene(scene)
+    measured = dataset if isinstance(dataset, Dataset | RssiDataset) else _read(Path(dataset))
+    known = evenly(split_dataset(measured, split, seed).known, n)
+    box = bounding_box(np.vstack([place.bounds, place.transmitter.region]))
+    warning = reach_warning(measured.positions[known], box, "the scene", "were they measured there, in its frame?")
     if warning is not None:
-        say(f"warning: {folder}: {warning}")
+        say(f"warning: {measured.folder}: {warning}")
+    found = correct(place, measured, known, tolerances, propagation, report)
+    left, before = found.misfit
+    if isinstance(found.fit, ResponseFit) and left > UNEXPLAINED_MOST:
+        say(
+            f"warning: {left:.0%} of the measured power is unexplained by the corrected scene ({before:.0%} before), "
+            "so that its corrections mean nothing: were the spectra measured in this room, in its frame, and at its "
+            "frequency?"
+        )
+    return found
 
 
-def calibrate_by(
+def _read(folder: Path) -> Dataset | RssiDataset:
+    return read_rssi(folder) if is_rssi(folder) else read_dataset(folder)
+
+
+def correct(
     scene: Scene,
-    dataset: Dataset,
+    dataset: Dataset | RssiDataset,
     known: Int[np.ndarray, " n"],
     tolerances: Tolerances = Tolerances(),
     propagation: Propagation = Propagation(),
-    report: Callable[[str], None] = lambda sentence: None,
+    report: Report = lambda sentence: None,
 ) -> Calibration:
-    """Correct a scene by some of a dataset's spectra."""
-    require_fixed_array(dataset, "the correction of a scene")
+    """Correct a scene by some of a dataset's positions; ``calibrate`` explains the arguments."""
     if propagation.diffuse:
         raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
+    doing(f"{scene.name}: correcting it by what was measured at {len(known):,} positions, in rounds")
+    by = _by_powers if isinstance(dataset, RssiDataset) else _by_spectra
+    search = by(scene, dataset, known, tolerances, propagation, report)  # type: ignore[arg-type]
+    band = search.over_band(search.tracers.values())
+    described = np.concatenate([each.responses(search.positions).astype(complex) for _, each in band], axis=1)
+    if not (np.abs(described) ** 2 > NO_PATHS).any():
+        raise InputError(f"{scene.name}: expected paths from its gateways to the measured positions, found none")
+    before = search.stages[-1].fit(described).misfit
+    found = search.most_likely()
+    of_scene = np.where(search.own(""), found.values, 0)  # without the gateways of received powers
+    return Calibration(
+        scene=vary(scene, search.which, of_scene),
+        gateways={name: each.scene.gateway for name, each in zip(search.tracers, found.tracers, strict=True) if name},
+        which=search.which,
+        values=found.values,
+        deviations=found.deviations,
+        misfit=(found.fit.misfit, before),
+        fit=found.fit,
+        propagation=propagation,
+    )
+
+
+def _by_powers(
+    scene: Scene,
+    dataset: RssiDataset,
+    known: Int[np.ndarray, " n"],
+    tolerances: Tolerances,
+    propagation: Propagation,
+    report: Report,
+) -> Search:
+    if tolerances.carrier:
+        raise ParameterError("carrier", f"expected 0, since powers do not tell it, found {tolerances.carrier:g}")
+    if dataset.frequency is None:
+        say(f"{dataset.folder}: no frequency is stated, so the scene's, {scene.frequency / 1e6:g} MHz, is assumed")
+    scenes, which = scenes_with_gateways(scene, dataset), of_gateways(scene, dataset.gateway_names, tolerances)
+    _require_some(which, scene)
+    positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
+    if np.isnan(powers).all():
+        raise InputError(f"{dataset.folder}: expected received powers at the known positions, found none")
+    box = bounding_box(positions)
+    tracers = {name: Tracer(each, propagation, box, report=report) for name, each in scenes.items()}
+    scales, weights = path_powers(tracers.values(), positions)[1], independence(positions, scene.wavelength)
+    stages = [PowerResidual(powers, dataset.floor_dbm, scales, weights)]
+    return Search(tracers, which, positions, stages, report)
+
+
+def of_gateways(scene: Scene, names: Sequence[str], tolerances: Tolerances) -> list[Unknown]:
+    """The unknowns of a scene whose powers several gateways receive: the places of the gateways, and of the scene."""
+    found = [Unknown("position", name, axis, tolerances.position) for name in names for axis in range(3)]
+    found += unknowns(scene, replace(tolerances, position=0.0, rotation=0.0, carrier=0.0))
+    return [each for each in found if each.tolerance > 0]
+
+
+def _require_some(which: list[Unknown], scene: Scene) -> None:
+    if not which:
+        raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
+
+
+def _by_spectra(
+    scene: Scene,
+    dataset: Dataset,
+    known: Int[np.ndarray, " n"],
+    tolerances: Tolerances,
+    propagation: Propagation,
+    report: Report,
+) -> Search:
+    which = unknowns(scene, tolerances)
+    _require_some(which, scene)
+    _require_same_receiver(scene, dataset, tolerances)
+    measured, phases_known = measured_responses(dataset, known)
+    positions = dataset.positions[known]
+    ratios: Sequence[float] = CARRIER
+    # Without recorded responses each spectrum may have a clock of its own, so that the band tells no more.
+    if phases_known and dataset.band is not None and dataset.band_responses is not None:
+        measured, ratios = over_subcarriers(dataset.band, dataset.band_responses[known], scene.frequency)
+    if not measured.any():
+        raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")
+    # Only responses behind pictures may be flipped, even while others are compared in phases of their own.
+    flips = not phases_known and scene.gateway.elements is None  # elements at given places have no such symmetry
+    stages = ResponseResidual.stages(measured, positions, scene.wavelength, phases_known, flips)
+    tracers = {"": Tracer(scene, propagation, bounding_box(positions), report=report)}
+    return Search(tracers, which, positions, stages, report, ratios, far=is_far(scene, which))
+
+
+def _require_same_receiver(scene: Scene, dataset: Dataset, tolerances: Tolerances) -> None:
+    """Refuse spectra of another array or frequency, or whose gateway is too far from the scene's for the tolerances."""
+    require_fixed_array(dataset, "the correction of a scene")
     if scene.further_gateways:
         raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
-    array = array_of(scene.gateway, scene.frequency)
-    if other_frequency(dataset.wavelength, scene.wavelength):
-        raise InputError(
-            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
-            f"found {scene.wavelength:.4g} m"
-        )
+    require_same_wavelength(scene, dataset)
+    gateway, array = scene.gateway, array_of(scene.gateway, scene.frequency)
     if other_array(array, dataset.array):
         raise InputError(
             f"{dataset.folder}: expected spectra of the scene's array, {array.in_words}, found those of "
             f"{dataset.array.in_words}"
         )
-    which = unknowns(scene, tolerances)
-    if not which:
-        raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
-    _require_same_gateway(scene, dataset, tolerances)
-    places = dataset.positions[known]
-    common = dataset.responses is not None  # otherwise each spectrum may have a clock of its own, too
-    if common and dataset.band is not None and dataset.band_responses is not None:
-        measured, ratios = over_subcarriers(dataset.band, dataset.band_responses[known], scene.frequency)
-        return most_likely(scene, which, propagation, places, measured, True, report, ratios)
-    measured, phases_known = measured_responses(dataset, known)
-    return most_likely(scene, which, propagation, places, measured, phases_known, report)
-
-
-def _require_same_gateway(scene: Scene, dataset: Dataset, tolerances: Tolerances) -> None:
-    """Refuse a dataset whose gateway is too far from the scene's for the tolerances."""
-    gateway = scene.gateway
     distance, angle = pose_difference(
         (gateway.position, gateway.orientation), (dataset.gateway_position, dataset.gateway_orientation)
     )
@@ -190,17 +276,6 @@ def _require_same_gateway(scene: Scene, dataset: Dataset, tolerances: Tolerances
         )
 
 
-def doubt(calibration: Calibration) -> str | None:
-    """A sentence on a corrected scene that does not explain the spectra; None if it does."""
-    left, before = calibration.misfit
-    if left <= UNEXPLAINED_MOST:
-        return None
-    return (
-        f"{left:.0%} of the measured power is unexplained by the corrected scene ({before:.0%} before), so that its "
-        "corrections mean nothing: were the spectra measured in this room, in its frame, and at its frequency?"
-    )
-
-
 def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
     """Responses of some of a dataset's spectra, and whether they share phase and scale."""
     if dataset.responses is not None:
@@ -210,7 +285,7 @@ def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[
 
 def over_subcarriers(
     band: Band, responses: Complex[np.ndarray, "n M subcarriers"], carrier: float
-) -> tuple[Complex[np.ndarray, "n M*used"], list[float]]:
+) -> tuple[Complex[np.ndarray, "n M*used"], Sequence[float]]:
     """Responses at a few subcarriers, evenly spread over the band, and their frequencies in carrier frequencies.
 
     A room's responses change little between neighbouring subcarriers, and each that is used costs as much as a carrier.
@@ -222,58 +297,3 @@ def over_subcarriers(
     used = evenly(np.arange(band.subcarriers), SUBCARRIERS)
     ratios = (band.frequencies(carrier)[used] / carrier).tolist()
     return np.concatenate(np.moveaxis(responses[..., used].astype(complex), 2, 0), axis=1), ratios
-
-
-def write_calibration(calibration: Calibration, folder: Path) -> None:
-    """Write the corrected scene and calibration.json to a folder."""
-    write_scene(calibration.scene, folder)
-    content: dict[str, Any] = {
-        "changes": changes_of(calibration.which, calibration.values, calibration.deviations),
-        "unit": UNIT,
-        "unexplained_power": {"described": calibration.misfit[1], "corrected": calibration.misfit[0]},
-        "gain": [calibration.gain.real, calibration.gain.imag],
-    }
-    write_atomically(folder / RECORD, (json.dumps(content, indent=2) + "\n").encode())
-
-
-RECORD = "calibration.json"
-
-UNIT = "metres, radians, or the logarithm of a ratio"
-
-
-def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:
-    """A change and its standard deviation in millimetres, degrees or per cent, for a reader."""
-    if unknown.kind in ("position", "object"):
-        return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
-    if unknown.kind == "rotation":
-        return f"{np.degrees(value):+.2f}°", f"{np.degrees(deviation):.2f}°"
-    digits = 1 if unknown.kind in OF_MATERIALS else 4
-    return f"{100 * np.expm1(value):+.{digits}f} %", f"{100 * deviation:.{digits}f} %"
-
-
-def rows_of(
-    which: Sequence[Unknown], values: Float[np.ndarray, " n"], deviations: Float[np.ndarray, " n"]
-) -> list[dict[str, str]]:
-    """A table of what was changed and by how much, with standard deviations before and after."""
-    rows = []
-    for unknown, value, deviation in zip(which, values, deviations, strict=True):
-        changed, sure = in_units(unknown, float(value), float(deviation))
-        before = in_units(unknown, 0.0, unknown.tolerance)[1]
-        rows.append({"what": unknown.label, "changed by": changed, "±": sure, "± before": before})
-    return rows
-
-
-def changes_of(
-    which: Sequence[Unknown], values: Float[np.ndarray, " n"], deviations: Float[np.ndarray, " n"]
-) -> list[dict[str, Any]]:
-    """The entries ``changes`` of calibration.json. The arguments are those of ``rows_of``."""
-    return [
-        {
-            "what": unknown.label,
-            "kind": unknown.kind,
-            "change": float(value),
-            "deviation": float(deviation),
-            "tolerance": unknown.tolerance,
-        }
-        for unknown, value, deviation in zip(which, values, deviations, strict=True)
-    ]

@@ -10,17 +10,14 @@ from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
+from simulate.dataset.dataset import Dataset
 from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.rssi.rssi_files import gateways_of
 
 
 def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]:
     """The scene as described with each gateway of received powers alone, by the gateway's name."""
-    if dataset.frequency is not None and other_frequency(dataset.wavelength, scene.wavelength):
-        raise InputError(
-            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
-            f"found {scene.wavelength:.4g} m"
-        )
+    require_same_wavelength(scene, dataset)
     scenes = alone(scene, described_gateways(dataset))
     for name, each in scenes.items():
         validate(each, f"{dataset.folder}: gateway {name}")
@@ -41,3 +38,12 @@ def described_gateways(dataset: RssiDataset) -> dict[str, Gateway]:
 def alone(scene: Scene, gateways: Mapping[str, Gateway]) -> dict[str, Scene]:
     """The scene with each gateway alone, by its name."""
     return {name: replace(scene, gateway=each, further_gateways={}) for name, each in gateways.items()}
+
+
+def require_same_wavelength(scene: Scene, dataset: Dataset | RssiDataset) -> None:
+    """Refuse a dataset that states another frequency than the scene's."""
+    if dataset.frequency is not None and other_frequency(dataset.wavelength, scene.wavelength):
+        raise InputError(
+            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
+            f"found {scene.wavelength:.4g} m"
+        )

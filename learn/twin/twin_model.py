@@ -18,7 +18,6 @@ from jaxtyping import Complex, Float, Int, UInt8
 from torch import Tensor
 
 from learn.data.metrics import ssim_of_each
-from learn.models.base import BeamformingLayer
 from learn.models.capabilities import PredictsResponses
 from learn.models.kriging.kriged_field import KrigedField
 from scenes.files.errors import InputError, ParameterError
@@ -32,58 +31,14 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly, spectrum_of
 
+if TYPE_CHECKING:
+    from learn.twin.calibration import Calibration
+    from simulate.rays.tracer import Tracer
+
 TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)  # Candidates for the weight of the corrected scene
 
 LEAST_KNOWN, LEFT_OUT = 100, 64
 """Number of known spectra below which the weight is 1, and largest number of them that are predicted from others."""
-
-
-def enough_known(count: int) -> bool:
-    """Whether so many known spectra can tell the weight. With fewer it is 1."""
-    return count >= LEAST_KNOWN
-
-
-def mixed(
-    traced: Float[Tensor, "B elements 2"],
-    rest: Float[Tensor, "B elements 2"],
-    whole: Float[Tensor, "B elements 2"],
-    trust: float,
-    powers: tuple[Float[Tensor, ""], Float[Tensor, ""]],
-) -> Float[Tensor, "B elements 2"]:
-    """w (f + e) + (1 − w) a."""
-    of_rest, of_whole = powers
-    return trust * (traced + of_rest.sqrt() * rest) + (1 - trust) * of_whole.sqrt() * whole
-
-
-def best_trust(
-    traced: Float[Tensor, "n elements 2"],
-    fields: tuple[KrigedField, KrigedField],
-    powers: tuple[Float[Tensor, ""], Float[Tensor, ""]],
-    pictures: UInt8[np.ndarray, "n 90 360"],
-    beamforming: BeamformingLayer,
-) -> float:
-    """The w that best predicts known spectra from the others; the largest one if several are equally good."""
-    if not enough_known(len(traced)):
-        return 1.0
-    left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))
-    spectra = spectrum_of(pictures[left_out.numpy()])
-    with torch.inference_mode():
-        rest, whole = (
-            field.interpolated(field.places[left_out], left_out)[0].unflatten(-1, (-1, 2)) for field in fields
-        )
-        scores = {}
-        for trust in TRUSTS:
-            found = beamforming(mixed(traced[left_out], rest, whole, trust, powers)).numpy()
-            scores[trust] = float(ssim_of_each(found, spectra).mean())
-    return max(scores, key=lambda trust: scores[trust])
-
-
-if TYPE_CHECKING:
-    from learn.twin.gauss_newton import Calibration
-    from simulate.rays.tracer import Tracer
-
-CALIBRATED_BY = 160
-"""Largest number of known spectra that correct the scene. All known spectra are kriged."""
 
 GAINED_BY = 1000  # Largest number of known spectra from which the gains of chains are found
 
@@ -156,8 +111,17 @@ class Twin(PredictsResponses):
         if not len(self.rest.places):
             return traced
         rest = self.rest.responses(positions)
-        whole = self.whole.responses(positions) if trust < 1 else rest
-        return mixed(traced, rest, whole, trust, (self.power, self.whole_power))
+        return self._mixed(traced, rest, self.whole.responses(positions) if trust < 1 else rest, trust)
+
+    def _mixed(
+        self,
+        traced: Float[Tensor, "B elements 2"],
+        rest: Float[Tensor, "B elements 2"],
+        whole: Float[Tensor, "B elements 2"],
+        trust: float,
+    ) -> Float[Tensor, "B elements 2"]:
+        """w (f + e) + (1 − w) a."""
+        return trust * (traced + self.power.sqrt() * rest) + (1 - trust) * self.whole_power.sqrt() * whole
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Variance of w e + (1 − w) a relative to the power of the responses; e and a are assumed to be independent."""
@@ -169,13 +133,13 @@ class Twin(PredictsResponses):
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Correct the scene by known spectra, and krige what it does not explain of them."""
-        from learn.twin.calibrate import calibrate_by
+        from learn.twin.calibrate import CALIBRATED_BY, correct
 
         def report(sentence: str) -> None:
             self.report(f"calibration: {sentence}", 0, 1)
 
         used = evenly(np.unique(known), CALIBRATED_BY)
-        found = calibrate_by(self._described, dataset, used, self._tolerances, self.propagation, report)
+        found = correct(self._described, dataset, used, self._tolerances, self.propagation, report)
         self.calibration = found
         self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
         self.__dict__.pop("_tracer", None)
@@ -210,15 +174,31 @@ class Twin(PredictsResponses):
         self.power, self.whole_power = (
             torch.tensor(float((np.abs(values) ** 2).mean())) for values in (aligned - traced, aligned)
         )
+        has_weight = len(known) >= LEAST_KNOWN  # fewer cannot tell the weight, and the scene has all of it
         for field, values in ((self.rest, aligned - traced), (self.whole, aligned)):
             everywhere = np.zeros((len(dataset.positions), values.shape[1]), np.complex64)
             everywhere[known] = values
             field.report = self.report  # type: ignore[method-assign]
-            has_weight = field is self.rest or enough_known(len(known))
-            (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
-        fields, powers = (self.rest, self.whole), (self.power, self.whole_power)
-        trust = best_trust(_pairs(held_out), fields, powers, dataset.pictures[known], self.beamforming)
-        self.trust = torch.tensor(trust)
+            (field.fit if has_weight or field is self.rest else field.keep)(
+                replace(dataset, responses=everywhere), known
+            )
+        self.trust = torch.tensor(self._best_trust(_pairs(held_out), dataset.pictures[known]) if has_weight else 1.0)
+
+    def _best_trust(self, traced: Float[Tensor, "n elements 2"], pictures: UInt8[np.ndarray, "n 90 360"]) -> float:
+        """The w that best predicts known spectra from the others; the largest one if several are equally good."""
+        left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))
+        spectra = spectrum_of(pictures[left_out.numpy()])
+
+        def score(trust: float) -> float:
+            found = self.beamforming(self._mixed(traced[left_out], rest, whole, trust)).numpy()
+            return float(ssim_of_each(found, spectra).mean())
+
+        with torch.inference_mode():
+            rest, whole = (
+                field.interpolated(field.places[left_out], left_out)[0].unflatten(-1, (-1, 2))
+                for field in (self.rest, self.whole)
+            )
+            return max(TRUSTS, key=score)
 
     def _fit_gains(
         self,

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 
 from learn.powers.coverage import CoverageMap, coverage_map
 from learn.powers.fit_powers import FittedPowers, fit_powers
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.quantity import Prediction
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -74,7 +74,7 @@ class PowerSubject:
         powers = np.where(np.isnan(self.dataset.rssi_dbm), -np.inf, self.dataset.rssi_dbm)
         return np.where(np.isfinite(powers).any(axis=1), powers.argmax(axis=1), -1)
 
-    def predict(self, method: str, position: Float[np.ndarray, " 3"]) -> PredictedPowers:
+    def predict(self, method: str, position: Float[np.ndarray, " 3"]) -> Prediction:
         """Powers at a position in metres, world frame: arrays [1, G]. The first call of a method fits it."""
         with self._one_at_a_time:
             return self._fit(method).predict(position[None])

@@ -11,9 +11,9 @@ from PIL import Image, ImageDraw
 from scipy.spatial import cKDTree
 from viser import ClientHandle, GuiImageHandle, ImageHandle
 
+from learn.methods.table import named_for
 from learn.powers.coverage import NO_GATEWAY, CoverageMap
-from learn.powers.fit_powers import POWER_METHODS
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.quantity import Prediction
 from learn.reports.coverage_report import INTERVAL, distinct
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import BACKGROUND, INK, Colours, colour_of, font
@@ -43,7 +43,7 @@ class PowerTab(Tab):
         with self._gui.add_folder("Map"):
             self._shown = self._gui.add_dropdown("gateway", (*names, STRONGEST), initial_value=names[0])
             self._quantity = self._gui.add_dropdown("quantity", (POWER, WIDTH))
-            self._by = self._gui.add_dropdown("predicted by", tuple(POWER_METHODS), initial_value="helmholtz")
+            self._by = self._gui.add_dropdown("predicted by", named_for("power"), initial_value="helmholtz")
             self._height = self._gui.add_number("height (m)", round(subject.middle_height, 2), step=0.01)
         for each in (self._shown, self._quantity, self._by, self._height):
             each.on_update(self._shield(self._switched))
@@ -125,7 +125,7 @@ class PowerTab(Tab):
         else:
             self._image.image = found.key
 
-    def _table(self, predicted: PredictedPowers, position: Position) -> str:
+    def _table(self, predicted: Prediction, position: Position) -> str:
         """The powers at the transmitter, as Markdown."""
         subject = self._subject
         lines = []
@@ -140,16 +140,14 @@ class PowerTab(Tab):
         return "\n".join(lines)
 
 
-def power_rows(
-    names: Sequence[str], floor: float, predicted: PredictedPowers, measured: np.ndarray | None
-) -> list[str]:
+def power_rows(names: Sequence[str], floor: float, predicted: Prediction, measured: np.ndarray | None) -> list[str]:
     """A Markdown table of the powers at one position, the strongest gateway first."""
-    order = np.argsort(-predicted.median[0])[:ROWS]
+    order = np.argsort(-predicted.value[0])[:ROWS]
     headings = ["gateway", "predicted", *(["90 % interval"] if predicted.low is not None else [])]
     headings += [] if measured is None else ["measured"]
     rows = [f"| {' | '.join(headings)} |", f"| {' | '.join(['---'] * len(headings))} |"]
     for each in order:
-        median = predicted.median[0, each]
+        median = predicted.value[0, each]
         cells = [in_markdown(names[each]), f"{median:.1f} dBm" if median >= floor else f"below {floor:g}"]
         if predicted.low is not None and predicted.high is not None:
             cells.append(f"{predicted.low[0, each]:.1f} to {predicted.high[0, each]:.1f}")

@@ -14,8 +14,8 @@ import torch
 from jaxtyping import Complex, Float, Int
 from scipy.spatial import cKDTree
 
-from learn.baselines.neighbours import NEIGHBOURS, inverse_distance, nearest
 from learn.data.metrics import ssim
+from learn.data.neighbours import NEIGHBOURS, inverse_distance, nearest
 from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
 from learn.models.capabilities import HasPrimitives, PredictsResponses

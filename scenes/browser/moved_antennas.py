@@ -13,6 +13,7 @@ from viser import ClientHandle, TransformControlsEvent
 
 from scenes.browser.scene_view import add_gateway, add_region, edges, wxyz, xyzw
 from scenes.browser.served_page import shield
+from scenes.files.lengths import rounded
 from scenes.scene.description import Scene
 from scenes.scene.orientation import Quaternion, boresight_of
 
@@ -80,17 +81,9 @@ def lines(
     """Lines of a scene.yaml, and options of ``bisplat scene``, for a gateway's pose and a region."""
     low, high = region.min(axis=0), region.max(axis=0)
     in_file = (
-        f"gateway:\n  position: {_list(position)}\n  orientation: {_list(orientation, 6)}\n"
-        f"transmitter:\n  region:\n    min: {_list(low)}\n    max: {_list(high)}"
+        f"gateway:\n  position: {rounded(position)}\n  orientation: {rounded(orientation, 6)}\n"
+        f"transmitter:\n  region:\n    min: {rounded(low)}\n    max: {rounded(high)}"
     )
     options = {"gateway": position, "boresight": boresight_of(orientation), "region-min": low, "region-max": high}
-    words = [f"--{name} {' '.join(map(str, _rounded(values)))}" for name, values in options.items()]
+    words = [f"--{name} {' '.join(map(str, rounded(values)))}" for name, values in options.items()]
     return in_file, "bisplat scene FILE -o FOLDER \\\n    " + " \\\n    ".join(words)
-
-
-def _rounded(values: Float[np.ndarray, " n"] | Quaternion, digits: int = 4) -> list[float]:
-    return (np.round(values, digits) + 0.0).tolist()  # + 0.0 turns -0.0 into 0.0
-
-
-def _list(values: Float[np.ndarray, " n"] | Quaternion, digits: int = 4) -> str:
-    return f"[{', '.join(map(str, _rounded(values, digits)))}]"

@@ -80,7 +80,6 @@ def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float,
 
 
 def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/region") -> LineSegmentsHandle:
-    """Draw the edges of a box."""
     return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
 
 
@@ -97,20 +96,6 @@ def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarr
     size = float(np.linalg.norm(high - low))
     direction = Rotation.from_euler("ZY", [-125.0, -45.0], degrees=True).apply([1, 0, 0])  # from low x and low y
     return (low + high) / 2 + 1.3 * size * direction, (low + high) / 2
-
-
-def on_screen(
-    point: Float[np.ndarray, " 3"], bounds: Float[np.ndarray, "2 3"], width: float, height: float
-) -> tuple[float, float]:
-    """Return the pixel at which a page shows a point before its camera moves, for programs that operate the mouse."""
-    camera, look_at = from_outside(bounds)
-    ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
-    right = np.cross(ahead, [0, 0, 1])
-    right /= np.linalg.norm(right)
-    towards = np.subtract(point, camera)
-    pixels = height / 2 / np.tan(np.radians(FIELD_OF_VIEW) / 2) / (towards @ ahead)
-    x, y = width / 2 + pixels * (towards @ right), height / 2 - pixels * (towards @ np.cross(right, ahead))
-    return round(float(x), 3), round(float(y), 3)
 
 
 def set_up(client: ClientHandle, bounds: Float[np.ndarray, "2 3"]) -> None:

@@ -44,7 +44,6 @@ def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[],
 
 @contextlib.contextmanager
 def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> Iterator[str]:
-    """Serve a page within a block."""
     free = _free_port(port)
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that disconnects is not an error
     warnings.filterwarnings("ignore", r"Queued a \w+ on a closed connection")  # viser, for a tab that has just closed
@@ -80,9 +79,7 @@ def _free_port(first: int) -> int:
     """Return the first free port from a number on. viser itself would never return if there is none."""
     for port in range(first, 65536) if first > 0 else ():
         with socket.socket() as probe:
-            probe.setsockopt(
-                socket.SOL_SOCKET, socket.SO_REUSEADDR, 1
-            )  # as viser's server, so that a port that was just closed is free
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a port that was just closed is free
             try:
                 probe.bind((HOST, port))
                 return port
@@ -99,13 +96,7 @@ Process = Callable[[ServerConnection, Request], Awaitable[Response | None] | Res
 
 
 def refusal(path: str, headers: Headers, port: int, token: str) -> str | None:
-    """Return why a request is refused; None if it is allowed.
-
-    >>> refusal("/secret", Headers(Host="127.0.0.1:8080"), 8080, "secret") is None
-    True
-    >>> refusal("/secret", Headers(Host="127.0.0.1:8080", Origin="http://elsewhere.org"), 8080, "secret")
-    'This page cannot be used from another site.'
-    """
+    """Return why a request is refused; None if it is allowed."""
     hosts = [host.lower() for host in headers.get_all("Host")]
     ending = ("", ":80") if port == 80 else (f":{port}",)  # browsers leave out the port of http
     if len(hosts) != 1 or hosts[0] not in [name + end for name in NAMES for end in ending]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NoReturn
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from scenes.checks.occupancy import blocking_object, element_positions, obstruction
 from scenes.files.errors import InputError, ParameterError, did_you_mean, named, shown
+from scenes.files.lengths import rounded
 from scenes.scene.antennas import (
     MOST_ELEMENTS,
     MOST_IN_A_ROW,
@@ -123,7 +124,7 @@ def validate(scene: Scene, source: str) -> None:
         if np.abs(item.mesh.bounds).max() > FARTHEST:
             refuse(
                 f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it from "
-                f"{_point(item.mesh.bounds[0])} to {_point(item.mesh.bounds[1])}"
+                f"{rounded(item.mesh.bounds[0], 3)} to {rounded(item.mesh.bounds[1], 3)}"
             )
         if item.thickness is not None and not 0 < item.thickness <= THICKEST:
             refuse(
@@ -136,7 +137,6 @@ def validate(scene: Scene, source: str) -> None:
 
 
 def is_valid(scene: Scene) -> bool:
-    """Whether ``validate`` accepts a scene."""
     try:
         validate(scene, scene.name)
     except InputError:
@@ -158,7 +158,7 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
     blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
     if blocker is not None:
         refuse(
-            f"{label}.position: expected a position outside all objects, found {_point(gateway.position)} inside "
+            f"{label}.position: expected a position outside all objects, found {rounded(gateway.position, 3)} inside "
             f"{named(blocker)} (a closed mesh is the room only if it also contains the whole transmitter region)"
         )
     found = obstruction(gateway, scene.wavelength, scene.objects)
@@ -166,24 +166,15 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
         reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
         doubt = "; are they in metres?" if gateway.elements is not None and reach > LARGE_ARRAY else ""
         refuse(
-            f"{label}.position {_point(gateway.position)}: expected all elements of the array in the open, found one "
-            f"at {_point(found.element)}, {found.where} object {named(found.object)} "
-            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {_plain(reach)} m from the position{doubt})"
+            f"{label}.position {rounded(gateway.position, 3)}: expected all elements of the array in the open, found "
+            f"one at {rounded(found.element, 3)}, {found.where} object {named(found.object)} "
+            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {reach:.3g} m from the position{doubt})"
         )
     if blockers[0] is not None and set(blockers) == {blockers[0]}:
         refuse(
             f"transmitter.region: expected a region outside all objects, found it inside {named(blockers[0])} (a "
-            f"closed mesh is the room only if it also contains the {label}, which is at {_point(gateway.position)})"
+            f"closed mesh is the room only if it also contains the {label}, at {rounded(gateway.position, 3)})"
         )
-
-
-def _plain(metres: float) -> str:
-    """Format a length without exponent: −1.5e-16 as 0.0."""
-    return np.format_float_positional(round(float(metres), 3) + 0.0, trim="0")
-
-
-def _point(point: Iterable[float]) -> str:
-    return f"[{', '.join(_plain(coordinate) for coordinate in point)}]"
 
 
 def outdated(scene: Scene) -> str | None:

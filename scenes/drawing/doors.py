@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+from trimesh.graph import connected_component_labels
 
 LEAF = (0.5, 1.4)  # m, width of a leaf
 THICKEST = 0.15  # m, of a leaf
@@ -34,7 +33,6 @@ class Leaf(NamedTuple):
 
 
 def is_door(name: str) -> bool:
-    """Whether an object's name has the word "door" or "Tür"."""
     words = re.findall(r"[A-ZÄÖÜ]?[a-zäöü]+|[A-ZÄÖÜ]+", name)
     return not {word.lower() for word in words}.isdisjoint({"door", "doors", "tür", "türen"})
 
@@ -80,12 +78,9 @@ def closed_leaves(
 
 
 def _pieces(lines: Float[np.ndarray, "n 2 2"]) -> list[Int[np.ndarray, " n"]]:
-    """Return the indices of the lines of each piece of a section."""
     pairs = cKDTree(lines.reshape(-1, 2)).query_pairs(TOUCH, output_type="ndarray") // 2
-    own = np.arange(len(lines))
-    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(lines), len(lines)))
-    count, piece = connected_components(links, directed=False)
-    return [own[piece == index] for index in range(count)]
+    piece = connected_component_labels(pairs, node_count=len(lines))
+    return [np.flatnonzero(piece == number) for number in np.unique(piece)]
 
 
 def _narrow(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "2 2"] | None:

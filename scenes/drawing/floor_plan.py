@@ -13,7 +13,7 @@ from trimesh.intersections import mesh_plane
 
 from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
 from scenes.drawing.doors import Leaf, closed_doors
-from scenes.scene.closed_parts import parts_of
+from scenes.scene.connected_parts import parts_of
 from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ def section_height(scene: Scene) -> float:
 
 
 def draw_plan(axes: Axes, scene: Scene, numbered: bool = True) -> tuple[list[str], str]:
-    """Draw a scene from above."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import PathPatch, Rectangle
 
@@ -90,7 +89,6 @@ def draw_plan(axes: Axes, scene: Scene, numbered: bool = True) -> tuple[list[str
 
 
 def _caption(scene: Scene, ceiling: float) -> str:
-    """Return what the plan shows of a scene with a ceiling at some height, metres."""
     height = section_height(scene)
     cut_off = f", cut off at z = {ceiling - UNDER_CEILING:.2f} m" if ceiling < np.inf else ""
     if any(item.mesh.bounds[0, 2] < height < item.mesh.bounds[1, 2] for item in scene.objects):

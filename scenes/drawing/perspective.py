@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import trimesh
 from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
@@ -22,11 +23,6 @@ LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 VIEW = {"elev": 38.0, "azim": -125.0}  # matplotlib's angles, degrees: the viewer is at low x and low y
 COLUMNS = 1600  # width of the picture, pixels: twice that of the figure
 MOST_ROWS = 4000  # height of the picture, pixels; that of a tall, narrow scene has fewer columns
-SIDES = [
-    *([0, 1, 3, 0, 3, 2], [4, 5, 7, 4, 7, 6], [0, 1, 5, 0, 5, 4]),
-    *([2, 3, 7, 2, 7, 6], [0, 2, 6, 0, 6, 4], [1, 3, 7, 1, 7, 5]),
-]
-"""Two triangles of each side of the transmitter region, by the numbers of its corners."""
 SAMPLES = 400  # points along a line that are tested for visibility
 CROP = 0.5  # if the neighbourhood of the antennas is smaller than this share of the scene, only it is drawn
 
@@ -36,12 +32,8 @@ PAIRS = 1_000_000
 
 @dataclass(frozen=True)
 class DepthBuffer:
-    """The nearest triangle at each pixel."""
-
-    # left, right, bottom and top edge of the drawing, in the units of the triangles
-    extent: tuple[float, float, float, float]
-    # depth of the nearest triangle, infinite if there is none. Row 0 is at the bottom.
-    depth: Float[np.ndarray, "rows columns"]
+    extent: tuple[float, float, float, float]  # left, right, bottom and top edge, in the units of the triangles
+    depth: Float[np.ndarray, "rows columns"]  # of the nearest triangle, infinite if there is none; row 0 at the bottom
     nearest: Int[np.ndarray, "rows columns"]  # index of the nearest triangle, −1 if there is none
 
     def shows(self, points: Float[np.ndarray, "n 3"], tolerance: float) -> Bool[np.ndarray, " n"]:
@@ -74,7 +66,7 @@ def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
     filled = buffer.nearest >= 0
     picture[filled] = np.column_stack([colors, np.ones(len(colors))])[buffer.nearest[filled]]
     picture[_outlines(buffer, tolerance), :3] *= 0.6
-    region = scene.transmitter.corners()[SIDES].reshape(-1, 3, 3)
+    region = trimesh.creation.box(bounds=scene.transmitter.region).triangles
     before = depth_buffer(_project(axes, region), buffer.extent, columns)
     _tint(picture, np.isfinite(before.depth) & (before.depth <= buffer.depth + tolerance))
     image = AxesImage(axes, extent=buffer.extent, origin="lower", interpolation="antialiased", zorder=1)
@@ -173,7 +165,6 @@ def _outlines(buffer: DepthBuffer, step: float) -> Bool[np.ndarray, "rows column
 
 
 def _tint(picture: Float[np.ndarray, "rows columns 4"], where: Bool[np.ndarray, "rows columns"]) -> None:
-    """Blend the colour of the region over a picture."""
     color, strength, under = np.array(REGION[:3]), REGION[3], picture[where]
     alpha = strength + under[:, 3] * (1 - strength)
     mixed = strength * color + (under[:, 3] * (1 - strength))[:, None] * under[:, :3]
@@ -210,14 +201,11 @@ def _draw_gateway(axes: Axes3D, buffer: DepthBuffer, gateway: Gateway, length: f
 def depth_buffer(
     triangles: Float[np.ndarray, "n 3 3"], extent: tuple[float, float, float, float], columns: int
 ) -> DepthBuffer:
-    """Find the nearest triangle at each pixel."""
     left, right, bottom, top = extent
     pixel = (right - left) / columns
     rows = max(1, round((top - bottom) / pixel))
     depth, nearest = np.full(rows * columns, np.inf), np.full(rows * columns, -1)
-    corners = (
-        triangles[:, :, :2] - [left, bottom]
-    ) / pixel - 0.5  # in pixels, with whole numbers at the centres of pixels
+    corners = (triangles[:, :, :2] - [left, bottom]) / pixel - 0.5  # pixels, with whole numbers at their centres
     first = np.ceil(corners.min(axis=1)).clip(0).astype(int)
     last = np.floor(corners.max(axis=1)).clip(-1, [columns - 1, rows - 1]).astype(int)
     wide, high = (last - first + 1).clip(0).T
@@ -234,9 +222,7 @@ def depth_buffer(
         which, at = which[covered], (up * columns + across)[covered]
         z = (weights[covered] * triangles[which, :, 2]).sum(axis=1)
         nearer = np.flatnonzero(z < depth[at])
-        nearer = nearer[
-            np.argsort(-z[nearer], kind="stable")
-        ]  # of several triangles at a pixel, the last one written remains
+        nearer = nearer[np.argsort(-z[nearer], kind="stable")]  # of several at a pixel, the last one written remains
         depth[at[nearer]], nearest[at[nearer]] = z[nearer], which[nearer]
         start = stop
     return DepthBuffer(extent, depth.reshape(rows, columns), nearest.reshape(rows, columns))

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
 
 from scenes.drawing.floor_plan import REGION, draw_plan
 from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason, require_instance, require_path, shown
+from scenes.files.json_yaml_xml import plain_values
+from scenes.files.lengths import rounded
 from scenes.files.long_work import doing
 from scenes.files.plain_text import in_figure
-from scenes.scene.antennas import Gateway
+from scenes.scene.antennas import Gateway, stated
 from scenes.scene.description import Scene
 
 if TYPE_CHECKING:
@@ -25,68 +26,37 @@ if TYPE_CHECKING:
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
     """Return a summary of a scene for ``json.dumps``: lengths in metres, frequency in Hz."""
-    transmitter = scene.transmitter
-    return {
-        "name": scene.name,
-        "frequency": scene.frequency,
-        "wavelength": scene.wavelength,
-        "bounds": {"min": _round(scene.bounds[0]), "max": _round(scene.bounds[1])},
-        "gateway": _describe_gateway(scene.gateway),
-        "further_gateways": {name: _describe_gateway(gateway) for name, gateway in scene.further_gateways.items()},
-        "transmitter": {
-            "region": {"min": list(transmitter.region_min), "max": list(transmitter.region_max)},
-            "pattern": transmitter.pattern,
-            "polarization": transmitter.polarization,
-            "orientation": list(transmitter.orientation),
-        },
-        "objects": [
-            {
-                "name": item.name,
-                "material": item.material,
-                "thickness": scene.thickness(item),
-                "size": _round(item.mesh.extents),
-                "triangles": len(item.mesh.faces),
-                "closed": bool(item.parts.closed.all()),
-            }
-            for item in scene.objects
-        ],
-        "materials": [
-            {
-                "name": name,
-                "relative_permittivity": material.relative_permittivity,
-                "conductivity": material.conductivity,
-                "thickness": material.thickness,
-            }
-            for name, material in scene.materials.items()
-        ],
-    }
+    of_material = ("relative_permittivity", "conductivity", "thickness")
+    return plain_values(
+        {
+            "name": scene.name,
+            "frequency": scene.frequency,
+            "wavelength": scene.wavelength,
+            "bounds": {name: rounded(corner) for name, corner in zip(("min", "max"), scene.bounds, strict=True)},
+            "gateway": _describe_gateway(scene.gateway),
+            "further_gateways": {name: _describe_gateway(each) for name, each in scene.further_gateways.items()},
+            "transmitter": stated(scene.transmitter),
+            "objects": [
+                {
+                    "name": item.name,
+                    "material": item.material,
+                    "thickness": scene.thickness(item),
+                    "size": rounded(item.mesh.extents),
+                    "triangles": len(item.mesh.faces),
+                    "closed": bool(item.parts.closed.all()),
+                }
+                for item in scene.objects
+            ],
+            "materials": [
+                {"name": name, **{key: getattr(material, key) for key in of_material}}
+                for name, material in scene.materials.items()
+            ],
+        }
+    )
 
 
 def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
-    return {
-        "position": list(gateway.position),
-        "orientation": list(gateway.orientation),
-        "boresight": _round(gateway.boresight),
-        **_describe_array(gateway),
-        "pattern": gateway.pattern,
-        "polarization": gateway.polarization,
-    }
-
-
-def _describe_array(gateway: Gateway) -> dict[str, Any]:
-    if gateway.elements is None:
-        return {"rows": gateway.rows, "columns": gateway.columns, "spacing": gateway.spacing}
-    return {"elements": [_round(np.array(place)) for place in gateway.elements]}
-
-
-def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
-    return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
-
-
-def _array_in_title(gateway: Gateway) -> str:
-    if gateway.elements is None:
-        return f"{gateway.rows} × {gateway.columns} array"
-    return f"array of {gateway.count} element{'s' * (gateway.count > 1)}"
+    return {**stated(gateway), "boresight": rounded(gateway.boresight)}
 
 
 FORMATS = (".png", ".pdf", ".svg")  # File types of a drawing, by the end of its name
@@ -152,7 +122,7 @@ def _figure(scene: Scene) -> Figure:
     count = len(scene.objects)
     plan.set_title(
         f"{in_figure(scene.name)}: {scene.frequency / 1e6:g} MHz, λ = {scene.wavelength * 100:.1f} cm, "
-        f"{_array_in_title(scene.gateway)}, {count} {'object' if count == 1 else 'objects'}\n"
+        f"{scene.gateway.array_in_words}, {count} {'object' if count == 1 else 'objects'}\n"
         f"{plan_shows}",
         fontsize=11,
     )
@@ -160,15 +130,22 @@ def _figure(scene: Scene) -> Figure:
         key = [Patch(alpha=0, label=f"{number} {in_figure(name)}") for number, name in enumerate(names, start=1)]
         style: dict[str, Any] = {"ncols": 4, "frameon": False, "fontsize": 9}
         left.legend(handles=key, loc="outside lower center", handlelength=0, handletextpad=0, **style)
-    handles: list[Any] = [
-        Patch(facecolor=m.color, edgecolor="0.3", label=in_figure(name)) for name, m in scene.materials.items()
-    ]
-    handles.append(Line2D([], [], color="0.3", lw=1.6, label="plan: section"))
-    handles += plan.get_legend_handles_labels()[0]  # doors, if there are any
-    handles.append(Patch(facecolor=REGION, edgecolor="green", label="transmitter region"))
-    handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
+    section = Line2D([], [], color="0.3", lw=1.6, label="plan: section")
+    handles = _legend([scene], section, *plan.get_legend_handles_labels()[0])  # doors, if there are any
     right.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
     return figure
+
+
+def _legend(scenes: Iterable[Scene], *lines: Any) -> list[Any]:
+    from matplotlib.patches import Patch
+
+    colors = {name: material.color for scene in scenes for name, material in scene.materials.items()}
+    return [
+        *(Patch(facecolor=color, edgecolor="0.3", label=in_figure(name)) for name, color in colors.items()),
+        *lines,
+        Patch(facecolor=REGION, edgecolor="green", label="transmitter region"),
+        Patch(facecolor="crimson", label="gateway and boresight"),
+    ]
 
 
 ACROSS, INCHES, MOST = 5, 3.2, 40
@@ -178,7 +155,6 @@ ACROSS, INCHES, MOST = 5, 3.2, 40
 def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
     """Draw the floor plans of the first ``MOST`` scenes side by side, as ``draw_scene`` does but without numbers."""
     from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
 
     shown = dict(list(scenes.items())[:MOST])
     columns = min(ACROSS, len(shown))
@@ -192,14 +168,14 @@ def draw_plans(scenes: Mapping[str, Scene], path: Path) -> None:
         axis.tick_params(labelsize=7)
     for axis in axes[len(shown) :]:
         axis.remove()
-    materials = {name: material.color for scene in shown.values() for name, material in scene.materials.items()}
-    handles: list[Any] = [
-        Patch(facecolor=color, edgecolor="0.3", label=in_figure(name)) for name, color in materials.items()
-    ]
     doors = {label: line for axis in figure.axes for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    handles += [*doors.values(), Patch(facecolor=REGION, edgecolor="green", label="transmitter region")]
-    handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=2 * wide, frameon=False, fontsize=9)
+    figure.legend(
+        handles=_legend(shown.values(), *doors.values()),
+        loc="outside lower center",
+        ncols=2 * wide,
+        frameon=False,
+        fontsize=9,
+    )
     content = BytesIO()
     figure.savefig(content, format="png")
     write_atomically(path, content.getbuffer())

@@ -11,8 +11,7 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -34,22 +33,6 @@ def written_atomically(path: Path) -> Iterator[Path]:
         yield temporary
         _sync(temporary)
         os.replace(temporary, path)
-
-
-def write_together(contents: Iterable[tuple[Path, bytes]], folder: Path) -> None:
-    """Write files below a folder as ``write_atomically`` does. Thousands take half the time, or less on a slow disk."""
-    with temporary_folder(folder) as new:
-        paths: list[Path] = []
-        for path, content in contents:
-            with _named(path):
-                (new / str(len(paths))).write_bytes(content)
-            paths.append(path)
-        with ThreadPoolExecutor(32) as pool, _named(folder):  # the disk writes many at a time
-            list(pool.map(_sync, (new / str(number) for number in range(len(paths)))))
-        for number, path in enumerate(paths):
-            with _named(path):
-                path.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(new / str(number), path)
 
 
 @contextmanager
@@ -101,7 +84,6 @@ NAME = re.compile(r"\.bisplat-[0-9a-f]{16}\.(tmp|unfinished)")  # Names of tempo
 
 
 def is_temporary(name: str) -> bool:
-    """Whether a file or folder of this name is a temporary one of ours."""
     return NAME.fullmatch(name) is not None
 
 

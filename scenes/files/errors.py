@@ -46,7 +46,6 @@ class ParameterError(InputError):
 
 
 def require_positive(**values: float) -> None:
-    """Refuse parameters that are not positive, finite numbers."""
     for name, value in values.items():
         if not (is_number(value) and 0 < value < math.inf):
             raise ParameterError(name, f"expected a positive number, found {shown(value)}")
@@ -56,7 +55,6 @@ SEED_MOST = 2**32 - 1  # Largest seed that NumPy, PyTorch and the ray tracer all
 
 
 def require_whole(least: int, most: int, **values: int) -> None:
-    """Refuse parameters that are not whole numbers within a range."""
     for name, value in values.items():
         whole = isinstance(value, Integral) and not isinstance(value, bool)
         if not (whole and value >= least):
@@ -66,12 +64,10 @@ def require_whole(least: int, most: int, **values: int) -> None:
 
 
 def require_seed(**values: int) -> None:
-    """Raise a ParameterError for seeds that are not whole numbers from 0 to ``SEED_MOST``."""
     require_whole(0, SEED_MOST, **values)
 
 
 def require_within(least: float, most: float, what: str, **values: float) -> None:
-    """Refuse parameters that are not numbers within a range."""
     for name, value in values.items():
         if not (is_number(value) and least <= value <= most):
             raise ParameterError(name, f"expected {what} from {least:g} to {most:g}, found {shown(value)}")
@@ -85,7 +81,6 @@ def require_flag(**values: bool) -> None:
 
 
 def require_word(known: Iterable[str], **values: str) -> None:
-    """Refuse words that are not among the known ones."""
     *others, last = known
     for name, value in values.items():
         if not (isinstance(value, str) and value in (*others, last)):
@@ -102,7 +97,6 @@ def require_path(**values: object) -> None:
 
 
 def require_instance(*kinds: type, **values: object) -> None:
-    """Refuse values of other classes."""
     for name, value in values.items():
         if not isinstance(value, kinds):
             raise ParameterError(name, f"expected {' or '.join(kind.__name__ for kind in kinds)}, found {shown(value)}")
@@ -159,6 +153,13 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
         return f"did you mean {named(nearest[0])}?"
     more = ", …" if len(known) > LISTED else ""
     return f"valid names are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"
+
+
+def listed(names: Iterable[str], most: int = 8) -> str:
+    """List the first names, without repetitions."""
+    each = list(dict.fromkeys(names))
+    rest = f" and {len(each) - most} more" if len(each) > most else ""
+    return ", ".join(each[:most]) + rest
 
 
 NUMBERS = {"f": "numbers", "c": "complex numbers"}

@@ -35,12 +35,10 @@ TOO_DEEP = f"values nested more than {DEEPEST} levels deep"
 
 
 def read_json(path: Path, expected: str, nan: bool = False) -> Any:
-    """Read the value in a JSON file."""
     return parse_json(read_text(path, expected, LARGEST_JSON), str(path), expected, nan)
 
 
 def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
-    """Parse a JSON text."""
     try:
         value = json.loads(
             text,
@@ -99,11 +97,13 @@ def _too_deep(value: object) -> bool:
     return bool(level)
 
 
-def plain_number(value: Any) -> Any:
-    """A number of NumPy as one of Python's; the ``default`` of ``json.dumps`` for arguments that users give."""
-    if hasattr(value, "item"):
-        return value.item()
-    raise TypeError(f"{type(value).__name__} is not JSON serializable")
+def plain_values(value: Any) -> Any:
+    """Turn tuples into lists and NumPy's numbers into Python's, within mappings and lists, too, for YAML and JSON."""
+    if isinstance(value, dict):
+        return {key: plain_values(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain_values(each) for each in value]
+    return value.item() if hasattr(value, "item") else value
 
 
 INTEGER, FLOAT, TIMESTAMP = (f"tag:yaml.org,2002:{name}" for name in ("int", "float", "timestamp"))
@@ -171,7 +171,6 @@ for each in (PlainLoader, PlainDumper):
 
 
 def read_yaml(path: Path, expected: str) -> Any:
-    """Read the value in a YAML file."""
     text = read_text(path, expected, LARGEST_YAML)
     place = str(path)
     try:
@@ -206,7 +205,6 @@ class _PlainBuilder(TreeBuilder):
 
 
 def read_xml(path: Path) -> Element:
-    """Read the root element of an XML file."""
     data = read_bytes(path, "a Mitsuba scene as XML", LARGEST_XML)
     parser = XMLParser(target=_PlainBuilder())
     try:

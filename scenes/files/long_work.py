@@ -52,8 +52,8 @@ def told() -> Iterator[None]:
         doing("")
 
 
-def about(seconds: float) -> str:
+def about(seconds: float, left: str = "") -> str:
     """How long something may take, for the end of a sentence; nothing if that is short."""
     if seconds < AFTER:
         return ""
-    return f", about {seconds:.0f} s" if seconds < 100 else f", about {seconds / 60:.0f} minutes"
+    return f", about {seconds:.0f} s{left}" if seconds < 100 else f", about {seconds / 60:.0f} minutes{left}"

@@ -26,22 +26,18 @@ KINDS = {"c": "complex numbers", "f": "numbers", "b": "truth values"}
 
 @dataclass(frozen=True)
 class Expected:
-    """Requirements for an array of an archive."""
-
     what: str  # description of the array, for messages, e.g. "responses of 5 positions × 16 elements".
     kind: str  # one of ``KINDS``
     shape: tuple[int | None, ...] = ()  # length along each axis, None for any length
     optional: bool = False  # whether the array may be missing
 
     def allows(self, dtype: np.dtype, shape: tuple[int, ...]) -> bool:
-        """Whether an array has the required kind and shape."""
         kind = "f" if dtype.kind in "iu" else dtype.kind
         pairs = zip(self.shape, shape, strict=False)
         return kind == self.kind and len(shape) == len(self.shape) and all(want in (None, has) for want, has in pairs)
 
 
 def read_npz(path: Path, what: str, arrays: Mapping[str, Expected], limit: int) -> dict[str, np.ndarray]:
-    """Read arrays of an .npz archive."""
     require_regular(path, what, limit)
     try:
         with zipfile.ZipFile(path) as archive:
@@ -60,7 +56,6 @@ def read_npz(path: Path, what: str, arrays: Mapping[str, Expected], limit: int) 
 
 
 def read_npy(path: Path, expected: Expected, limit: int) -> np.ndarray:
-    """Read an array of a .npy file."""
     require_regular(path, expected.what, limit)
     try:
         with path.open("rb") as file:
@@ -74,7 +69,6 @@ def read_npy(path: Path, expected: Expected, limit: int) -> np.ndarray:
 
 
 def _members(path: Path, what: str, archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
-    """List the members of an archive by the names of their arrays."""
     every = archive.infolist()
     if len(every) > MOST_MEMBERS:
         raise InputError(f"{path}: expected {what} with at most {MOST_MEMBERS} arrays, found {len(every)}")

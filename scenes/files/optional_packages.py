@@ -48,5 +48,4 @@ def require_extra(extra: str, what: str) -> None:
 
 
 def has_extra(extra: str) -> bool:
-    """Whether all packages of an extra are installed."""
     return all(find_spec(module) is not None for module in EXTRAS[extra].modules)

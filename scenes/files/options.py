@@ -98,7 +98,6 @@ def check_kinds(options: Any) -> None:
 
 @cache
 def _hints(options: type) -> dict[str, Any]:
-    """The type of each option, by name."""
     hints = get_type_hints(options)
     return {each.name: hints[each.name] for each in fields(options)}
 
@@ -116,14 +115,7 @@ def unchecked(options: type[T]) -> type[T]:
         (name, Annotated[unchecked(kind), OmitArgPrefixes], unchecked(kind)())
         for name, kind in _nested(options).items()
     ]
-    return make_dataclass(
-        options.__name__,
-        nested,
-        bases=(options,),
-        # Without a docstring, so that the help shows that of the base class.
-        namespace={"__post_init__": lambda self: None, "__doc__": None, "__module__": options.__module__},
-        frozen=True,
-    )
+    return _without_checks(options, nested)
 
 
 @cache
@@ -134,14 +126,14 @@ def optional(options: type) -> Any:
     line has --NAME and --no-NAME for them.
     """
     hints = get_type_hints(options, include_extras=True)
-    return make_dataclass(
-        options.__name__,
-        [(each.name, hints[each.name] | None, None) for each in fields(options) if hints[each.name] is not bool],
-        bases=(options,),
-        namespace={"__post_init__": lambda self: None, "__doc__": None, "__module__": options.__module__},
-        frozen=True,
-        kw_only=True,
-    )
+    changed = [(each.name, hints[each.name] | None, None) for each in fields(options) if hints[each.name] is not bool]
+    return _without_checks(options, changed)
+
+
+def _without_checks(options: type[T], changed: list[tuple[str, Any, Any]]) -> type[T]:
+    # Without a docstring, so that the help shows that of the base class.
+    namespace = {"__post_init__": lambda self: None, "__doc__": None, "__module__": options.__module__}
+    return make_dataclass(options.__name__, changed, bases=(options,), namespace=namespace, frozen=True, kw_only=True)
 
 
 def checked(options: type[T], values: Any) -> T:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
@@ -66,36 +66,28 @@ UNLIMITED = 10_000  # Characters per line: more than any table has
 
 
 def print_table(title: str, columns: dict[str, dict]) -> None:
-    """Print a table that is given by its columns."""
-    table = Table(title=printable(title))
-    table.add_column("", overflow="fold", max_width=WIDEST)
-    for name in columns:
-        heading = printable(name.replace("_", " "))
-        if sys.stdout.isatty():  # a narrow terminal would break inverse-distance in the middle of a word
-            heading = heading.replace("-", "-\n")
-        table.add_column(heading, overflow="fold", max_width=WIDEST)
-    for row in next(iter(columns.values())):
-        values = (column.get(row, "") for column in columns.values())
-        table.add_row(printable(row), *map(_cell, values))
-    _print(table)
+    # A narrow terminal would break inverse-distance in the middle of a word.
+    dash = "-\n" if sys.stdout.isatty() else "-"
+    headings = [printable(name.replace("_", " ")).replace("-", dash) for name in columns]
+    rows = ([row, *(column.get(row, "") for column in columns.values())] for row in next(iter(columns.values())))
+    _print(title, ["", *headings], rows)
 
 
 def print_rows(title: str, rows: list[dict]) -> None:
-    """Print a table that is given by its rows."""
+    _print(title, map(printable, rows[0]), (row.values() for row in rows))
+
+
+def _print(title: str, headings: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
     table = Table(title=printable(title))
-    for name in rows[0]:
-        table.add_column(printable(name), overflow="fold", max_width=WIDEST)
+    for heading in headings:
+        table.add_column(heading, overflow="fold", max_width=WIDEST)
     for row in rows:
-        table.add_row(*map(_cell, row.values()))
-    _print(table)
+        table.add_row(*map(_cell, row))
+    # Without a terminal, rich would assume a width of 80.
+    plain_console(width=None if sys.stdout.isatty() else UNLIMITED).print(table)
 
 
 def _cell(value: object) -> str:
     if value is None:
         return "–"
     return f"{value:.4g}" if isinstance(value, float) else printable(str(value))
-
-
-def _print(table: Table) -> None:
-    # Without a terminal, rich would assume a width of 80.
-    plain_console(width=None if sys.stdout.isatty() else UNLIMITED).print(table)

@@ -16,7 +16,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from scenes.files.long_work import AFTER, doing, tell
+from scenes.files.long_work import AFTER, about, doing, tell
 from scenes.files.plain_text import plain_console
 
 UNLIMITED = 10_000  # Characters per line where there is no terminal, so that none is cut
@@ -58,7 +58,8 @@ class ProgressLines(Progress):
         if part > self._said.get(task_id, 0):
             self._said[task_id] = part
             doing("")
-            tell(sentence)
+            left = task.time_remaining if (task.elapsed or 0) > AFTER else None
+            tell(f"{sentence}{about(left or 0, ' left')}")
         elif not task.total:
             doing(sentence)  # it is told later if it is not told now
             tell(sentence, AFTER)

@@ -40,7 +40,6 @@ BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 
 
 def conform(value: object, schema: type[T], source: str, numbers_as_text: bool = False, complete: bool = False) -> T:
-    """Convert a value to an instance of a schema."""
     kind = _type_info(schema)  # type: ignore[arg-type]
     try:
         result = msgspec.convert(value, schema, strict=not numbers_as_text)
@@ -56,6 +55,8 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
         value, kind = value[key], _inside(kind, key)  # type: ignore[index]
     if isinstance(cause, ParameterError):  # a dataclass's own check
         raise InputError(f"{_place(source, [*keys, cause.parameter])}{cause.message}")
+    if isinstance(cause, InputError):
+        raise InputError(f"{_place(source, keys)}{cause}")
     if place.startswith("`key`"):
         raise InputError(f"{_place(source, keys)}expected texts as keys, found {shown(value)}")
     raise InputError(f"{_place(source, keys)}{_expected_found(sentence, value, kind)}")

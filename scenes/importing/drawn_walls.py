@@ -4,41 +4,31 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Container
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt64
 
-from scenes.checks.enclosure import barycentric
-from scenes.importing.lengths import plain
-from scenes.importing.material_rules import listed
-from scenes.importing.thick_walls import SOLID, walls_as_sheets
+from scenes.files.errors import listed
+from scenes.files.lengths import plain
+from scenes.importing.thick_walls import SOLID, flat_faces, plates, walls_as_sheets
+from scenes.scene.connected_parts import shared_corners
 from scenes.scene.description import Scene, SceneObject, conducting_objects
 from scenes.scene.materials import is_conductor
+from scenes.scene.shapes import union
 
 Walls = Literal["as-sheets", "as-drawn"]
 """Whether walls that are drawn as boxes become sheets, or keep both faces."""
 
 LARGE = 1.0  # Metres. Smaller bodies that count twice hardly matter.
 
-SAME = 1e-4  # Metres. Corners nearer than this are the same.
-
-FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
-"""Odd numbers that mix the three coordinates of a corner."""
-
-PARALLEL = float(np.cos(np.radians(1.0)))  # Least cosine of the angle between the normals of two sides
+DECIMALS = 4  # Corners that agree in so many, metres, are the same
 
 NEAREST = 1e-3  # Metres. Faces nearer than this lie on one another, which is told by itself.
 
-SAMPLED = 64  # Triangles of an object, the largest ones, that are looked at
-
-MOST_TRIANGLES = 20_000
-"""Objects of more triangles are terrain, or drawn in too much detail to be walls."""
-
 LEAST_AREA = 1.0  # Square metres that lie opposite others at least
 
-MOSTLY = 0.3  # Least share of the area looked at that lies opposite others
+MOSTLY = 0.3  # Least share of the area that lies opposite others
 
 
 @dataclass(frozen=True)
@@ -46,14 +36,12 @@ class DrawnWalls:
     """An imported scene, and what is to be said about its walls."""
 
     scene: Scene  # the scene
-    # thickness of the slab in metres of each object that was drawn as boxes and is now sheets, by name
-    sheets: dict[str, float]
+    sheets: dict[str, float]  # thickness of the slab, metres, of each object that is sheets now, by name
     assumed: tuple[str, ...]  # sentences about what was made of the walls
     warnings: tuple[str, ...]  # sentences about surfaces that count twice
 
 
 def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
-    """Treat the walls of a scene as the user wants it."""
     as_sheets, sheets = walls_as_sheets(scene)
     warnings, assumed = [], []
     if walls == "as-drawn":
@@ -77,7 +65,7 @@ def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
                 f"waves pass a slab at both faces of {listed(twice)}, which are solid but do not consist of plates; "
                 "draw each of their walls as a box or a sheet of its own"
             )
-        if apart := two_sided_walls(scene, {*sheets, *twice}, SOLID):
+        if apart := two_sided_walls(scene, {*sheets, *twice}):
             each = listed(f"{name} ({plain(distance)} m)" for name, distance in apart.items())
             warnings.append(
                 f"large faces lie near one another, so that waves pass a slab at each: {each}; if they are the two "
@@ -108,7 +96,8 @@ def drawn_twice(scene: Scene) -> dict[tuple[str, str], int]:
     """Count triangles with the corners of another one, by names; a wave meets only the first of two conductors."""
     triangles = np.concatenate([item.mesh.triangles for item in scene.objects])
     owner = np.repeat(np.arange(len(scene.objects)), [len(item.mesh.faces) for item in scene.objects])
-    keys = _keys(triangles)
+    corners = shared_corners(triangles.reshape(-1, 3), DECIMALS).reshape(-1, 3)
+    keys = shared_corners(np.sort(corners, axis=1), 0)
     order = np.argsort(keys, kind="stable")
     same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
     first, second = owner[order[same]], owner[order[same + 1]]
@@ -118,57 +107,23 @@ def drawn_twice(scene: Scene) -> dict[tuple[str, str], int]:
     return {(scene.objects[a].name, scene.objects[b].name): count for (a, b), count in pairs.items()}
 
 
-def _keys(triangles: Float[np.ndarray, "n 3 3"]) -> UInt64[np.ndarray, " n"]:
-    """A hash of each triangle's corners that does not depend on their order."""
-    corners = (np.round(triangles / SAME).astype(np.int64).view(np.uint64) * FACTORS).sum(axis=-1)
-    corners ^= corners >> np.uint64(31)  # a sum alone would be that of another triangle with the same centre
-    corners *= FACTORS[0]
-    corners ^= corners >> np.uint64(29)
-    return corners.sum(axis=-1)
-
-
-def two_sided_walls(scene: Scene, others: Container[str], solid: float) -> dict[str, float]:
-    """Parts of a scene with two large parallel faces so near to one another that their slabs meet."""
+def two_sided_walls(scene: Scene, others: Container[str]) -> dict[str, float]:
+    """Parts of a scene with two large parallel faces so near to one another that their slabs meet, and the distance."""
     walls: dict[tuple[str, str], list[SceneObject]] = {}
     for item in scene.objects:
         if item.name not in others and not is_conductor(scene.materials[item.material], scene.frequency):
             walls.setdefault((item.name.partition("/")[0], item.material), []).append(item)
     found: dict[str, float] = {}
     for (name, _), items in walls.items():
-        if sum(len(item.mesh.faces) for item in items) <= MOST_TRIANGLES:
-            triangles = np.concatenate([item.mesh.triangles for item in items])
-            distance = _apart(triangles, solid * max(scene.thickness(item) for item in items))
-            if distance is not None:
-                found[name] = min(distance, found.get(name, distance))
+        mesh = union(*(item.mesh for item in items))
+        mesh.merge_vertices()
+        faces = flat_faces(mesh)
+        # Either side of a sheet may be its front.
+        pairs = plates(
+            [*faces, *(replace(each, normal=-each.normal) for each in faces)], SOLID * max(map(scene.thickness, items))
+        )
+        apart = {pair: distance for pair, distance in pairs.items() if distance > NEAREST}
+        area = sum(faces[number].area for number in {number % len(faces) for pair in apart for number in pair})
+        if area >= max(LEAST_AREA, MOSTLY * mesh.area):
+            found[name] = min(float(np.median(list(apart.values()))), found.get(name, np.inf))
     return found
-
-
-def _apart(triangles: Float[np.ndarray, "n 3 3"], farthest: float) -> float | None:
-    """The median distance of the large faces that lie opposite one another, metres. None: there are too few."""
-    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    areas = np.linalg.norm(across, axis=1) / 2
-    normals = across / np.maximum(2 * areas, 1e-30)[:, None]
-    largest = np.argsort(-areas, kind="stable")[:SAMPLED]
-    distances = np.array([_nearest(triangles, normals, number, farthest) for number in largest])
-    near = np.isfinite(distances)
-    area = float(areas[largest][near].sum())
-    if area < LEAST_AREA or area < MOSTLY * float(areas[largest].sum()):
-        return None
-    return round(float(np.median(distances[near])), 4)
-
-
-def _nearest(
-    triangles: Float[np.ndarray, "n 3 3"], normals: Float[np.ndarray, "n 3"], number: int, farthest: float
-) -> float:
-    """Distance along its normal from the middle of a triangle to the nearest parallel one; infinite if none is near."""
-    normal, middle = normals[number], triangles[number].mean(axis=0)
-    height = (triangles[:, 0] - middle) @ normal
-    near: Bool[np.ndarray, " n"] = (np.abs(height) > NEAREST) & (np.abs(height) <= farthest)
-    candidates = np.flatnonzero(near & (np.abs(normals @ normal) > PARALLEL))
-    if not len(candidates):
-        return np.inf
-    one = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-    plane = np.stack([one, np.cross(normal, one)], axis=1)
-    a, b, c = np.moveaxis((triangles[candidates] - middle) @ plane, 1, 0)
-    covers = barycentric(a, b, c)[1]
-    return float(np.abs(height[candidates][covers]).min(initial=np.inf))

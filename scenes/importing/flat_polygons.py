@@ -14,6 +14,7 @@ from skimage.measure import approximate_polygon
 
 from scenes.importing.flat_regions import Regions, Surface
 from scenes.importing.formats.polygons import cut_rings, turned_area
+from scenes.scene.connected_parts import half_edges
 
 OPEN, KEPT = -2, -1  # What is beyond a border: nothing, or triangles that stay as they are
 
@@ -26,13 +27,11 @@ WELL = 0.24  # Least singular value of the normals of planes that meet well: pla
 
 def holes(surface: Surface, largest: float) -> list[Int[np.ndarray, " n"]]:
     """Return the half-edges around each hole of at most so many square metres. The rim of a flake is none."""
-    start, end = surface.ends
-    keys = np.minimum(start, end) * len(surface.vertices) + np.maximum(start, end)
-    _, number, count = np.unique(keys, return_inverse=True, return_counts=True)
-    areas = surface.area_vectors()
-    found = []
-    for loop in _loops(surface, count[number] == 1):
-        rim = surface.vertices[start[loop]]
+    edges, areas, found = half_edges(surface.faces), surface.area_vectors(), []
+    alone = np.zeros(surface.faces.size, bool)
+    alone[edges.order[edges.first[edges.faces == 1]]] = True
+    for loop in _loops(surface, alone):
+        rim = surface.vertices[edges.starts[loop]]
         turning = np.cross(rim - rim[0], np.roll(rim, -1, axis=0) - rim[0]).sum(axis=0) / 2
         if len(loop) > 2 and np.linalg.norm(turning) <= largest and turning @ areas[loop // 3].sum(axis=0) < 0:
             found.append(loop)
@@ -74,14 +73,8 @@ def as_planes(
 ) -> tuple[Float[np.ndarray, "V 3"], dict[int, Int[np.ndarray, "t 3"]]]:
     """Return the moved corners, and the triangles of each region that became a plane.
 
-    Faces that cannot be in a plane leave their region: ``regions.labels`` is changed.
-
-    Args:
-        surface: the surface.
-        regions: its flat regions.
-        reach: how far a corner may move, metres.
-        tolerance: how far a straightened open border may be from its corners, metres.
-        free: corners that may move as far as they like, since they are none of the file's.
+    A corner may move by ``reach``, a free one as far as it likes; a straightened open border is within ``tolerance`` of
+    its corners, metres. Faces that cannot be in a plane leave their region: ``regions.labels`` is changed.
     """
     places = _meeting(surface, regions, reach, free)
     return places, _polygons(surface, regions, places, tolerance)

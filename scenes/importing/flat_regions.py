@@ -13,6 +13,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
+from trimesh.triangles import cross
+
+from scenes.scene.connected_parts import half_edges
 
 LEAST_TRIANGLES = 32  # Triangles of a region at least. Fewer are as drawn, or not worth a plane.
 
@@ -53,14 +56,10 @@ class Surface:
     @staticmethod
     def of(vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"], owners: Int[np.ndarray, " F"]) -> Surface:
         """Pair the half-edges of consistently wound neighbours. Edges of one, or of three faces have no pair."""
-        start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-        keys = np.minimum(start, end) * len(vertices) + np.maximum(start, end)
-        order = np.argsort(keys, kind="stable")
-        first = np.flatnonzero(np.diff(keys[order], prepend=-1))
-        pairs = first[np.diff(first, append=len(order)) == 2]
-        one, other = order[pairs], order[pairs + 1]
-        matching = start[one] == end[other]
-        opposite = np.full(len(keys), -1)
+        edges = half_edges(faces)
+        one, other = edges.pairs
+        matching = edges.starts[one] == edges.ends[other]
+        opposite = np.full(faces.size, -1)
         opposite[one[matching]], opposite[other[matching]] = other[matching], one[matching]
         return Surface(vertices, faces, owners, opposite)
 
@@ -77,14 +76,11 @@ class Surface:
 
     def area_vectors(self) -> Float[np.ndarray, "F 3"]:
         """Normals of the faces, as long as the areas."""
-        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
-        return np.cross(b - a, c - a) / 2
+        return cross(self.vertices[self.faces]) / 2
 
 
 @dataclass(frozen=True)
 class Regions:
-    """Flat regions of a surface."""
-
     labels: Int[np.ndarray, " F"]  # number of each face's region, -1 if it belongs to none
     normals: Float[np.ndarray, "R 3"]
     offsets: Float[np.ndarray, " R"]  # a point x of the plane has normal · x = offset, metres

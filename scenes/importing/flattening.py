@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from trimesh import Trimesh
+from trimesh.graph import connected_component_labels
 from trimesh.triangles import area as area_of
 
+from scenes.files.lengths import plain
 from scenes.files.plain_text import say
 from scenes.importing.flat_polygons import as_planes, holes
 from scenes.importing.flat_regions import LEAST_TRIANGLES, NARROW, Regions, Surface, flat_regions
 from scenes.importing.imported_objects import SLIVER
-from scenes.importing.lengths import plain
+from scenes.scene.connected_parts import mesh_of
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import union
@@ -117,8 +117,9 @@ def _filled(surface: Surface, regions: Regions, largest: float) -> tuple[Surface
 def _loose(surface: Surface, labels: Int[np.ndarray, " F"], largest: float) -> Bool[np.ndarray, " F"]:
     """Whether a face is of a small piece that no plane is part of."""
     edge = np.flatnonzero(surface.opposite >= 0)
-    pairs = (np.ones(len(edge)), (edge // 3, surface.opposite[edge] // 3))
-    count, piece = connected_components(coo_array(pairs, shape=(len(labels),) * 2), directed=False)
+    pairs = np.column_stack([edge, surface.opposite[edge]]) // 3
+    piece = connected_component_labels(pairs, node_count=len(labels))
+    count = piece.max() + 1
     low, high, flat = np.full((count, 3), np.inf), np.full((count, 3), -np.inf), np.zeros(count, bool)
     np.minimum.at(low, piece, surface.vertices[surface.faces].min(axis=1))
     np.maximum.at(high, piece, surface.vertices[surface.faces].max(axis=1))
@@ -127,8 +128,7 @@ def _loose(surface: Surface, labels: Int[np.ndarray, " F"], largest: float) -> B
 
 
 def _mesh(triangles: Float[np.ndarray, "n 3 3"]) -> Trimesh:
-    mesh = Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=False)
-    mesh.merge_vertices()
+    mesh = mesh_of(triangles)
     mesh.update_faces(mesh.nondegenerate_faces(height=SLIVER))
     mesh.remove_unreferenced_vertices()
     return mesh

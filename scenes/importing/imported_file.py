@@ -19,7 +19,6 @@ def is_importable(name: str) -> bool:
 
 
 def read_file(name: str | Path) -> ImportedFile:
-    """Read the parts of a mesh file or a scene XML."""
     path = sionna_scene(str(name)) if str(name).startswith(SIONNA) else Path(name)
     if path.suffix.lower() == ".xml":
         shapes = read_mitsuba(path)

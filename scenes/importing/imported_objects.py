@@ -11,9 +11,9 @@ from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, named
+from scenes.files.lengths import METRES, rounded
 from scenes.importing.formats.mesh_part import ImportedFile
 from scenes.importing.imported_file import plain_name, read_file
-from scenes.importing.lengths import METRES
 from scenes.importing.material_rules import Rule, choose_materials, require_materials, rule_warnings, stated_materials
 from scenes.importing.plausibility import rounding_warnings
 from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_evidence
@@ -137,7 +137,7 @@ def parts_of(
             "node": part.node,
             "material in the file": part.material or "",
             "mesh file": part.mesh_file or "",
-            "size": _plain(np.abs(turn) @ part.mesh.extents * metres),
+            "size": rounded(np.abs(turn) @ part.mesh.extents * metres),
             "area": float(part.mesh.area) * metres**2,
             "triangles": len(part.mesh.faces),
             "material": choice.material.name if choice.material else None,
@@ -149,7 +149,7 @@ def parts_of(
     bounds = {}
     for other, scale in METRES.items():
         low, high = box * scale + np.array(shift)
-        bounds[other] = {"size": _plain(high - low), "lowest": _plain(low), "highest": _plain(high)}
+        bounds[other] = {"size": rounded(high - low), "lowest": rounded(low), "highest": rounded(high)}
     return {
         "file": str(file.path),
         "frequency": frequency,
@@ -160,7 +160,3 @@ def parts_of(
         "parts": parts,
         "warnings": [*file.left_out, *rule_warnings(file, materials)],
     }
-
-
-def _plain(vector: Float[np.ndarray, " 3"]) -> list[float]:
-    return [round(float(value), 4) + 0.0 for value in vector]

@@ -6,21 +6,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from scenes.files.errors import InputError, named
-from scenes.importing.file_materials import known_material, material_at, proposed_rule, require_known
-from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart
+from scenes.files.errors import InputError, listed, named
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart, material_at, proposed_rule, require_known
 from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS, MitsubaShape
 from scenes.scene.materials import RadioMaterial
 
 Rule = tuple[str, str]  # A name or pattern, and a material
 
-LISTED = 8  # Most names that a message lists
-
 
 @dataclass(frozen=True)
 class Choice:
-    """The material of a part."""
-
     material: RadioMaterial | None  # the material; None if there is none
     by: str  # what chose it, such as 'the rule "Wall*=concrete"'; or why there is none
     from_file: bool = False  # whether the file states the material, and the user gives no values for it
@@ -68,12 +63,7 @@ def _choice(
         rule = deciding_rule(part, stem, rules)
         if rule is not None:
             return Choice(material_at(rule[1], frequency, own), f"the rule {_shown(rule)}")
-        if isinstance(part, MitsubaShape):
-            stated = part.radio_material(frequency, own)
-        else:
-            known = None if part.material is None else known_material(part.material, own)
-            stated = None if known is None else material_at(known, frequency, own)
-        if stated is not None:
+        if (stated := part.radio_material(frequency, own)) is not None:
             return Choice(stated, f'the file\'s "{part.material or stated.name}"', stated.name not in own)
         if default is not None:
             return Choice(material_at(default, frequency, own), "the default")
@@ -83,7 +73,6 @@ def _choice(
 
 
 def require_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[RadioMaterial]:
-    """Return the materials of all parts."""
     refused = next((choice.by for choice in choices if choice.material is None and choice.by), None)
     if refused is not None:
         raise InputError(refused if refused.startswith(str(file.path)) else f"{file.path}: {refused}")
@@ -138,10 +127,3 @@ def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]
     if assumed:
         sentences.append(f"assumed a thickness of {usual:g} m, as Sionna RT does, for {listed(assumed)}")
     return sentences
-
-
-def listed(names: Iterable[str], most: int = LISTED) -> str:
-    """List the first names, without repetitions."""
-    each = list(dict.fromkeys(names))
-    rest = f" and {len(each) - most} more" if len(each) > most else ""
-    return ", ".join(each[:most]) + rest

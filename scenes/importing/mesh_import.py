@@ -21,13 +21,13 @@ from scenes.files.errors import (
     require_word,
     shown,
 )
+from scenes.files.lengths import METRES
 from scenes.files.long_work import doing
 from scenes.importing.drawn_walls import Walls, drawn_walls
 from scenes.importing.flattening import flattened
 from scenes.importing.formats.mesh_part import LARGEST, ImportedFile
 from scenes.importing.imported_file import plain_name, read_file
 from scenes.importing.imported_objects import ImportReport, import_objects, size_of
-from scenes.importing.lengths import METRES
 from scenes.importing.material_rules import Rule
 from scenes.importing.plausibility import antenna_warnings, far_from_origin, unit_doubt
 from scenes.importing.up_axis import up_doubt

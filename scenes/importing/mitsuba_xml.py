@@ -19,8 +19,14 @@ from scenes.files.errors import InputError, cut, did_you_mean, named
 from scenes.files.input_file import beside, parse_number
 from scenes.files.json_yaml_xml import read_xml
 from scenes.files.optional_packages import require_extra
-from scenes.importing.file_materials import known_material, material_at, proposed_rule
-from scenes.importing.formats.mesh_part import ImportedPart, require_ordinary, short_name
+from scenes.importing.formats.mesh_part import (
+    ImportedPart,
+    known_material,
+    material_at,
+    proposed_rule,
+    require_ordinary,
+    short_name,
+)
 from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import P2040, RadioMaterial
 from scenes.scene.shapes import box, sheet, union
@@ -54,14 +60,12 @@ class MitsubaShape(ImportedPart):
 
     @property
     def states_thickness(self) -> bool:
-        """Whether the file has the thickness of the material."""
         return self.bsdf is not None and any(child.get("name") == "thickness" for child in self.bsdf)
 
-    def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:
+    def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial | None:
         """The shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number."""
         if self.bsdf is None:
             return None
-        own = own or {}
         kind, mat = self.bsdf.get("type"), short_name(self.bsdf.get("id", "")).removeprefix("mat-")
         name = re.sub("^itu[_-]", "", mat, flags=re.IGNORECASE)
         known = known_material(name, own)

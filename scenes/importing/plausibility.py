@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.checks.enclosure import lowest_above
+from scenes.files.lengths import METRES, plain, plain_point, plain_size
 from scenes.importing.formats.mesh_part import ImportedFile
-from scenes.importing.lengths import METRES, plain, plain_point, plain_size
 from scenes.scene.description import FARTHEST, Scene
 
 FLAT = 1.0  # Height of a scene that is only ground, metres. Antennas above it are in the open.
@@ -65,12 +65,9 @@ def antenna_warnings(scene: Scene) -> list[str]:
             f"expected the transmitter region {within} found a part of it outside: it reaches from "
             f"{plain_point(region[0])} to {plain_point(region[1])}"
         )
+    roof = lowest_above(centre, np.vstack([item.mesh.triangles for item in scene.objects]))
     # The region is above everything, or only the gateway while the region is below a roof.
-    if (
-        not beside
-        and high[2] - low[2] >= FLAT
-        and ("transmitter region" in above or (above and _roofed(scene, centre)))
-    ):
+    if not beside and high[2] - low[2] >= FLAT and ("transmitter region" in above or (above and roof < np.inf)):
         sentences.append(
             f"{both} below the top of the scene, z = {plain(high[2])} m, found the {' and the '.join(above)} above it"
         )
@@ -85,11 +82,6 @@ def antenna_warnings(scene: Scene) -> list[str]:
             f"boresight is {plain_point(gateway.boresight)}, and the direction to the region {plain_point(towards)}"
         )
     return sentences
-
-
-def _roofed(scene: Scene, point: Float[np.ndarray, " 3"]) -> bool:
-    """Whether a surface is straight above a point."""
-    return lowest_above(point, np.vstack([item.mesh.triangles for item in scene.objects])) < np.inf
 
 
 def far_from_origin(

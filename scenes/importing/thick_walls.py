@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from itertools import chain, count
 
+import networkx as nx
 import numpy as np
 import trimesh
 from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH, barycentric, beyond, outline
-from scenes.scene.closed_parts import part_meshes
+from scenes.scene.connected_parts import mesh_of, part_meshes
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.materials import is_conductor
 
@@ -38,8 +40,7 @@ PARALLEL = float(np.radians(1.0))
 
 UNEVEN = 0.02  # Largest deviation of a face from a plane, as a share of the plate's thickness
 
-MOST_FACES = 1000
-"""Most faces of a body that is divided. Time grows with their square, and terrain has no plates."""
+MOST_FACES = 1000  # Faces of a body, the largest ones, that are looked at. Time grows with their square.
 
 SAMPLED = 16  # Triangles of a face, the largest ones, that are looked at to see what lies opposite
 
@@ -65,13 +66,15 @@ def walls_as_sheets(scene: Scene) -> tuple[Scene, dict[str, float]]:
             thickness = plate.thickness if plate.thickness >= DRAWN_THIN * slab else slab
             groups.setdefault(thickness, []).append(sheet)
         if len(rest):
-            objects.append(replace(item, mesh=_mesh(rest)) if groups else item)
+            objects.append(replace(item, mesh=mesh_of(rest)) if groups else item)
         for thickness, parts in groups.items():
             name = item.name
             if len(rest) or len(groups) > 1:
-                name = _new_name(f"{item.name[: LONGEST_NAME - 30]}, {thickness:g} m thick", names)
+                new = f"{item.name[: LONGEST_NAME - 30]}, {thickness:g} m thick"
+                name = next(each for each in chain([new], (f"{new} {k}" for k in count(2))) if each not in names)
+                names.add(name)
             sheets[name] = thickness
-            objects.append(SceneObject(name, _mesh(np.concatenate(parts)), item.material, thickness))
+            objects.append(SceneObject(name, mesh_of(np.concatenate(parts)), item.material, thickness))
     return replace(scene, objects=tuple(objects)), sheets
 
 
@@ -98,7 +101,7 @@ def _placed(
     objects = []
     for item in scene.objects:
         found, rest = divided[item.name]
-        mesh = _mesh(np.concatenate([rest, *(plate.sheet for plate in found)])) if found else item.mesh
+        mesh = mesh_of(np.concatenate([rest, *(plate.sheet for plate in found)])) if found else item.mesh
         objects.append(replace(item, mesh=mesh))
     around = outline(replace(scene, objects=tuple(objects)))
     normals, front, back = beyond(np.stack([plate.sheet[0] for plate in every]), around)
@@ -107,21 +110,6 @@ def _placed(
     moved = np.where(np.minimum(front, back) + half < WALL_REACH, inward, 0.0)
     sheets = iter([plate.sheet + move * normal for plate, move, normal in zip(every, moved, normals, strict=True)])
     return {name: [next(sheets) for _ in found] for name, (found, _) in divided.items()}
-
-
-def _mesh(triangles: Float[np.ndarray, "n 3 3"]) -> Trimesh:
-    mesh = Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=False)
-    mesh.merge_vertices()
-    return mesh
-
-
-def _new_name(name: str, taken: set[str]) -> str:
-    unique, count = name, 1
-    while unique in taken:
-        count += 1
-        unique = f"{name} {count}"
-    taken.add(unique)
-    return unique
 
 
 @dataclass(frozen=True)
@@ -144,52 +132,43 @@ class Face:
 
 def mid_surfaces(body: Trimesh, thickest: float) -> list[MidSurface]:
     """Divide a body into plates. They may be turned, have openings, meet in corners, and lack parts of their rims."""
-    faces = _faces(body)
-    pairs = _pairs(faces, thickest) if len(faces) >= 2 else {}
+    faces = flat_faces(body)
+    pairs = plates(faces, thickest)
     groups = [
         (thickness, members)
         for thickness in dict.fromkeys(pairs.values())
-        for members in _connected([pair for pair, each in pairs.items() if each == thickness], len(faces))
+        for members in nx.connected_components(nx.Graph(pair for pair, each in pairs.items() if each == thickness))
     ]
     uses = Counter(number for _, members in groups for number in members)
     if sum(faces[number].area for number in uses) < MOSTLY * body.area:
         return []
     found = []
     for thickness, members in groups:
-        normal = faces[members[0]].normal
-        sides = [[number for number in members if sign * (faces[number].normal @ normal) > 0] for sign in (1, -1)]
+        normal = faces[min(members)].normal
+        sides = [
+            [number for number in sorted(members) if sign * (faces[number].normal @ normal) > 0] for sign in (1, -1)
+        ]
         # A long face may be opposite shorter ones at several distances. Then these are the sheets.
-        side = max(sides, key=lambda side: (max(uses[number] for number in side) == 1, _area(faces, side)))
+        side = max(
+            sides, key=lambda side: (max(uses[number] for number in side) == 1, sum(faces[n].area for n in side))
+        )
         inward = np.concatenate([np.tile(faces[n].normal * -thickness / 2, (len(faces[n].triangles), 1)) for n in side])
         triangles = np.concatenate([faces[number].triangles for number in side])
         found.append(MidSurface(triangles + inward[:, None], thickness))
     return found
 
 
-def _area(faces: list[Face], numbers: list[int]) -> float:
-    return sum(faces[number].area for number in numbers)
-
-
-def _connected(pairs: list[tuple[int, int]], count: int) -> list[list[int]]:
-    """The numbers below ``count`` that are in pairs, divided into those that pairs connect."""
-    labels = trimesh.graph.connected_component_labels(np.array(pairs), node_count=count)
-    members = sorted({number for pair in pairs for number in pair})
-    return [[n for n in members if labels[n] == label] for label in dict.fromkeys(labels[members].tolist())]
-
-
-def _faces(body: Trimesh) -> list[Face]:
-    """Return the faces of a body that has few enough of them to be divided."""
+def flat_faces(body: Trimesh) -> list[Face]:
+    """The largest faces of a body."""
     flat = body.face_adjacency[body.face_adjacency_angles < PARALLEL]
     labels = trimesh.graph.connected_component_labels(flat, node_count=len(body.faces))
-    if labels.max() >= MOST_FACES:
-        return []
     areas, centres, normals = body.area_faces, body.triangles_center, body.face_normals
     middle = np.average(centres, axis=0, weights=areas)
     # Three times the volume, with the sign of the winding. It needs no closed body.
-    outward = np.sign((areas * (normals * (centres - middle)).sum(axis=1)).sum())
-    order = np.argsort(labels, kind="stable")
+    outward = np.sign((areas * (normals * (centres - middle)).sum(axis=1)).sum()) or 1.0
     faces = []
-    for which in np.split(order, np.flatnonzero(np.diff(labels[order])) + 1):
+    for label in np.sort(np.argsort(-np.bincount(labels, areas), kind="stable")[:MOST_FACES]):
+        which = np.flatnonzero(labels == label)
         normal = outward * areas[which] @ normals[which]
         area = float(areas[which].sum())
         if np.linalg.norm(normal) > 0:
@@ -198,8 +177,10 @@ def _faces(body: Trimesh) -> list[Face]:
     return faces
 
 
-def _pairs(faces: list[Face], thickest: float) -> dict[tuple[int, int], float]:
+def plates(faces: list[Face], thickest: float) -> dict[tuple[int, int], float]:
     """The numbers of faces that are the two sides of a plate, and their distance, metres."""
+    if len(faces) < 2:
+        return {}
     normals = np.array([face.normal for face in faces])
     centres = np.array([face.centre for face in faces])
     heights = normals @ centres.T

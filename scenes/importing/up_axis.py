@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 from trimesh import Trimesh
 
+from scenes.files.errors import listed
 from scenes.importing.formats.mesh_part import ImportedFile
-from scenes.importing.material_rules import listed
 from scenes.importing.plausibility import Doubt
 from scenes.scene.shapes import bounding_box
 
@@ -46,8 +46,6 @@ DECISIVE = 2
 
 @dataclass(frozen=True)
 class UpEvidence:
-    """Evidence for the up axis of a file."""
-
     axis: Axis  # the axis that the evidence speaks for
     reasons: tuple[str, ...]  # a clause for each piece of evidence for this axis, without those for the other
     weight: int  # by how much it outweighs the evidence for the other axis
@@ -91,11 +89,7 @@ def up_evidence(file: ImportedFile, antennas: Float[np.ndarray, "n 3"] | None, m
 
 def facing_areas(mesh: Trimesh) -> Float[np.ndarray, " 3"]:
     """Return the area that faces each axis, Σ A n², in the file's unit squared. Their sum is the area of the mesh."""
-    corners = mesh.vertices[mesh.faces]
-    with np.errstate(all="ignore"):
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
-        areas = np.linalg.norm(normals, axis=1, keepdims=True)
-        return np.nan_to_num(normals**2 / areas.clip(1e-300)).sum(axis=0)
+    return (mesh.area_faces[:, None] * mesh.face_normals**2).sum(axis=0)
 
 
 def _by_names(file: ImportedFile, areas: Float[np.ndarray, "parts 3"]) -> tuple[Axis, str] | None:

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, shelf, table
+from scenes.places.room import (
+    BRICK,
+    CONCRETE,
+    GAP,
+    PLASTERBOARD,
+    WOOD,
+    Opening,
+    build_place,
+    build_room,
+    panel,
+    shelf,
+    table,
+)
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.orientation import facing
@@ -47,16 +59,7 @@ def lab() -> Scene:
         SceneObject("lamp west", table(2.0, 2.8, 1.25, 0.4, 2.75), "metal"),
         SceneObject("lamp east", table(5.0, 2.8, 1.2, 0.4, 2.75), "metal"),
     ]
-    room = build_room(
-        (8.0, 6.0, 3.0),
-        openings,
-        floor=Finish("concrete"),
-        ceiling=Finish("concrete"),
-        south=Finish("brick"),
-        north=Finish("plasterboard", 0.10),
-        west=Finish("concrete"),
-        east=Finish("concrete"),
-    )
+    room = build_room((8.0, 6.0, 3.0), openings, CONCRETE, CONCRETE, (BRICK, PLASTERBOARD, CONCRETE, CONCRETE))
     return build_place(
         "lab",
         (*room, *furniture),
@@ -94,16 +97,7 @@ def conference() -> Scene:
         SceneObject("lamp west", table(2.8, 2.8, 2.0, 0.4, 2.4), "metal"),
         SceneObject("lamp east", table(5.4, 2.8, 2.0, 0.4, 2.4), "metal"),
     ]
-    room = build_room(
-        (10.0, 6.0, 2.8),
-        openings,
-        floor=Finish("wood"),
-        ceiling=Finish("concrete"),
-        south=Finish("plasterboard", 0.10),
-        north=Finish("concrete"),
-        west=Finish("plasterboard", 0.10),
-        east=Finish("brick"),
-    )
+    room = build_room((10.0, 6.0, 2.8), openings, WOOD, CONCRETE, (PLASTERBOARD, CONCRETE, PLASTERBOARD, BRICK))
     return build_place(
         "conference",
         (*room, *furniture),
@@ -132,16 +126,7 @@ def bedroom() -> Scene:
         SceneObject("bookshelf", shelf(3.5, 0.03, 0.8, 0.35, (0.9, 1.3, 1.7)), "wood"),
         SceneObject("radiator", panel(2.1, 0.08, 1.2, 0.15, 0.75), "metal"),
     ]
-    room = build_room(
-        (4.4, 3.6, 2.5),
-        openings,
-        floor=Finish("wood"),
-        ceiling=Finish("concrete"),
-        south=Finish("brick"),
-        north=Finish("plasterboard", 0.10),
-        west=Finish("plasterboard", 0.10),
-        east=Finish("brick"),
-    )
+    room = build_room((4.4, 3.6, 2.5), openings, WOOD, CONCRETE, (BRICK, PLASTERBOARD, PLASTERBOARD, BRICK))
     return build_place(
         "bedroom",
         (*room, *furniture),
@@ -181,16 +166,7 @@ def office() -> Scene:
         SceneObject("bookcase", box((0.05, 6.0, GAP), (0.4, 9.0, 2.0)), "wood"),
         SceneObject("duct", box((1.0, 4.6, 2.4), (10.5, 5.0, 2.65)), "metal"),
     ]
-    room = build_room(
-        (16.0, 10.0, 2.8),
-        openings,
-        floor=Finish("concrete"),
-        ceiling=Finish("concrete"),
-        south=Finish("brick"),
-        north=Finish("plasterboard", 0.10),
-        west=Finish("concrete"),
-        east=Finish("concrete"),
-    )
+    room = build_room((16.0, 10.0, 2.8), openings, CONCRETE, CONCRETE, (BRICK, PLASTERBOARD, CONCRETE, CONCRETE))
     return build_place(
         "office",
         (*room, *furniture),
@@ -212,16 +188,7 @@ def closet() -> Scene:
         SceneObject("table", table(0.3, 0.2, 1.1, 0.6, 0.7), "wood"),
         SceneObject("shelf", shelf(0.2, 2.1, 1.2, 0.3, (0.5, 1.0, 1.8)), "wood"),
     ]
-    room = build_room(
-        (3.0, 2.5, 2.4),
-        openings,
-        floor=Finish("concrete"),
-        ceiling=Finish("concrete"),
-        south=Finish("brick"),
-        north=Finish("brick"),
-        west=Finish("brick"),
-        east=Finish("brick"),
-    )
+    room = build_room((3.0, 2.5, 2.4), openings, CONCRETE, CONCRETE, (BRICK, BRICK, BRICK, BRICK))
     return build_place(
         "closet",
         (*room, *furniture),
@@ -250,16 +217,7 @@ def workshop() -> Scene:
         SceneObject("workbench", table(0.7, 0.1, 1.0, 0.6, 0.8), "chipboard"),
         SceneObject("crate", box((0.1, 1.4, GAP), (0.4, 2.0, 0.6)), "wood"),
     ]
-    room = build_room(
-        (3.4, 2.8, 2.4),
-        openings,
-        floor=Finish("concrete"),
-        ceiling=Finish("concrete"),
-        south=Finish("brick"),
-        north=Finish("brick"),
-        west=Finish("plasterboard", 0.10),
-        east=Finish("concrete"),
-    )
+    room = build_room((3.4, 2.8, 2.4), openings, CONCRETE, CONCRETE, (BRICK, BRICK, PLASTERBOARD, CONCRETE))
     return build_place(
         "workshop",
         (*room, *furniture),

@@ -24,8 +24,6 @@ Place = Literal["wall", "on the wall", "free", "ceiling"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of furniture."""
-
     name: str  # such as "fridge"
     material: str  # of ITU-R P.2040
     place: Place  # where it belongs
@@ -36,36 +34,22 @@ class Kind:
     flat_metal: bool = False  # whether all its faces are of metal and parallel to the walls or the floor
 
 
-def _closed_box(
-    width: tuple[float, float], depth: tuple[float, float], height: tuple[float, float]
-) -> Callable[[np.random.Generator], Trimesh]:
-    """A closed box; ranges in metres."""
-
-    def make(generator: np.random.Generator) -> Trimesh:
-        w, d, h = (generator.uniform(*each) for each in (width, depth, height))
-        return box((-w / 2, -d, 0), (w / 2, 0, h))
-
-    return make
+def _drawn(make: Callable[..., Trimesh], *ranges: tuple[float, float]) -> Callable[[np.random.Generator], Trimesh]:
+    """A shape whose lengths are drawn from ranges, metres."""
+    return lambda generator: make(*(generator.uniform(*each) for each in ranges))
 
 
-def _board(width: tuple[float, float], depth: tuple[float, float]) -> Callable[[np.random.Generator], Trimesh]:
-    """A horizontal board."""
-
-    def make(generator: np.random.Generator) -> Trimesh:
-        w, d = generator.uniform(*width), generator.uniform(*depth)
-        return sheet((-w / 2, -d, 0), (w, 0, 0), (0, d, 0))
-
-    return make
+def _box(width: float, depth: float, height: float) -> Trimesh:
+    return box((-width / 2, -depth, 0), (width / 2, 0, height))
 
 
-def _upright(width: tuple[float, float], height: tuple[float, float]) -> Callable[[np.random.Generator], Trimesh]:
+def _board(width: float, depth: float) -> Trimesh:
+    return sheet((-width / 2, -depth, 0), (width, 0, 0), (0, depth, 0))
+
+
+def _upright(width: float, height: float) -> Trimesh:
     """An upright sheet, 4 cm before its back."""
-
-    def make(generator: np.random.Generator) -> Trimesh:
-        w, h = generator.uniform(*width), generator.uniform(*height)
-        return sheet((-w / 2, -0.04, 0), (w, 0, 0), (0, 0, h))
-
-    return make
+    return sheet((-width / 2, -0.04, 0), (width, 0, 0), (0, 0, height))
 
 
 def _tilted(generator: np.random.Generator) -> Trimesh:
@@ -75,7 +59,6 @@ def _tilted(generator: np.random.Generator) -> Trimesh:
 
 
 def _shelf(generator: np.random.Generator) -> Trimesh:
-    """Boards one above the other."""
     w, d = generator.uniform(0.6, 1.3), generator.uniform(0.25, 0.4)
     heights = np.linspace(0, generator.uniform(0.9, 1.5), int(generator.integers(3, 6)))
     return union(*(sheet((-w / 2, -d, z), (w, 0, 0), (0, d, 0)) for z in heights))
@@ -84,8 +67,7 @@ def _shelf(generator: np.random.Generator) -> Trimesh:
 def _upright_cylinder(generator: np.random.Generator) -> Trimesh:
     """A closed cylinder of 16 sides, such as a boiler or a column."""
     radius, height = generator.uniform(0.15, 0.3), generator.uniform(0.8, 1.6)
-    made = cylinder(radius, height, sections=16)
-    return made.apply_translation((0, -radius, height / 2))
+    return cylinder(radius, height, sections=16).apply_translation((0, -radius, height / 2))
 
 
 def _curved_screen(generator: np.random.Generator) -> Trimesh:
@@ -100,36 +82,36 @@ def _curved_screen(generator: np.random.Generator) -> Trimesh:
 
 
 KINDS: tuple[Kind, ...] = (
-    Kind("fridge", "metal", "wall", _closed_box((0.5, 0.7), (0.5, 0.65), (0.9, 1.9)), flat_metal=True),
-    Kind("locker", "metal", "wall", _closed_box((0.4, 1.0), (0.35, 0.5), (1.0, 1.9)), flat_metal=True),
-    Kind("wardrobe", "chipboard", "wall", _closed_box((0.8, 1.4), (0.4, 0.6), (1.5, 2.1))),
-    Kind("chest", "wood", "wall", _closed_box((0.6, 1.1), (0.35, 0.5), (0.5, 0.9))),
+    Kind("fridge", "metal", "wall", _drawn(_box, (0.5, 0.7), (0.5, 0.65), (0.9, 1.9)), flat_metal=True),
+    Kind("locker", "metal", "wall", _drawn(_box, (0.4, 1.0), (0.35, 0.5), (1.0, 1.9)), flat_metal=True),
+    Kind("wardrobe", "chipboard", "wall", _drawn(_box, (0.8, 1.4), (0.4, 0.6), (1.5, 2.1))),
+    Kind("chest", "wood", "wall", _drawn(_box, (0.6, 1.1), (0.35, 0.5), (0.5, 0.9))),
     Kind("boiler", "metal", "wall", _upright_cylinder),
     Kind("column", "concrete", "free", _upright_cylinder),
-    Kind("wall cupboard", "chipboard", "on the wall", _closed_box((0.6, 1.2), (0.3, 0.4), (0.5, 0.8)), (1.2, 1.5)),
+    Kind("wall cupboard", "chipboard", "on the wall", _drawn(_box, (0.6, 1.2), (0.3, 0.4), (0.5, 0.8)), (1.2, 1.5)),
     Kind(
         "microwave",
         "metal",
         "on the wall",
-        _closed_box((0.45, 0.55), (0.3, 0.4), (0.25, 0.35)),
+        _drawn(_box, (0.45, 0.55), (0.3, 0.4), (0.25, 0.35)),
         (0.9, 1.5),
         flat_metal=True,
     ),
-    Kind("whiteboard", "metal", "on the wall", _upright((0.8, 1.4), (0.6, 0.9)), (0.9, 1.2), flat_metal=True),
-    Kind("radiator", "metal", "on the wall", _upright((0.6, 1.2), (0.4, 0.6)), (0.15, 0.2), flat_metal=True),
-    Kind("mirror", "glass", "on the wall", _upright((0.5, 0.9), (0.8, 1.2)), (0.6, 1.0)),
-    Kind("worktop", "chipboard", "wall", _board((0.8, 1.4), (0.5, 0.65)), (0.85, 0.9)),
-    Kind("sink top", "metal", "wall", _board((0.6, 1.0), (0.5, 0.6)), (0.85, 0.9), flat_metal=True),
-    Kind("table", "wood", "free", _board((0.8, 1.4), (0.6, 0.9)), (0.7, 0.76), turned=True),
-    Kind("tray", "metal", "free", _board((0.4, 0.7), (0.3, 0.5)), (0.6, 1.0), turned=True),
-    Kind("pane", "glass", "free", _upright((0.6, 1.0), (0.8, 1.5)), (0.002, 0.5), turned=True),
-    Kind("partition", "plasterboard", "free", _upright((0.6, 1.1), (1.0, 1.6)), turned=True),
+    Kind("whiteboard", "metal", "on the wall", _drawn(_upright, (0.8, 1.4), (0.6, 0.9)), (0.9, 1.2), flat_metal=True),
+    Kind("radiator", "metal", "on the wall", _drawn(_upright, (0.6, 1.2), (0.4, 0.6)), (0.15, 0.2), flat_metal=True),
+    Kind("mirror", "glass", "on the wall", _drawn(_upright, (0.5, 0.9), (0.8, 1.2)), (0.6, 1.0)),
+    Kind("worktop", "chipboard", "wall", _drawn(_board, (0.8, 1.4), (0.5, 0.65)), (0.85, 0.9)),
+    Kind("sink top", "metal", "wall", _drawn(_board, (0.6, 1.0), (0.5, 0.6)), (0.85, 0.9), flat_metal=True),
+    Kind("table", "wood", "free", _drawn(_board, (0.8, 1.4), (0.6, 0.9)), (0.7, 0.76), turned=True),
+    Kind("tray", "metal", "free", _drawn(_board, (0.4, 0.7), (0.3, 0.5)), (0.6, 1.0), turned=True),
+    Kind("pane", "glass", "free", _drawn(_upright, (0.6, 1.0), (0.8, 1.5)), (0.002, 0.5), turned=True),
+    Kind("partition", "plasterboard", "free", _drawn(_upright, (0.6, 1.1), (1.0, 1.6)), turned=True),
     Kind("screen", "metal", "free", _tilted, (0.7, 1.0), turned=True),
     Kind("curved screen", "metal", "free", _curved_screen, turned=True),
     Kind("shelf", "wood", "wall", _shelf, (0.3, 0.5)),
     Kind("steel shelf", "metal", "wall", _shelf, (0.3, 0.5), flat_metal=True),
-    Kind("crate", "wood", "free", _closed_box((0.4, 0.7), (0.4, 0.6), (0.4, 0.7)), turned=True),
-    Kind("lamp", "metal", "ceiling", _board((0.6, 1.2), (0.2, 0.4)), (0.15, 0.3), flat_metal=True),
+    Kind("crate", "wood", "free", _drawn(_box, (0.4, 0.7), (0.4, 0.6), (0.4, 0.7)), turned=True),
+    Kind("lamp", "metal", "ceiling", _drawn(_board, (0.6, 1.2), (0.2, 0.4)), (0.15, 0.3), flat_metal=True),
 )
 """All kinds. ``lowest`` of a kind under the ceiling is its distance from it."""
 

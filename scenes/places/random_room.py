@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import count
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +17,7 @@ from jaxtyping import Float
 from scenes.checks.validation import validate
 from scenes.files.errors import require_flag, require_seed, require_whole, require_word
 from scenes.places.furniture import KINDS, Kind, placed
-from scenes.places.room import GAP, Finish, Opening, Side, build_place, build_room
+from scenes.places.room import BRICK, CONCRETE, GAP, PLASTERBOARD, Finish, Opening, Side, build_place, build_room
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.orientation import facing
@@ -30,8 +30,6 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class _Sizes:
-    """How large rooms are."""
-
     extents: tuple[tuple[float, float], ...]  # ranges of length, width and height, metres
     region: Vector  # extents of the transmitter region, metres
 
@@ -44,9 +42,9 @@ LARGE = _Sizes(((4.5, 8.0), (4.0, 6.0), (2.4, 3.0)), (2.0, 2.0, 1.0))
 
 INNER = 0.55, 0.75  # Range of the inner corner of an L-shaped room, as shares of its length and width
 
-WALLS = (Finish("concrete"), Finish("brick"), Finish("brick"), Finish("plasterboard", 0.10), Finish("wood", 0.06))
-FLOORS = Finish("concrete"), Finish("wood", 0.04)
-CEILINGS = Finish("concrete"), Finish("concrete"), Finish("plasterboard", 0.04)
+WALLS = CONCRETE, BRICK, BRICK, PLASTERBOARD, Finish("wood", 0.06)
+FLOORS = CONCRETE, Finish("wood", 0.04)
+CEILINGS = CONCRETE, CONCRETE, Finish("plasterboard", 0.04)
 """Finishes to draw from. Bricks and concrete ceilings are more frequent."""
 
 MOST_PIECES, TRIES = 12, 40
@@ -65,8 +63,6 @@ TURNS: dict[Side, float] = {"north": 0, "west": 90, "south": 180, "east": 270}
 
 @dataclass(frozen=True)
 class _Outline:
-    """The outline of a room."""
-
     size: Float[np.ndarray, " 3"]  # extents, metres
     # x and y of the inner corner, metres; the room lacks what is beyond both. In a rectangle, there is nothing
     # beyond.
@@ -140,7 +136,6 @@ def random_room(
     shape: Shape = "rectangle",
     large: bool = False,
 ) -> Scene:
-    """Make a random furnished room."""
     require_seed(seed=seed)
     if furniture is not None:
         require_seed(furniture=furniture)
@@ -149,59 +144,30 @@ def random_room(
     for number in pieces:
         require_whole(0, MOST_PIECES, pieces=number)
     sizes = LARGE if large else SMALL
-    antennas, attempts = None, count()
-    while antennas is None:
-        attempt = next(attempts)  # in a few L-shaped rooms there is no place for the region; then another room is drawn
+    for attempt in count():  # in a few L-shaped rooms there is no place for the region; then another room is drawn
         generator = np.random.default_rng([seed, 0, attempt] if attempt else seed)
-        drawn = _shell(sizes, shape, generator)
-        antennas = _antennas(drawn.outline, np.array(sizes.region), generator)
-    size, outline, finishes, floor, ceiling, openings = drawn
-    gateway, transmitter = antennas
+        size = _on_raster(np.array([generator.uniform(*each) for each in sizes.extents]))
+        outline = _Outline(size, _on_raster(size[:2] * generator.uniform(*INNER, size=2)) if shape == "l" else size[:2])
+        finishes = [WALLS[number] for number in generator.integers(len(WALLS), size=4)]
+        floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
+        openings = _openings(outline, generator)
+        if antennas := _antennas(outline, np.array(sizes.region), generator):
+            gateway, transmitter = antennas
+            break
     if furniture is not None:
         generator = np.random.default_rng([seed, furniture])
     around = np.array([[-1.0], [1.0]])
-    of_antennas = [
-        transmitter.region + CLEARANCE * around,
-        np.array(gateway.position) + NEAR_GATEWAY * around,
-    ]
-    keep_free = [*of_antennas, *(_before(opening, size) for opening in openings), *outline.outside]
-    room = _Room(size, keep_free, generator)
+    of_antennas = [transmitter.region + CLEARANCE * around, np.array(gateway.position) + NEAR_GATEWAY * around]
+    before = [_before(opening, size) for opening in openings]
+    room = _Room(size, [*of_antennas, *before, *outline.outside], generator)
     wanted = int(generator.integers(pieces[0], pieces[1] + 1))
     kinds = [KINDS[number] for number in generator.permutation(len(KINDS))[:wanted]]
     placed_pieces = [piece for piece in map(room.place, kinds) if piece is not None]
-    south, north, west, east = finishes
-    walls = build_room(
-        tuple(size.tolist()),
-        openings,
-        floor=floor,
-        ceiling=ceiling,
-        south=south,
-        north=north,
-        west=west,
-        east=east,
-        inner_corner=tuple(outline.inner.tolist()) if shape == "l" else None,
-    )
+    inner_corner = tuple(outline.inner.tolist()) if shape == "l" else None
+    walls = build_room(tuple(size.tolist()), openings, floor, ceiling, finishes, inner_corner)
     scene = build_place(f"room {seed}", (*walls, *placed_pieces), gateway, transmitter)
     validate(scene, scene.name)
     return scene
-
-
-class _Shell(NamedTuple):
-    size: Float[np.ndarray, " 3"]
-    outline: _Outline
-    finishes: list[Finish]
-    floor: Finish
-    ceiling: Finish
-    openings: list[Opening]
-
-
-def _shell(sizes: _Sizes, shape: Shape, generator: np.random.Generator) -> _Shell:
-    """The room without furniture: its size, outline, finishes of the walls, floor, ceiling and openings."""
-    size = _on_raster(np.array([generator.uniform(*each) for each in sizes.extents]))
-    outline = _Outline(size, _on_raster(size[:2] * generator.uniform(*INNER, size=2)) if shape == "l" else size[:2])
-    finishes = [WALLS[number] for number in generator.integers(len(WALLS), size=4)]
-    floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
-    return _Shell(size, outline, finishes, floor, ceiling, _openings(outline, generator))
 
 
 def _openings(outline: _Outline, generator: np.random.Generator) -> list[Opening]:

@@ -55,52 +55,45 @@ class Finish:
     thickness: float | None = None
 
 
+CONCRETE, BRICK, WOOD, PLASTERBOARD = Finish("concrete"), Finish("brick"), Finish("wood"), Finish("plasterboard", 0.10)
+
+
 def build_room(
     size: tuple[float, float, float],
     openings: Sequence[Opening],
-    *,
     floor: Finish,
     ceiling: Finish,
-    south: Finish,
-    north: Finish,
-    west: Finish,
-    east: Finish,
+    finishes: Sequence[Finish],
     inner_corner: tuple[float, float] | None = None,
 ) -> list[SceneObject]:
-    """Build floor, ceiling and four walls, with the windows and doors in their openings."""
+    """Build floor, ceiling and the walls south, north, west and east, with windows and doors in their openings."""
     length, width, height = size
     inner_x, inner_y = inner_corner or (length, width)
     x, y, up = np.array([length, 0.0, 0.0]), np.array([0.0, width, 0.0]), np.array([0.0, 0.0, height])
-    # Corner, vector along the wall, outward normal, and finish of each wall.
-    walls: dict[Side, tuple[np.ndarray, np.ndarray, np.ndarray, Finish]] = {
-        "south": (np.zeros(3), x, -y / width, south),
-        "north": (y, np.array([inner_x, 0.0, 0.0]), y / width, north),
-        "west": (np.zeros(3), y, -x / length, west),
-        "east": (x, np.array([0.0, inner_y, 0.0]), x / length, east),
+    # Corner, vector along the wall, and outward normal of each wall.
+    walls: dict[Side, tuple[np.ndarray, np.ndarray, np.ndarray]] = {
+        "south": (np.zeros(3), x, -y / width),
+        "north": (y, np.array([inner_x, 0.0, 0.0]), y / width),
+        "west": (np.zeros(3), y, -x / length),
+        "east": (x, np.array([0.0, inner_y, 0.0]), x / length),
     }
-    inner = (
-        {
-            "north": sheet((inner_x, inner_y, 0), (length - inner_x, 0, 0), up),
-            "east": sheet((inner_x, inner_y, 0), (0, width - inner_y, 0), up),
-        }
-        if inner_corner
-        else {}
-    )
-    below, above = sheet((0, 0, 0), x, y), sheet(up, y, x)
+    below, above, inner = sheet((0, 0, 0), x, y), sheet(up, y, x), {}
     if inner_corner:
         below, above = _l_shape(size, inner_corner, 0.0), _l_shape(size, inner_corner, height)
+        at = (inner_x, inner_y, 0)
+        inner = {"north": sheet(at, (length - inner_x, 0, 0), up), "east": sheet(at, (0, width - inner_y, 0), up)}
     objects = [
         SceneObject("floor", below, floor.material, floor.thickness),
         SceneObject("ceiling", above, ceiling.material, ceiling.thickness),
     ]
-    for side, (corner, along, _, finish) in walls.items():
+    for (side, (corner, along, _)), finish in zip(walls.items(), finishes, strict=True):
         holes = [(o.start, o.end, o.bottom, o.top) for o in openings if o.side == side]
         wall = sheet(corner, along, up, holes)
         if side in inner:
             wall = union(wall, inner[side])
         objects.append(SceneObject(f"wall {side}", wall, finish.material, finish.thickness))
     for o in openings:
-        corner, along, out, _ = walls[o.side]
+        corner, along, out = walls[o.side]
         direction = along / np.linalg.norm(along)
         bottom = max(GAP, o.bottom - BEHIND)
         start = corner + (o.start - BEHIND) * direction + BEHIND * out + [0, 0, bottom]

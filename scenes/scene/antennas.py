@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -89,13 +90,11 @@ class Gateway:
                 raise ParameterError("elements", BOTH_ARRAYS)
 
     def __repr__(self) -> str:
-        """The arguments that state it: either the positions of the elements or rows, columns and spacing.
+        """The arguments that state it.
 
         The digest of a scene is made from it, so that of a planar array stays as it was before there were others.
         """
-        left_out = ("elements",) if self.elements is None else ("rows", "columns", "spacing")
-        stated = (each.name for each in fields(self) if each.name not in left_out)
-        return f"Gateway({', '.join(f'{name}={getattr(self, name)!r}' for name in stated)})"
+        return f"Gateway({', '.join(f'{name}={value!r}' for name, value in stated(self).items())})"
 
     @property
     def count(self) -> int:
@@ -170,6 +169,16 @@ class Transmitter:
         """
         axes = zip(self.region_min, self.region_max, strict=True)
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(8, 3)
+
+
+def stated(antenna: Gateway | Transmitter) -> dict[str, Any]:
+    """The keys of an antenna in a file. A gateway has either elements or rows, columns and spacing."""
+    keys = {each.name: getattr(antenna, each.name) for each in fields(antenna)}
+    if isinstance(antenna, Transmitter):
+        return {"region": {"min": keys.pop("region_min"), "max": keys.pop("region_max")}, **keys}
+    for key in ("elements",) if antenna.elements is None else ("rows", "columns", "spacing"):
+        del keys[key]
+    return keys
 
 
 PATTERN = re.compile(r"(\d{1,4})[x×X](\d{1,4})(?:@(\d{1,9}(?:\.\d{1,9})?|\.\d{1,9}))?")

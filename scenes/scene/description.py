@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from scenes.scene.antennas import Gateway, Transmitter, as_positions
-from scenes.scene.closed_parts import Parts, part_meshes, parts_of
+from scenes.scene.connected_parts import Parts, part_meshes, parts_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, is_conductor, p2040_material, p2040_source
 

@@ -20,23 +20,20 @@ USUAL = 1e7, 3e11
 
 
 def read_frequency(value: float | str) -> float:
-    """Read a carrier frequency."""
-    number, unit = _parts(value)
-    frequency = number * HERTZ[unit or "hz"]
-    if LOWEST_FREQUENCY <= frequency <= HIGHEST_FREQUENCY:
-        return frequency
-    expected = 'expected hertz, from 1e6 to 1e12, or a number with its unit such as "915 MHz"'
-    raise ParameterError("frequency", f"{expected}, found {shown(value)}{'' if unit else _hint(number)}")
+    return _read(value, "frequency", LOWEST_FREQUENCY, 'from 1e6 to 1e12, or a number with its unit such as "915 MHz"')
 
 
 def read_bandwidth(value: float | str) -> float:
-    """Read a bandwidth."""
+    return _read(value, "bandwidth", 1.0, 'at least 1, or a number with its unit such as "20 MHz"')
+
+
+def _read(value: float | str, parameter: str, lowest: float, expected: str) -> float:
     number, unit = _parts(value)
-    bandwidth = number * HERTZ[unit or "hz"]
-    if 1 <= bandwidth <= HIGHEST_FREQUENCY:
-        return bandwidth
-    expected = 'expected hertz, at least 1, or a number with its unit such as "20 MHz"'
-    raise ParameterError("bandwidth", f"{expected}, found {shown(value)}")
+    hertz = number * HERTZ[unit or "hz"]
+    if lowest <= hertz <= HIGHEST_FREQUENCY:
+        return hertz
+    hint = _hint(number) if parameter == "frequency" and not unit else ""
+    raise ParameterError(parameter, f"expected hertz, {expected}, found {shown(value)}{hint}")
 
 
 def _parts(value: object) -> tuple[float, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,13 @@ import yaml
 from trimesh import Trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.atomic import write_atomically, write_together
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.input_file import require_regular
-from scenes.files.json_yaml_xml import PlainDumper
+from scenes.files.json_yaml_xml import PlainDumper, plain_values
 from scenes.files.long_work import doing
 from scenes.files.output_folder import locked
-from scenes.scene.antennas import Gateway
+from scenes.scene.antennas import stated
 from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial, p2040_source
 
@@ -75,7 +76,8 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
                 "overwritten, so give another folder"
             )
         doing(f"{scene.name}: writing {len(meshes):,} meshes", len(meshes) * SECONDS)
-        write_together(((file, _ply_of(mesh)) for file, mesh in meshes.items() if file not in kept), folder)
+        with ThreadPoolExecutor(32) as pool:  # the disk writes many at a time
+            list(pool.map(lambda file: write_atomically(file, _ply_of(meshes[file])), meshes.keys() - kept))
         write_atomically(path, _yaml_of(scene))
     doing("")
     return path
@@ -105,16 +107,13 @@ def _mesh_names(scene: Scene) -> list[str]:
 def _yaml_of(scene: Scene) -> bytes:
     """Return the content of scene.yaml. Materials that no object has are left out, as reading leaves them out."""
     used = {item.material for item in scene.objects}
-    further = {name: _gateway_entry(gateway) for name, gateway in scene.further_gateways.items()}
+    further = {name: stated(gateway) for name, gateway in scene.further_gateways.items()}
     values = {
         "name": scene.name,
         "frequency": scene.frequency,
-        "gateway": _gateway_entry(scene.gateway),
+        "gateway": stated(scene.gateway),
         **({"further_gateways": further} if further else {}),
-        "transmitter": {
-            "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
-            **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},
-        },
+        "transmitter": stated(scene.transmitter),
         "materials": {
             name: _material_entry(material, scene.frequency)
             for name, material in scene.materials.items()
@@ -127,15 +126,7 @@ def _yaml_of(scene: Scene) -> bytes:
         ],
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
-    return yaml.dump(_plain(values), Dumper=PlainDumper, width=110, **style).encode()
-
-
-def _gateway_entry(gateway: Gateway) -> dict[str, Any]:
-    """The keys of a gateway: those of a planar array, or the positions of the elements."""
-    keys = asdict(gateway)
-    for key in ("elements",) if gateway.elements is None else ("rows", "columns", "spacing"):
-        del keys[key]
-    return keys
+    return yaml.dump(plain_values(values), Dumper=PlainDumper, width=110, **style).encode()
 
 
 def _material_entry(material: RadioMaterial, frequency: float) -> dict[str, Any]:
@@ -146,15 +137,6 @@ def _material_entry(material: RadioMaterial, frequency: float) -> dict[str, Any]
         return keys | {"frequency": material.frequency or frequency}
     del keys["relative_permittivity"], keys["conductivity"]
     return {"p2040": source} | keys
-
-
-def _plain(value: Any) -> Any:
-    """Turn tuples into lists and NumPy scalars into Python numbers, since YAML has only these types."""
-    if isinstance(value, dict):
-        return {key: _plain(v) for key, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _ply_of(mesh: Trimesh) -> bytes:

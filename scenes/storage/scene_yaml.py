@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import yaml
-from msgspec import UNSET, Struct, UnsetType
+from msgspec import Struct
 from msgspec.structs import asdict
 
 from scenes.checks.validation import doubts, validate
-from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
+from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named, shown
 from scenes.files.input_file import beside
 from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.long_work import doing
@@ -25,7 +25,7 @@ from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import BOTH_ARRAYS, Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.frequency import read_frequency
-from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, p2040_material
+from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
 from scenes.scene.orientation import Quaternion, Vector3
 from scenes.scene.shapes import union
 
@@ -71,7 +71,8 @@ def load_scene(name_or_path: str | Path) -> Scene:
         )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)
-        raise InputError(f"{cut(text)}: expected a .yaml file or one of {known}, found another kind of file")
+        kinds = "a .yaml file, a file to import (GLB, GLTF, OBJ, PLY, STL, OFF, XML)"
+        raise InputError(f"{cut(text)}: expected {kinds} or one of {known}, found another kind of file")
     raise InputError(f"unknown scene {named(text)}; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)")
 
 
@@ -83,41 +84,13 @@ class Region(Struct, forbid_unknown_fields=True):
 
 
 class TransmitterEntry(Struct, forbid_unknown_fields=True):
-    """``Transmitter`` in a file."""
-
     region: Region
     pattern: str = Transmitter.pattern
     polarization: str = Transmitter.polarization
     orientation: Quaternion = Transmitter.orientation
 
 
-class MaterialOptions(Struct, forbid_unknown_fields=True, kw_only=True):
-    """Optional keys of every material in a file."""
-
-    scattering_coefficient: float | UnsetType = UNSET
-    xpd_coefficient: float | UnsetType = UNSET
-    color: RGB | UnsetType = UNSET
-
-
-class OwnMaterial(MaterialOptions, kw_only=True):
-    """``RadioMaterial`` in a file."""
-
-    relative_permittivity: float
-    conductivity: float
-    thickness: float
-    frequency: float | str | UnsetType = UNSET
-
-
-class P2040Material(MaterialOptions, kw_only=True):
-    """A material of ITU-R P.2040 in a file."""
-
-    p2040: str
-    thickness: float | UnsetType = UNSET
-
-
 class ObjectEntry(Struct, forbid_unknown_fields=True):
-    """``SceneObject`` in a file."""
-
     name: str
     mesh: str
     material: str
@@ -140,29 +113,25 @@ def _conform(value: object, schema: type[T], place: str) -> T:
     return conform(value, schema, place, numbers_as_text=True)
 
 
-def _frequency(value: float | str, place: str) -> float:
-    try:
-        return read_frequency(value)
-    except ParameterError as error:
-        raise InputError(f"{place}: {error}") from None
-
-
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
     """Read a material: ε_r and σ, or a name of P.2040. All other keys are optional."""
     place = f"{source}: materials.{cut(name)}"
-    of_table = isinstance(value, dict) and "p2040" in value
-    entry = _conform(value, P2040Material if of_table else OwnMaterial, place)
-    given = {key: each for key, each in asdict(entry).items() if each is not UNSET}
-    if "frequency" in given:
-        given["frequency"] = _frequency(given["frequency"], place)
+    given = dict(_conform(value, dict[str, Any], place))
+    of_table = "p2040" in given
+    for key in ("name", "frequency", "relative_permittivity", "conductivity") if of_table else ("name",):
+        if key in given:
+            beside = " beside p2040" if of_table else ""
+            raise InputError(f"{place}: expected no key {key}{beside}, found {shown(given[key])}")
     try:
-        if isinstance(entry, P2040Material):
+        if "frequency" in given:
+            given["frequency"] = read_frequency(given["frequency"])
+        if of_table:
             given = vars(p2040_material(given.pop("p2040"), frequency)) | given
-        return RadioMaterial(**(given | {"name": name}))
     except OutsideP2040 as error:
         raise InputError(f"{place}: {_outside(error, name, given.get('thickness'))}") from None
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
+    return _conform(given | {"name": name}, RadioMaterial, place)
 
 
 def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
@@ -227,7 +196,10 @@ def read_scene(path: str | Path) -> Scene:
     content = read_yaml(path, "a scene")
     file = _conform(content, SceneFile, source)
     _refuse_two_arrays(content["gateway"], f"{source}: gateway")
-    frequency = _frequency(file.frequency, source)
+    try:
+        frequency = read_frequency(file.frequency)
+    except ParameterError as error:
+        raise InputError(f"{source}: {error}") from None
     doing(f"{source}: reading {len(file.objects):,} objects", len(file.objects) * SECONDS)
     objects = tuple(_object(value, i, path, source) for i, value in enumerate(file.objects))
 

@@ -17,6 +17,7 @@ from msgspec import Meta, Struct
 from scenes.files.errors import InputError, ParameterError, require_path, shown
 from scenes.files.input_file import MEGABYTE, what_is_at
 from scenes.files.json_yaml_xml import read_yaml
+from scenes.files.long_work import doing
 from scenes.files.npz_file import Expected, read_npy
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
@@ -153,7 +154,9 @@ def read_csi(folder: Path | str) -> CsiDataset:
         scenes.files.errors.InputError: data/lab: expected channels (csidata.npy), found spectra
     """
     require_path(folder=folder)
+    doing(f"{folder}: reading channels")
     dataset = inspect_csi(Path(folder)).usable()
+    doing("")
     for sentence in dataset.assumptions():
         say(f"{folder}: {sentence}")
     return dataset

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from scenes.files.errors import InputError, ParameterError, require_path, shown
 from scenes.files.input_file import what_is_at
 from scenes.files.json_yaml_xml import read_json
+from scenes.files.long_work import doing
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene, with_same_array
 from scenes.scene.frequency import read_frequency
@@ -69,6 +70,7 @@ def read_dataset(folder: Path | str, frequency: float | str | None = None) -> Da
     """
     require_path(folder=folder)
     dataset = inspect(Path(folder), None if frequency is None else read_frequency(frequency)).usable()
+    doing("")
     place = Path(folder).resolve()
     for sentence in dataset.assumptions():
         if (place, sentence) not in _SAID:  # many programs read a dataset more than once
@@ -76,6 +78,8 @@ def read_dataset(folder: Path | str, frequency: float | str | None = None) -> Da
             say(f"warning: {folder}: {sentence}")
     return dataset
 
+
+SECONDS = 0.5e-3  # To read a spectrum, about
 
 _SAID: set[tuple[Path, str]] = set()
 
@@ -90,6 +94,8 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection[Dataset]:
         return Inspection([other], [], None)
 
     positions = noting(problems, None, read_points, folder / "tx_pos.csv")
+    count = 0 if positions is None else len(positions)
+    doing(f"{folder}: reading {count:,} spectra", SECONDS * count)
     names, pictures = read_pictures(folder / "spectrum", problems)
     gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
     metadata = read_metadata(folder / "metadata.json", problems)

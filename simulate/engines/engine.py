@@ -70,11 +70,9 @@ class Engine(ABC):
     always_recorded: ClassVar[bool] = True
     """Whether every metadata.json of its datasets has the engine's part. If so, one without it is refused."""
 
-    spreads_parts: ClassVar[bool] = True
-    """Whether Ray workers make the parts of a dataset. If not, ``sources`` uses the workers itself."""
-
     keeps_source: ClassVar[bool] = False
-    """Whether ``sources`` takes long, so that its result is stored in the dataset folder, where ``kept`` reads it."""
+    """Whether ``sources`` takes long, so that its result is stored in the dataset folder, where ``kept`` reads it. It
+    uses the workers itself, whereas other engines leave them the parts of a dataset."""
 
     knows_bands: ClassVar[bool] = False
     """Whether it computes responses over a band: its sources are each a ``BandSource``."""

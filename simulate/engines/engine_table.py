@@ -14,7 +14,6 @@ ENGINES: dict[str, type[Engine]] = {each.name: each for each in (Rays, FullWave)
 
 
 def engine_class(name: str) -> type[Engine]:
-    """The engine with a name."""
     if name not in ENGINES:
         raise ParameterError(
             "engine", f"expected the name of an engine, found {shown(name)}; {did_you_mean(name, ENGINES)}"

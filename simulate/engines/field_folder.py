@@ -49,13 +49,11 @@ class Made(Struct):
 
 
 def field_file(folder: Path, scene: Scene, several: bool) -> Path:
-    """The file with the field of a scene."""
     own = folder / f"field-{scene.frequency / 1e6:.15g}MHz.npz"
     return own if several or own.is_file() else folder / FIELD
 
 
 def kept_field(setting: Setting, scene: Scene, folder: Path) -> StoredField:
-    """Read the field of one of a setting's scenes."""
     import numpy as np
 
     from simulate.fullwave.stored_field import read_stored_field

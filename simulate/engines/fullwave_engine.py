@@ -70,7 +70,6 @@ class FullWave(Engine):
 
     name: ClassVar[str] = "fullwave"
     called: ClassVar[str] = "full wave"
-    spreads_parts: ClassVar[bool] = False
     keeps_source: ClassVar[bool] = True
     knows_bands: ClassVar[bool] = True
     knows_frequencies: ClassVar[bool] = True
@@ -122,8 +121,8 @@ class FullWave(Engine):
             for scene in setting.scenes:
                 kept_field(setting, scene, Path(self.field))
         elif self.solver == OURS and machines.ray is None and _damage(setting, setting.scenes, folder) is not None:
-            for group, planned in self._planned(setting):
-                require_memory(group.scene, setting.region, planned, machines.workers)
+            for _, planned in self._planned(setting):
+                require_memory(planned, machines.workers)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> ResponseSource:
         return self.sources([setting], folder, machines, progress)[0][0]
@@ -133,24 +132,31 @@ class FullWave(Engine):
     ) -> list[list[ResponseSource]]:
         """The stored field at each frequency; if missing or damaged, it is copied from ``field`` or solved anew."""
         (setting,) = settings
+        several = bool(setting.further)
         if self.field is not None:
             for scene in setting.scenes:
                 if _made_again(setting, [scene], folder, progress):
-                    self._copied(setting, scene, folder)
+                    content = field_file(Path(self.field), scene, several).read_bytes()
+                    write_atomically(field_file(folder, scene, several), content)
         else:
             planned = self._planned(setting)
-            if setting.further:
+            if several:
                 runs = "; ".join(group.in_words for group, _ in planned)
-                frequencies = f"full wave at {len(setting.scenes)} frequencies in {_runs(len(planned))}"
+                count = "one run" if len(planned) == 1 else f"{len(planned)} runs"
+                frequencies = f"full wave at {len(setting.scenes)} frequencies in {count} for each element"
                 progress.console.print(f"{frequencies}: {runs}", highlight=False, soft_wrap=True)
             for number, (group, plan) in enumerate(planned):
-                if _made_again(setting, [group.scene, *group.further], folder, progress):
-                    working = folder / "field" / (f"run-{number + 1}" if setting.further else "")
-                    self._solve(setting, group, plan, folder, working, machines, progress)
+                scenes = group.scene, *group.further
+                if _made_again(setting, scenes, folder, progress):
+                    working = folder / "field" / (f"run-{number + 1}" if several else "")
+                    field = self._solved(plan, working, machines, progress)
+                    fields = field.by_frequency(plan.scene.frequency) if several else {plan.scene.frequency: field}
+                    for scene in scenes:
+                        fields[scene.frequency].write(field_file(folder, scene, several))
         shutil.rmtree(folder / "field", ignore_errors=True)
-        fields = [kept_field(setting, scene, folder) for scene in setting.scenes]
-        _say_errors(fields, progress)
-        return [list(fields)]
+        kept = [kept_field(setting, scene, folder) for scene in setting.scenes]
+        _say_errors(kept, progress)
+        return [list(kept)]
 
     def is_whole(self, setting: Setting, folder: Path) -> bool:
         return _damage(setting, setting.scenes, folder) is None
@@ -170,45 +176,24 @@ class FullWave(Engine):
             for group in frequency_groups(setting.scenes, self.cell, alone=self.solver != OURS)
         ]
 
-    def _copied(self, setting: Setting, scene: Scene, folder: Path) -> None:
-        """Copy the field of a scene from the folder ``field``."""
-        assert self.field is not None
-        several = bool(setting.further)
-        found = field_file(Path(self.field), scene, several)
-        write_atomically(field_file(folder, scene, several), found.read_bytes())
-
-    def _solve(
-        self,
-        setting: Setting,
-        group: Group,
-        planned: Plan,
-        folder: Path,
-        working: Path,
-        machines: Machines,
-        progress: Progress,
-    ) -> None:
-        """Write the fields of some frequencies, from runs that are kept in a working folder until all have ended."""
+    def _solved(self, planned: Plan, working: Path, machines: Machines, progress: Progress) -> StoredField:
+        """The field of some frequencies, from runs that are kept in a working folder until all have ended."""
         from simulate.fullwave.all_elements import stored_field
         from simulate.fullwave.run_cost import description, runs_at_once
 
-        scene, count = group.scene, group.scene.gateway.count
-        at_once = machines.workers or runs_at_once(planned, count)
+        count = planned.scene.gateway.count
+        at_once = machines.workers or runs_at_once(planned)
         ours_here = self.solver == OURS and machines.ray is None
-        progress.console.print(description(scene, planned, min(at_once, count) if ours_here else None))
+        progress.console.print(description(planned, min(at_once, count) if ours_here else None))
         bar, done = progress.add_task("full wave", total=count), [0.0] * count
 
         def report(element: int, step: int) -> None:
             done[element] = step / planned.steps
             progress.update(bar, completed=sum(done))
 
-        field = stored_field(scene, planned, working, at_once, self.solver, self.gpu, machines.ray, report)
+        field = stored_field(planned, working, at_once, self.solver, self.gpu, machines.ray, report)
         progress.update(bar, completed=count)
-        if not setting.further:
-            field.write(field_file(folder, group.scene, several=False))
-            return
-        of_frequency = field.by_frequency(group.scene.frequency)
-        for scene in (group.scene, *group.further):
-            of_frequency[scene.frequency].write(field_file(folder, scene, several=True))
+        return field
 
 
 def _damage(setting: Setting, scenes: Sequence[Scene], folder: Path) -> str | None:
@@ -227,10 +212,6 @@ def _made_again(setting: Setting, scenes: Sequence[Scene], folder: Path, progres
     if damage is not None and any(field_file(folder, scene, bool(setting.further)).exists() for scene in scenes):
         progress.console.print(f"{damage}; it is made again", markup=False, highlight=False, soft_wrap=True)
     return damage is not None
-
-
-def _runs(count: int) -> str:
-    return "one run for each element" if count == 1 else f"{count} runs for each element"
 
 
 def _say_errors(fields: list[StoredField], progress: Progress) -> None:

@@ -149,5 +149,4 @@ def _at_all(first: Tracer, setting: Setting) -> list[ResponseSource]:
 
 
 def seed_of_rays(metadata: Mapping[str, Any]) -> int:
-    """The seed of the rays of a dataset."""
     return metadata.get("propagation", {}).get("seed", DEFAULT_SEED)

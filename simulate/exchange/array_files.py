@@ -180,15 +180,13 @@ def _with_complex(columns: Arrays) -> Arrays:
             part = "real" if match["part"].lower().startswith("re") else "imaginary"
             key = (last["stem"], last["end"]) if last else (match["stem"] or match["inside"], "")
             found.setdefault((key[0].lower(), key[1]), {})[part] = name
-    pairs = {key: parts for key, parts in found.items() if len(parts) == 2}
-    replaced = {parts["real"]: (key, parts["imaginary"]) for key, parts in pairs.items()}
-    dropped = {parts["imaginary"] for parts in pairs.values()}
+    pairs = {parts["real"]: (key, parts["imaginary"]) for key, parts in found.items() if len(parts) == 2}
     result: Arrays = {}
     for name, values in columns.items():
-        if name in replaced:
-            (stem, end), imaginary = replaced[name]
+        if name in pairs:
+            (stem, end), imaginary = pairs[name]
             result[f"{stem}{end}" or "responses"] = values + 1j * columns[imaginary]
-        elif name not in dropped:
+        elif all(name != imaginary for _, imaginary in pairs.values()):
             result[name] = values
     return result
 

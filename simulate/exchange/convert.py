@@ -46,7 +46,6 @@ LISTED = 5  # Most names that a sentence lists
 
 
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:
-    """Write a folder's spectra as a NeRF² dataset folder."""
     require_valid(conversion)
     simulated = "scene_file" in read_metadata(source / "metadata.json", [])
     if conversion.frequency is not None and len(several := several_frequencies(source)) and simulated:
@@ -84,7 +83,6 @@ def _one_frequency(source: Path, output: Path, frequency: float | str, several: 
 
 
 def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
-    """Convert into an empty folder."""
     if other := not_spectra(source):
         raise InputError(other)
     problems: list[str] = []
@@ -169,10 +167,6 @@ def _of_pictures(found: Survey, conversion: Conversion) -> list[str]:
     return said
 
 
-def _elements(array: Array) -> str:
-    return f"{array.rows} × {array.columns} elements" if isinstance(array, PlanarArray) else array.in_words
-
-
 def _likewise(array: Array) -> str:
     """A sentence on the turns and mirrorings of the pictures that the array explains as well, and what to do."""
     if isinstance(array, PlanarArray):
@@ -191,7 +185,7 @@ def _of_result(dataset: Dataset, conversion: Conversion) -> list[str]:
     said = []
     if known.residual is not None and known.residual >= DOUBTFUL:
         said.append(
-            f"no array that was tried explains the pictures: {_elements(array)} leave "
+            f"no array that was tried explains the pictures: {array.in_words} leave "
             f"{known.residual:.1f} of 255 grey levels (rounding alone: 0.3)"
         )
     doubt = bearing_of(dataset).doubt(dataset.grid)

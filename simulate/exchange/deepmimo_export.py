@@ -18,9 +18,8 @@ from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo_scenario import (
     MOST_INTERACTIONS,
     PathList,
-    joined,
     path_list,
-    sorted_by_receiver,
+    sorted_paths,
     write_matrices,
     write_params,
 )
@@ -82,7 +81,6 @@ def _check_name(folder: Path) -> None:
 
 
 def _request(source: Path) -> tuple[Request, Rays]:
-    """The request and the engine that the dataset was simulated with."""
     if other := not_spectra(source):
         raise InputError(other)
     path = source / "metadata.json"
@@ -121,4 +119,4 @@ def _traced(request: Request, rays: Rays) -> tuple[Float[np.ndarray, " 3"], Path
             for terms in tracer.middle_multipath(part):
                 found.append(path_list(terms._replace(targets=terms.targets + start)))
             progress.advance(bar, len(part))
-    return tracer.middle.positions[0], sorted_by_receiver(joined(found))
+    return tracer.middle.positions[0], sorted_paths(found)

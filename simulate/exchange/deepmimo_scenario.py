@@ -44,7 +44,7 @@ class PathList(NamedTuple):
     # DeepMIMO's codes of the interactions, from the element on, as the digits of one number; 0 for the line of sight
     codes: Float[np.ndarray, " paths"]
     # places of the interactions, metres, world frame; not a number after the last one
-    points: Float[np.ndarray, "paths depth 3"]
+    points: Float[np.ndarray, "paths MOST_INTERACTIONS 3"]
 
 
 def path_list(terms: Multipath) -> PathList:
@@ -56,7 +56,7 @@ def path_list(terms: Multipath) -> PathList:
     table = np.zeros(max(DIGITS) + 1)
     table[list(DIGITS)] = list(DIGITS.values())
     codes = np.zeros(len(terms.targets))
-    points = np.full((len(terms.targets), min(MOST_INTERACTIONS, terms.kinds.shape[1]), 3), np.nan, np.float32)
+    points = np.full((len(terms.targets), MOST_INTERACTIONS, 3), np.nan, np.float32)
     for number, kinds in enumerate(terms.kinds.T[:MOST_INTERACTIONS]):
         codes = np.where(happened[:, number], 10 * codes + table[kinds], codes)
         points[happened[:, number], number] = terms.vertices[happened[:, number], 1 + number]
@@ -71,25 +71,13 @@ def path_list(terms: Multipath) -> PathList:
     )
 
 
-def joined(parts: Iterable[PathList]) -> PathList:
-    """Join several lists, or none, into one."""
-    places = np.zeros((0, 3))
+def sorted_paths(parts: Iterable[PathList]) -> PathList:
+    """All paths as DeepMIMO needs them: by receiver, then line of sight first, then by falling power."""
+    numbers, places = np.zeros(0), np.zeros((0, 3))
     nothing = PathList(
-        np.zeros(0, int), np.zeros(0, complex), np.zeros(0), places, places, np.zeros(0), np.zeros((0, 1, 3), "f4")
+        np.zeros(0, int), numbers + 0j, numbers, places, places, numbers, np.zeros((0, MOST_INTERACTIONS, 3), "f4")
     )
-    lists = [nothing, *parts]
-    depth = max(each.points.shape[1] for each in lists)
-    wide = [
-        each._replace(
-            points=np.pad(each.points, ((0, 0), (0, depth - each.points.shape[1]), (0, 0)), constant_values=np.nan)
-        )
-        for each in lists
-    ]
-    return PathList(*(np.concatenate(each) for each in zip(*wide, strict=True)))
-
-
-def sorted_by_receiver(paths: PathList) -> PathList:
-    """Sort the paths as DeepMIMO needs them: by receiver, then line of sight first, then by falling power."""
+    paths = PathList(*(np.concatenate(each) for each in zip(nothing, *parts, strict=True)))
     order = np.lexsort((-np.abs(paths.responses), paths.codes != 0, paths.receivers))
     return PathList(*(each[order] for each in paths))
 
@@ -106,7 +94,6 @@ FLAT = 1e-3
 def write_matrices(
     folder: Path, paths: PathList, element: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"]
 ) -> None:
-    """Write the paths."""
     for name, matrix in _matrices(paths, len(positions)):
         write_matrix(folder / f"{name}_{PAIR}.npz", {name: matrix})
     write_matrix(folder / f"tx_pos_{PAIR}.npz", {"tx_pos": element[None].astype(np.float32)})
@@ -145,7 +132,6 @@ def write_matrix(path: Path, arrays: dict[str, np.ndarray]) -> None:
 
 
 def write_params(folder: Path, request: Request, rays: Rays, reached: int) -> None:
-    """Write params.json and the scene that it describes."""
     scene = request.scene
     kinds = sorted({(item.material, scene.thickness(item)) for item in scene.objects})
     params = {

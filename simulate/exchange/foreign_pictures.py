@@ -111,8 +111,6 @@ def _columns(angles: Float[np.ndarray, " n"], ends: tuple[float, float], width: 
 
 @dataclass(frozen=True)
 class Kept:
-    """The pictures that are kept."""
-
     indices: Int[np.ndarray, " n"]  # their indices, ascending
     frequency: Frequency | None  # their frequency; None if nothing states it
     said: list[str]  # sentences on what was left out, and on where the frequency was read
@@ -125,7 +123,6 @@ def kept_pictures(
     conversion: Conversion,
     metadata: dict[str, Any],
 ) -> Kept:
-    """Choose the pictures to keep."""
     path, kept, said = folder / "freq.txt", np.arange(len(positions)), list[str]()
     given = conversion.frequency if conversion.frequency is not None else metadata.get("frequency_hz")
     frequency = None if given is None else Frequency(read_frequency(given), "metadata")

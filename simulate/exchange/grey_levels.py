@@ -11,7 +11,7 @@ from jaxtyping import Float, UInt8
 from scenes.files.errors import ParameterError
 from simulate.exchange.reading_options import Conversion
 from simulate.spectra.angular_grid import ROWS, AngularGrid
-from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.array import Array
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.identification import EXPLAINED, identify
@@ -85,12 +85,6 @@ def _explained(
     return explain(pictures, array, grid)
 
 
-def _in_words(array: Array) -> str:
-    if isinstance(array, PlanarArray):
-        return f"{array.rows} × {array.columns} elements, {array.spacing} wavelengths apart"
-    return array.in_words
-
-
 def _with_array(
     reading: Reading,
     explained: Explanation,
@@ -110,7 +104,7 @@ def _with_array(
         return reading if grid is not None or not azimuths else replace(reading, stated={"grid": asdict(found)})
     stated = {"array": beamformer.array.stated(), "grid": asdict(beamformer.grid)}
     reading.said.append(
-        f"stated an array of {_in_words(beamformer.array)}, and its grid in metadata.json, since they explain the "
+        f"stated an array of {beamformer.array.in_words}, and its grid in metadata.json, since they explain the "
         f"pictures (to {explained.residual:.2f} grey levels)"
     )
     return replace(reading, stated=stated)

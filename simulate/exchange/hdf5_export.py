@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_kinds import is_rssi
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.angular_grid import COLUMNS, ROWS
-from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.array import PlanarArray
 
 AT_ONCE = 100  # Spectra written at a time. This bounds the memory.
 
@@ -84,7 +85,6 @@ class _Disk(FileIO):
     failure: OSError | None = None
 
     def write(self, content: Any) -> int:
-        """Write all of the content, or keep the error."""
         rest = memoryview(content).cast("B")
         size = len(rest)
         try:
@@ -95,7 +95,6 @@ class _Disk(FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Change the size, or keep the error."""
         try:
             return super().truncate(size)
         except OSError as error:
@@ -103,13 +102,11 @@ class _Disk(FileIO):
             return size or 0
 
     def check(self) -> None:
-        """Raise the first error that occurred."""
         if self.failure is not None:
             raise self.failure
 
 
 def _write_powers(file: h5py.File, dataset: RssiDataset) -> None:
-    """Write received powers."""
     file.attrs["floor_dbm"] = dataset.floor_dbm
     if dataset.frequency is not None:
         file.attrs["frequency_hz"] = dataset.frequency.hertz
@@ -122,7 +119,7 @@ def _write_powers(file: h5py.File, dataset: RssiDataset) -> None:
 
 def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
     """Write the attributes: single numbers and texts. Their names end with the unit."""
-    array, grid = dataset.array, dataset.grid
+    array = dataset.array
     file.attrs.update(
         {
             "gateway_position_m": dataset.gateway_position,
@@ -130,27 +127,18 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
             "frequency_hz": dataset.frequency.hertz,
             "frequency_source": dataset.frequency.source,
             "moving": dataset.moving,
-            **_array_attributes(array),
             "array_source": dataset.identification.source,
-            "elevation_first_deg": grid.elevation_first_deg,
-            "elevation_step_deg": grid.elevation_step_deg,
-            "azimuth_step_deg": grid.azimuth_step_deg,
+            **asdict(dataset.grid),
         }
     )
-
-
-def _array_attributes(array: Array) -> dict[str, Any]:
     if isinstance(array, PlanarArray):
-        return {
-            "array_rows": array.rows,
-            "array_columns": array.columns,
-            "array_spacing_wavelengths": array.spacing,
-        }
-    return {"element_positions_m": np.array(array.stated()["positions_m"])}
+        file.attrs["array_rows"], file.attrs["array_columns"] = array.rows, array.columns
+        file.attrs["array_spacing_wavelengths"] = array.spacing
+    else:
+        file.attrs["element_positions_m"] = np.array(array.stated()["positions_m"])
 
 
 def _write_tables(file: h5py.File, dataset: Dataset) -> None:
-    """Write all arrays but the spectra."""
     file["positions_m"] = dataset.positions
     if dataset.moving_receivers is not None:
         file["receivers_m"] = dataset.moving_receivers

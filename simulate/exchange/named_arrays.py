@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float
 
 from scenes.files.errors import InputError, ParameterError, shown
-from scenes.importing.lengths import METRES
+from scenes.files.lengths import METRES
 from simulate.exchange.array_files import Arrays
 from simulate.exchange.magnitudes_and_phases import has_phases, polar_responses
 from simulate.exchange.reading_options import Recording
@@ -52,13 +52,11 @@ class Found(NamedTuple):
     receivers: Float[np.ndarray, "K 3"] | None  # metres
 
     def rows(self, kept: Bool[np.ndarray, " K"]) -> Found:
-        """Some of the rows."""
         receivers = None if self.receivers is None else self.receivers[kept]
         return Found(self.positions[kept], self.responses[kept], receivers)
 
 
 def find_arrays(arrays: Arrays, recording: Recording, elements: int, said: list[str]) -> Found:
-    """Find the positions and the responses; add sentences on how."""
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
     positions, receivers = _places(arrays, recording, said)
     find = _responses if recording.bandwidth is None else _over_band

@@ -42,7 +42,6 @@ class Conversion:
 
 
 def require_valid(conversion: Conversion) -> None:
-    """Check the options before anything is read."""
     for name, ends in (("elevations", conversion.elevations), ("azimuths", conversion.azimuths)):
         for end in ends or ():
             require_within(-360, 360, "angles in degrees", **{name: end})

@@ -52,7 +52,6 @@ def record(
     frequency: str,
     recording: Recording = Recording(),
 ) -> list[str]:
-    """Write a dataset folder from the files of a recording."""
     hertz = read_frequency(frequency)
     array = array_of(gateway, hertz)
     planar = isinstance(array, PlanarArray)

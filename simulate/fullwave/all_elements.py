@@ -16,9 +16,7 @@ from threading import Event
 import numpy as np
 
 from scenes.files.errors import InputError
-from scenes.scene.description import Scene
 from simulate.fullwave import OURS
-from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.element_fields import groups, run_of
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import StoredField, read_stored_field, together
@@ -31,7 +29,6 @@ Report = Callable[[int, int], None]
 
 
 def stored_field(
-    scene: Scene,
     planned: Plan,
     folder: Path,
     at_once: int = 1,
@@ -44,14 +41,14 @@ def stored_field(
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{WORKING}*"):  # left by a run that was killed
         shutil.rmtree(left)
-    count = scene.gateway.count
+    count = planned.scene.gateway.count
     files = [folder / f"element-{number:03d}.npz" for number in range(count)]
     missing = [number for number in range(count) if not _is_whole(files[number], planned)]
     if missing:
         if ray is not None:
-            ended = _elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
+            ended = _elements_of_cluster(planned, missing, solver, gpu, ray, report)
         else:
-            ended = _elements_here(scene, planned, missing, folder, 1 if gpu else at_once, solver, gpu, report)
+            ended = _elements_here(planned, missing, folder, 1 if gpu else at_once, solver, gpu, report)
         with closing(ended):  # an error here ends the runs
             for number, each in ended:
                 each.write(files[number])
@@ -81,19 +78,11 @@ def _is_whole(file: Path, planned: Plan) -> bool:
 
 
 def _elements_here(
-    scene: Scene,
-    planned: Plan,
-    numbers: list[int],
-    folder: Path,
-    at_once: int,
-    solver: str,
-    gpu: bool,
-    report: Report,
+    planned: Plan, numbers: list[int], folder: Path, at_once: int, solver: str, gpu: bool, report: Report
 ) -> Generator[tuple[int, StoredField]]:
     """Run elements on this machine, and yield the field of each element when its run has ended."""
-    materials = edge_materials(scene, planned.grid)
     with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
-        run = run_of(solver, scene, planned, materials, Path(working), gpu)
+        run = run_of(solver, planned, Path(working), gpu)
         stopped = Event()
 
         def part(elements: list[int]) -> list[tuple[int, StoredField]]:
@@ -107,9 +96,8 @@ def _elements_here(
 
         with ThreadPoolExecutor(at_once) as pool:
             try:
-                for done in as_completed(
-                    [pool.submit(part, elements) for elements in groups(numbers, at_once, solver)]
-                ):
+                submitted = [pool.submit(part, elements) for elements in groups(numbers, at_once, solver)]
+                for done in as_completed(submitted):
                     yield from done.result()
             except BaseException:
                 stopped.set()
@@ -118,10 +106,10 @@ def _elements_here(
 
 
 def _elements_of_cluster(
-    scene: Scene, planned: Plan, numbers: list[int], solver: str, gpu: bool, address: str, report: Report
+    planned: Plan, numbers: list[int], solver: str, gpu: bool, address: str, report: Report
 ) -> Generator[tuple[int, StoredField]]:
     """Run elements on a cluster, whose machines need no common file system, and yield the field of each."""
-    divided, shared = partial(groups, numbers, solver=solver), (scene, planned, solver, gpu)
+    divided, shared = partial(groups, numbers, solver=solver), (planned, solver, gpu)
     with closing(by_machines(address, _run_there, shared, divided, planned.memory, gpu)) as ended:
         for part, fields in ended:
             for number, field in zip(part, fields, strict=True):
@@ -129,9 +117,8 @@ def _elements_of_cluster(
                 yield number, field
 
 
-def _run_there(shared: tuple[Scene, Plan, str, bool], part: list[int]) -> list[StoredField]:
+def _run_there(shared: tuple[Plan, str, bool], part: list[int]) -> list[StoredField]:
     """Run some elements; this function runs in a worker."""
-    scene, planned, solver, gpu = shared
-    materials = edge_materials(scene, planned.grid)
+    planned, solver, gpu = shared
     with tempfile.TemporaryDirectory() as working:
-        return run_of(solver, scene, planned, materials, Path(working), gpu)(part, lambda step: None)
+        return run_of(solver, planned, Path(working), gpu)(part, lambda step: None)

@@ -48,7 +48,6 @@ class EdgeMaterials:
 
 
 def edge_materials(scene: Scene, grid: YeeGrid) -> EdgeMaterials:
-    """The materials of a scene on a grid."""
     objects = dielectric_slabs(scene)
     materials = list(dict.fromkeys(slabs.material for slabs in objects))
     permittivity, conductivity = _tables(materials, scene, grid.cell)

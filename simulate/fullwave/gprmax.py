@@ -21,17 +21,24 @@ from jaxtyping import Complex, Int
 from scenes.files.errors import InputError
 from scenes.files.optional_packages import require_extra
 from simulate.fullwave.cells import AIR, CONDUCTOR, PERMEABILITY, EdgeMaterials, beside_edges
-from simulate.fullwave.dipole import Source, moments, phasor
+from simulate.fullwave.dipole import Source
 from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.yee_grid import YeeGrid
 
 GEOMETRY, MODEL = "geometry", "model"
 
+RISE = 6
+"""Periods over which the amplitude of the source rises, as half a raised cosine. The rise is slow, so that the source
+hardly radiates at other frequencies."""
+
+SNAPSHOTS = 4
+"""Number of moments in a period at which the field is kept. Amplitude, phase and a constant are fitted to them. The
+constant is needed, since the start of the oscillation leaves static charges at the ends of the dipole."""
+
 PROGRESS = re.compile(r"\|--->:.*?(\d+)/\d+ \[")
 
 
 def installed_gprmax(what: str) -> str:
-    """Name and version of the installed gprMax."""
     require_extra("fullwave", what)
     return f"gprMax {version('gprMax')}"
 
@@ -41,26 +48,19 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
     import h5py
 
     used, index = np.unique(materials.index, return_inverse=True)
-    used_with_air = np.union1d(used, [CONDUCTOR, AIR])
-    index = np.searchsorted(used_with_air, used)[index].reshape(materials.index.shape)
-    air = int(np.searchsorted(used_with_air, AIR))
-    names = [f"material_{number:05d}" for number in range(len(used_with_air))]
-    originals = [{CONDUCTOR: "pec", AIR: "free_space"}.get(int(each), f"slab_{each}") for each in used_with_air]
-    described = {
-        name: _material(
-            original,
-            float(materials.permittivity[each]),
-            "inf" if each == CONDUCTOR else float(materials.conductivity[each]),
-            1.0,
+    numbers = np.union1d(used, [CONDUCTOR, AIR])
+    index = np.searchsorted(numbers, used)[index].reshape(materials.index.shape)
+    air = int(np.searchsorted(numbers, AIR))
+    conductivity = ["inf" if each == CONDUCTOR else float(materials.conductivity[each]) for each in numbers]
+    electric = [
+        _material({CONDUCTOR: "pec", AIR: "free_space"}.get(each, f"slab_{each}"), permittivity, sigma, 1.0)
+        for each, permittivity, sigma in zip(
+            numbers.tolist(), materials.permittivity[numbers].tolist(), conductivity, strict=True
         )
-        for name, original, each in zip(names, originals, used_with_air, strict=True)
-    }
-    beside = beside_edges(materials.index == CONDUCTOR)
-    magnetic = [air]
-    for permeability in PERMEABILITY[1:]:
-        magnetic.append(len(names))
-        names.append(f"material_{len(names):05d}")
-        described[names[-1]] = _material(f"beside_edge_{len(magnetic) - 1}", 1.0, 0.0, permeability)
+    ]
+    magnetic = [_material(f"beside_edge_{n}", 1.0, 0.0, each) for n, each in enumerate(PERMEABILITY[1:], start=1)]
+    described = {f"material_{number:05d}": each for number, each in enumerate([*electric, *magnetic])}
+    of_magnetic = np.array([air, *range(len(electric), len(described))], np.uint32)
     database = f"{GEOMETRY}_materials"
     (folder / f"{database}.json").write_text(
         json.dumps(
@@ -78,17 +78,16 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
         file.attrs["Title"] = GEOMETRY
         file.attrs["dx_dy_dz"] = np.full(3, grid.cell)
         file.attrs["gprMax"] = "4.0.1"
-        file["material_keys"] = np.array(names, "S")
+        file["material_keys"] = np.array(list(described), "S")
         file["data"] = np.full(grid.shape, air, np.int16)
         components = file.create_dataset("ID", (6, *index.shape[1:]), np.uint32)
-        components[:3], components[3:] = index, np.array(magnetic, np.uint32)[beside]
+        components[:3], components[3:] = index, of_magnetic[beside_edges(materials.index == CONDUCTOR)]
         # With 1, gprMax does not derive the materials of the edges from those of the cells.
         file["rigidE"] = np.ones((12, *grid.shape), np.int8)
         file["rigidH"] = np.ones((6, *grid.shape), np.int8)
 
 
 def _material(name: str, permittivity: float, conductivity: float | str, permeability: float) -> dict[str, object]:
-    """A material in the form of gprMax's database."""
     return {
         "name": name,
         "model": "constant",
@@ -113,7 +112,6 @@ def run(
     gpu: bool = False,
     report: Callable[[int], None] = lambda done: None,
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """Run gprMax for one source."""
     iterations = _write_input(folder, geometry, grid, source, box, ends)
     command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars", *(["-gpu"] if gpu else [])]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
@@ -143,8 +141,9 @@ def _write_input(
     """Write model.in and excitation.txt, and return the time steps of the snapshots before each end."""
     cell, step = grid.cell, grid.time_step
     size = [count * cell for count in grid.shape]
-    # gprMax numbers its time steps from 0.
-    iterations = [[moment - 1 for moment in moments(end, source.frequency, step)] for end in ends]
+    # Moments a quarter of a period apart before each end. gprMax numbers its time steps from 0.
+    quarter = round(1 / (SNAPSHOTS * source.frequency * step))
+    iterations = [[end - 1 - number * quarter for number in range(SNAPSHOTS)] for end in ends]
     dipoles = [
         ("xyz"[axis], point, share)
         for axis, points, shares in source.edges(grid)
@@ -153,7 +152,8 @@ def _write_input(
     amplitudes, which = np.unique(np.round([weight for *_, weight in dipoles], 9), return_inverse=True)
     # gprMax interpolates the current linearly at half steps, so the times in the file are half steps.
     times = step * (np.arange(ends[-1] + 3) - 0.5)
-    wave = source.current(times)
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(times * source.frequency / RISE, 0, 1))
+    wave = rise * np.cos(2 * np.pi * source.frequency * times)
     names = " ".join(f"wave{number}" for number in range(len(amplitudes)))
     np.savetxt(
         folder / "excitation.txt",
@@ -186,7 +186,7 @@ def _write_input(
 def _phasors(
     folder: Path, grid: YeeGrid, source: Source, iterations: list[list[int]]
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """The phasor after each end, from its snapshots."""
+    """The phasor E of the field Re(E e^{jωt}) + const after each end, by least squares from its snapshots."""
     import h5py
 
     found = []
@@ -195,6 +195,8 @@ def _phasors(
         for iteration in group:
             with h5py.File(folder / f"{MODEL}_snaps" / f"{iteration}.h5") as file:
                 fields.append(np.stack([file[f"E{axis}"][:] for axis in "xyz"]))
-        # In gprMax a dipole is as long as a cell.
-        found.append(phasor(np.stack(fields), group, source.frequency, grid.time_step) / grid.cell)
+        phase = 2 * np.pi * source.frequency * grid.time_step * np.array(group)
+        design = np.stack([np.cos(phase), -np.sin(phase), np.ones_like(phase)], axis=1)
+        real, imaginary, _ = np.tensordot(np.linalg.pinv(design), np.stack(fields), axes=1)
+        found.append((real + 1j * imaginary) / grid.cell)  # in gprMax a dipole is as long as a cell
     return np.stack(found)

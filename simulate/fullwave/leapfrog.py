@@ -55,7 +55,6 @@ class Absorber(NamedTuple):
 
 
 def absorber(grid: YeeGrid, sources: int) -> Absorber:
-    """The boundary without any field."""
     nx, ny, nz = grid.shape
     decay = np.ones((2, 3, max(grid.shape) + 1), np.float32)
     for kind, offset in enumerate((0.0, 0.5)):
@@ -82,7 +81,6 @@ class Cells(NamedTuple):
 
 
 def cells_at_rest(materials: EdgeMaterials, grid: YeeGrid, sources: int) -> Cells:
-    """Cells without any field."""
     conducting = np.arange(len(materials.permittivity)) == CONDUCTOR
     conductivity = np.where(conducting, 0, materials.conductivity)
     loss = conductivity * grid.time_step / (2 * VACUUM_PERMITTIVITY * materials.permittivity)

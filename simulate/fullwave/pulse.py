@@ -1,7 +1,7 @@
 """A pulse as the source of a run, and the running Fourier sums of the field that it causes.
 
-A source that oscillates at one frequency gives the field of that frequency. A pulse gives that of many
-frequencies in one run: with the current i(t) and the field E(t), the field of a current of amplitude 1 is
+A pulse gives the field of one frequency or of many in one run: with the current i(t) and the field E(t), the field of
+a current of amplitude 1 is
 
     E(f) = Σ_n E(nqΔt) e^{−j2πf nqΔt} q / Σ_n i(nΔt) e^{−j2πf nΔt}.
 
@@ -59,18 +59,18 @@ class Pulse:
 
 
 class FourierSums:
-    """Running Fourier sums of a field."""
+    """Running Fourier sums of the fields of several sources, each of which is summed as if it were alone."""
 
-    def __init__(self, frequencies: Float[np.ndarray, " F"], points: int, time_step: float, every: int):
+    def __init__(self, frequencies: Float[np.ndarray, " F"], shape: tuple[int, int], time_step: float, every: int):
+        sources, points = shape
         self._turn = 2 * np.pi * frequencies * time_step
         self._every = every
-        self._sums = np.zeros((2 * len(frequencies), points), np.float32)
-        self._samples = np.zeros((BLOCK, points), np.float32)
+        self._sums = np.zeros((sources, 2 * len(frequencies), points), np.float32)
+        self._samples = np.zeros((sources, BLOCK, points), np.float32)
         self._steps: list[int] = []
 
-    def add(self, step: int, field: Float32[np.ndarray, " points"]) -> None:
-        """Add the field after some number of time steps."""
-        self._samples[len(self._steps)] = field
+    def add(self, step: int, field: Float32[np.ndarray, "sources points"]) -> None:
+        self._samples[:, len(self._steps)] = field
         self._steps.append(step)
         if len(self._steps) == BLOCK:
             self._flush()
@@ -78,13 +78,13 @@ class FourierSums:
     def _flush(self) -> None:
         angles = np.outer(self._turn, self._steps)
         factors = np.concatenate([np.cos(angles), -np.sin(angles)]).astype(np.float32)
-        self._sums += factors @ self._samples[: len(self._steps)]
+        self._sums += factors @ self._samples[:, : len(self._steps)]
         self._steps = []
 
-    def total(self) -> Complex[np.ndarray, "F points"]:
+    def total(self) -> Complex[np.ndarray, "sources F points"]:
         """The sums, times q."""
         self._flush()
-        real, imaginary = np.split(self._sums, 2)
+        real, imaginary = np.split(self._sums, 2, axis=1)
         return (self._every * (real + 1j * imaginary)).astype(np.complex64)
 
 

@@ -17,7 +17,7 @@ from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.materials import refractive_index
 from scenes.scene.shapes import bounding_box
-from simulate.fullwave.dipole import RISE, SOURCE_REACH
+from simulate.fullwave.dipole import SOURCE_REACH
 from simulate.fullwave.leapfrog import ABSORBER
 from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.stored_field import MARGIN
@@ -71,13 +71,15 @@ class BandPlan(NamedTuple):
 class Plan:
     """The runs for the elements of a scene."""
 
+    scene: Scene  # the scene, at the frequency of the source
+    region: Float[np.ndarray, "2 3"]  # the transmitters' box, metres, world frame
     grid: YeeGrid  # the cells
     frequency: float  # frequency of the source on the grid, hertz
     steps: int  # largest number of time steps
     # first cell, and the cell after the last one, of the box around the region, whose field is kept
     box: Int[np.ndarray, "2 3"]
-    # number of time steps before which no field can have settled: the rise of the source, plus twice the time in
-    # which a wave crosses the scene
+    # number of time steps before which no field can have settled: those of the pulse, plus twice the time in which a
+    # wave crosses the scene
     earliest: int = 0
     band: BandPlan | None = None  # further frequencies at which the field is wanted. None: only that of the source is.
 
@@ -101,7 +103,6 @@ def default_cell(scene: Scene) -> float:
 
 
 def two_digits_down(value: float) -> float:
-    """A positive number, rounded down to two digits."""
     digits = 1 - math.floor(math.log10(value))
     return round(math.floor(value * 10**digits) / 10**digits, digits)
 
@@ -154,14 +155,13 @@ def plan(
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
-    rise = RISE / frequency if band is None and not further else Pulse(frequency).duration
-    earliest = rise + crossing
+    earliest = Pulse(frequency).duration + crossing
     steps = math.ceil((earliest + _decay_time(scene, slabs, conductors)) / grid.time_step)
     solved = None if band is None else _band_plan(band, scene.frequency, steps * grid.time_step)
     if further:
         others = np.array([each.frequency for each in further])
         solved = BandPlan(others, others, 0.0, 1 + len(others))
-    return Plan(grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step), solved)
+    return Plan(scene, region, grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step), solved)
 
 
 def _band_plan(band: Band, carrier: float, duration: float) -> BandPlan:

@@ -10,7 +10,7 @@ from jaxtyping import Complex, Float, Float32, Int
 
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.materials import VACUUM_PERMEABILITY
-from simulate.fullwave.dipole import Source, moments, phasor
+from simulate.fullwave.dipole import Source
 from simulate.fullwave.leapfrog import Cells, advance
 from simulate.fullwave.pulse import FourierSums, Pulse, spectrum
 from simulate.fullwave.yee_grid import YeeGrid
@@ -52,8 +52,10 @@ FREE_SPACE_IMPEDANCE = VACUUM_PERMEABILITY * SPEED_OF_LIGHT  # η₀, ohms
 class SourceField:
     """The field of a source of one ampere-metre."""
 
-    phasor: Complex[np.ndarray, "3 nx ny nz"]  # electric field along x, y, z at the middles of the cells of a box, V/m
-    unsettled: float  # estimated change that is still to come, relative to the field
+    # electric field along x, y, z at the middles of the cells of a box, V/m, for each frequency
+    phasors: Complex[np.ndarray, "F 3 nx ny nz"]
+    # estimated change that is still to come, relative to the field; the largest of those of the watched frequencies
+    unsettled: float
     steps: int  # number of time steps
 
 
@@ -61,43 +63,49 @@ def solve(
     cells: Cells,
     grid: YeeGrid,
     sources: Sequence[Source],
+    frequencies: Float[np.ndarray, " F"],
+    axes: Sequence[int],
     box: Int[np.ndarray, "2 3"],
     steps: int,
     earliest: int = 0,
+    watched: int = 1,
     report: Callable[[int], None] = lambda done: None,
 ) -> list[SourceField]:
-    """Advance the fields of some sources of one frequency until each has settled. They do not depend on one another."""
-    frequency, time_step = sources[0].frequency, grid.time_step
-    current = sources[0].current(time_step * (np.arange(steps) + 0.5))
+    """Advance the fields of some sources until each has settled at the first frequencies, those that are watched.
+
+    The fields do not depend on one another. They are wanted along some axes, and zero along the others.
+    """
+    pulse, time_step = Pulse(sources[0].frequency), grid.time_step
+    current = pulse.current(time_step * (np.arange(steps) + 0.5))
+    scale = (FREE_SPACE_IMPEDANCE / spectrum(current, frequencies, time_step))[:, None].astype(np.complex64)
     driven = [
         each for number, source in enumerate(sources) for each in driven_by(cells, grid, source, number, len(sources))
     ]
+    shape = tuple(box[1] - box[0])
+    every = pulse.samples_every(time_step, float(frequencies.max()))
+    sums = FourierSums(frequencies, (len(sources), len(axes) * int(np.prod(shape))), time_step, every)
     ends = [end for end in looks(steps) if end >= earliest or end in looks(steps)[-3:]]
-    snapshots_of = {end: moments(end, frequency, time_step) for end in ends}
-    snapshots_of = {end: group for end, group in snapshots_of.items() if min(group) > 0}
-    seen: dict[int, Float32[np.ndarray, "sources 3 nx ny nz"]] = {}
-    fields: list[list[np.ndarray]] = [[] for _ in sources]
+    seen: list[list[np.ndarray]] = [[] for _ in sources]
     found: dict[int, SourceField] = {}
     for step in range(1, steps + 1):
         advance(cells, 0)
-        for component, where, amount in driven:
-            cells.fields[component, where] -= amount * np.float32(current[step - 1])
-        if any(step in group for group in snapshots_of.values()):
-            seen[step] = in_box(cells.fields, grid, box, len(sources))
-        if step in snapshots_of:
-            group = snapshots_of.pop(step)
-            snapshots = np.stack([seen[each] for each in group])
+        if current[step - 1]:
+            for component, where, amount in driven:
+                cells.fields[component, where] -= amount * np.float32(current[step - 1])
+        if step % every == 0:
+            sums.add(step, in_box(cells.fields, grid, box, len(sources), axes).reshape(len(sources), -1))
+        if step in ends:
+            total = sums.total()
             for number in set(range(len(sources))) - set(found):
-                field = phasor(snapshots[:, number], group, frequency, time_step)
-                field = (FREE_SPACE_IMPEDANCE * field).astype(np.complex64)
-                fields[number] = [*fields[number][-2:], field]
-                if len(fields[number]) == 3:
-                    rest = still_to_come(*fields[number])
+                seen[number] = [*seen[number][-2:], total[number, :watched]]
+                if len(seen[number]) == 3:
+                    rest = max(still_to_come(*each) for each in zip(*seen[number], strict=True))
                     if rest < SETTLED or step == steps:
-                        found[number] = SourceField(fields[number][-1], rest, step)
-            seen = {each: seen[each] for each in seen if any(each in later for later in snapshots_of.values())}
-        if len(found) == len(sources):
-            break
+                        phasors = np.zeros((len(frequencies), 3, *shape), np.complex64)
+                        phasors[:, list(axes)] = (scale * total[number]).reshape(len(frequencies), len(axes), *shape)
+                        found[number] = SourceField(phasors, rest, step)
+            if len(found) == len(sources):
+                break
         advance(cells, 1)
         report(step)
     report(steps)
@@ -126,7 +134,7 @@ def in_box(
     grid: YeeGrid,
     box: Int[np.ndarray, "2 3"],
     sources: int,
-    axes: Sequence[int] = (0, 1, 2),
+    axes: Sequence[int],
 ) -> Float32[np.ndarray, "sources axes nx ny nz"]:
     """The electric field along some axes at the middles of cells, which is the mean over four edges of a cell."""
     electric = fields[:3].reshape(3, *(size + 1 for size in grid.shape), sources)
@@ -141,66 +149,3 @@ def in_box(
             mean = mean[tuple(low)] if other == axis else (mean[tuple(low)] + mean[tuple(high)]) / 2
         middles.append(mean)
     return np.stack(middles, axis=1)
-
-
-@dataclass(frozen=True)
-class BandField:
-    """The field of a source of one ampere-metre."""
-
-    # electric field along one direction at the middles of the cells of a box, V/m, for each frequency
-    phasors: Complex[np.ndarray, "F 3 nx ny nz"]
-    # estimated change that is still to come, relative to the field; the largest of those of the watched frequencies
-    unsettled: float
-    steps: int  # number of time steps
-
-
-def solve_band(
-    cells: Cells,
-    grid: YeeGrid,
-    sources: Sequence[Source],
-    frequencies: Float[np.ndarray, " F"],
-    axes: Sequence[int],
-    box: Int[np.ndarray, "2 3"],
-    steps: int,
-    earliest: int = 0,
-    watched: int = 1,
-    report: Callable[[int], None] = lambda done: None,
-) -> list[BandField]:
-    """Advance the fields of some sources until all of them have settled."""
-    pulse, time_step = Pulse(sources[0].frequency), grid.time_step
-    current = pulse.current(time_step * (np.arange(steps) + 0.5))
-    scale = FREE_SPACE_IMPEDANCE / spectrum(current, frequencies, time_step)
-    driven = [
-        each for number, source in enumerate(sources) for each in driven_by(cells, grid, source, number, len(sources))
-    ]
-    shape = (len(sources), len(axes), *(box[1] - box[0]))
-    every = pulse.samples_every(time_step, float(frequencies.max()))
-    sums = FourierSums(frequencies, int(np.prod(shape)), time_step, every)
-    ends = [end for end in looks(steps) if end >= earliest or end in looks(steps)[-3:]]
-    seen: list[np.ndarray] = []
-    rest = np.full(len(sources), np.inf)
-    step = 0
-    for step in range(1, steps + 1):
-        advance(cells, 0)
-        if current[step - 1]:
-            for component, where, amount in driven:
-                cells.fields[component, where] -= amount * np.float32(current[step - 1])
-        if step % every == 0:
-            sums.add(step, in_box(cells.fields, grid, box, len(sources), axes).reshape(-1))
-        if step in ends:
-            seen = [*seen[-2:], sums.total()[:watched].reshape(watched * len(sources), -1)]
-            if len(seen) == 3:
-                each_rest = [still_to_come(*each) for each in zip(*seen, strict=True)]
-                rest = np.reshape(each_rest, (watched, len(sources))).max(axis=0)
-                if (rest < SETTLED).all():
-                    break
-        advance(cells, 1)
-        report(step)
-    report(steps)
-    total = (scale[:, None].astype(np.complex64) * sums.total()).reshape(len(frequencies), *shape)
-    found = []
-    for number in range(len(sources)):
-        phasors = np.zeros((len(frequencies), 3, *shape[2:]), np.complex64)
-        phasors[:, list(axes)] = total[:, number]
-        found.append(BandField(phasors, float(rest[number]), step))
-    return found

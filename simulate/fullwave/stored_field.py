@@ -50,8 +50,6 @@ def together(bands: Sequence[FieldBand | None]) -> FieldBand | None:
 
 @dataclass(frozen=True)
 class StoredField:
-    """Element responses on a lattice."""
-
     origin: Float[np.ndarray, " 3"]  # first lattice point, metres, world frame
     spacing: float  # distance between neighbouring points, metres
     values: Complex[np.ndarray, "elements nx ny nz"]  # element responses at the points
@@ -130,18 +128,8 @@ class StoredField:
     def write(self, path: Path) -> None:
         """Write to an npz archive."""
         band = {} if self.band is None else {OF_BAND + name: np.asarray(each) for name, each in vars(self.band).items()}
-        write_arrays(
-            path,
-            band
-            | {
-                "origin": self.origin,
-                "spacing": np.array(self.spacing),
-                "values": self.values.astype(np.complex64),
-                "unsettled": self.unsettled,
-                "steps": np.array(self.steps),
-                "interpolation_error_db": np.array(self.interpolation_error_db),
-            },
-        )
+        own = {each.name: np.asarray(getattr(self, each.name)) for each in fields(self) if each.name != "band"}
+        write_arrays(path, band | own | {"values": self.values.astype(np.complex64)})
 
 
 def _splines_of(values: Complex[np.ndarray, "elements nx ny nz"]) -> NdBSpline:
@@ -157,7 +145,6 @@ def _splines_of(values: Complex[np.ndarray, "elements nx ny nz"]) -> NdBSpline:
 
 
 def read_stored_field(path: Path) -> StoredField:
-    """Read a field that ``StoredField.write`` wrote."""
     numbers = ("spacing", "steps", "interpolation_error_db")
     expected = {
         "origin": Expected("the first point's place", "f", (3,)),

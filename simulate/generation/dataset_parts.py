@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BytesIO
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex
 from PIL import Image
 
 from scenes.files.atomic import sync_folder, write_atomically
@@ -41,36 +40,23 @@ def make_part(request: Request, sources: Sequence[ResponseSource], start: int, s
     """Compute the responses of consecutive spectra of a request, and make their pictures."""
     numbers = np.arange(start, min(start + size, len(request)))
     of_frequency, of_position = np.divmod(numbers, len(request.positions))
-    parts = [
-        _part_of_one_frequency(request, sources[which], which, numbers[chosen], request.places[of_position[chosen]])
-        for which in np.unique(of_frequency).tolist()
-        for chosen in [of_frequency == which]
-    ]
-    return Part(
-        np.concatenate([part.responses for part in parts]),
-        [picture for part in parts for picture in part.pictures],
-        [power for part in parts for power in part.power],
-    )
-
-
-def _part_of_one_frequency(
-    request: Request,
-    source: ResponseSource,
-    which: int,
-    numbers: Int[np.ndarray, " n"],
-    places: Float[np.ndarray, "n coordinates"],
-) -> Part:
-    if request.band is None:
-        ideal = source.responses(places)
-    else:
-        ideal = cast(BandSource, source).band_responses(places, request.band)
-    measured = request.measurement.apply(ideal, numbers, request.measurement_seed)
-    responses = measured if request.band is None else measured[..., request.band.carrier]
-    beamformer = Beamformer(array_of(request.scenes[which].gateway, request.scenes[which].frequency), request.grid)
-    with ThreadPoolExecutor() as pool:
-        pictures = list(pool.map(encode_picture, picture(beamformer.spectrum(responses))))
-        power = list(pool.map(encode_power, beamformer.power_db(responses))) if request.power else []
-    return Part(measured, pictures, power)
+    responses, pictures, power = [], list[bytes](), list[bytes]()
+    for which in np.unique(of_frequency).tolist():
+        chosen = of_frequency == which
+        source, places = sources[which], request.places[of_position[chosen]]
+        if request.band is None:
+            ideal = source.responses(places)
+        else:
+            ideal = cast(BandSource, source).band_responses(places, request.band)
+        measured = request.measurement.apply(ideal, numbers[chosen], request.measurement_seed)
+        of_carrier = measured if request.band is None else measured[..., request.band.carrier]
+        scene = request.scenes[which]
+        beamformer = Beamformer(array_of(scene.gateway, scene.frequency), request.grid)
+        with ThreadPoolExecutor() as pool:
+            pictures += pool.map(lambda each: encode_picture(picture(each)), beamformer.spectrum(of_carrier))
+            power += pool.map(encode_power, beamformer.power_db(of_carrier)) if request.power else []
+        responses.append(measured)
+    return Part(np.concatenate(responses), pictures, power)
 
 
 _sources: dict[str, list[ResponseSource]] = {}
@@ -106,10 +92,10 @@ class WrittenParts:
 
     def write(self, start: int, part: Part) -> None:
         """Write the files of a part."""
-        for name, png, power in zip_longest(self._names(start), part.pictures, part.power):
-            write_atomically(self._picture(name), png)
-            if power is not None:
-                write_atomically(self._level(name), power)
+        names = self._names(start)
+        paths = [*map(self._picture, names), *(map(self._level, names) if part.power else ())]
+        with ThreadPoolExecutor(32) as pool:  # the disk writes many at a time
+            list(pool.map(write_atomically, paths, [*part.pictures, *part.power]))
         sync_folder(self.folder / "spectrum")
         # The last file, since it marks the part as finished.
         buffer = BytesIO()

@@ -82,7 +82,7 @@ def _difference(key: str, found: Any, wanted: Any) -> str:
     return f"{key} is {found}, not {wanted}"
 
 
-PART = 100  # Positions per part. A run that is killed loses at most one part.
+PART = 250  # Positions per part. A run that is killed loses at most one part.
 
 LAST_FILE = "test_index.txt"  # The file of a dataset that is written last
 
@@ -121,13 +121,11 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
 
     write_responses(folder / "channels.npz", np.concatenate([kept[start] for start in sorted(kept)]), request.band)
     scene, names = request.scene, parts.names
-    write_positions(folder / "tx_pos.csv", np.tile(request.positions, (len(request.scenes), 1)))
+    for name, points in _points(request).items():
+        write_positions(folder / name, points)
     if request.frequencies:
         write_frequencies(folder / FREQUENCIES, np.repeat(request.frequencies, len(request.positions)))
-    place = scene.gateway.position
-    if request.receivers is not None:
-        write_positions(folder / "rx_pos.csv", np.tile(request.receivers, (len(request.scenes), 1)))
-        place = request.receivers[0].tolist()
+    place = scene.gateway.position if request.receivers is None else request.receivers[0].tolist()
     write_gateway(folder / "gateway_info.yml", scene.name, place, scene.gateway.orientation)
     for name, part in (("train_index.txt", request.known), (LAST_FILE, request.held_out)):
         if not _has_content(folder / name):  # a finished dataset keeps its split when it is repaired
@@ -138,29 +136,28 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
 
 def _is_finished(request: Request, folder: Path) -> bool:
     """Whether a folder with the request's metadata holds the whole dataset, with no damaged file."""
-    files = ["tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE]
-    files += [FREQUENCIES] if request.frequencies else []
-    files += [] if request.receivers is None else ["rx_pos.csv"]
+    files = ["gateway_info.yml", "train_index.txt", LAST_FILE, *([FREQUENCIES] if request.frequencies else [])]
     if (folder / PARTS).exists() or not all(_has_content(folder / name) for name in files):
         return False
-    scenes = len(request.scenes)
-    if not (folder / "scene").is_dir() or not _has_points(folder / "tx_pos.csv", request.positions, scenes):
+    if not (folder / "scene").is_dir() or not request.engine.is_whole(request.setting, folder):
         return False
-    if request.receivers is not None and not _has_points(folder / "rx_pos.csv", request.receivers, scenes):
-        return False
-    if not request.engine.is_whole(request.setting, folder):
+    if not all(_has_points(folder / name, points) for name, points in _points(request).items()):
         return False
     parts = WrittenParts(request, folder, PART)
     return len(parts.whole()) == len(parts.starts)
 
 
-def _has_points(path: Path, points: Float[np.ndarray, "n 3"], times: int) -> bool:
-    """Whether a file holds points, so many times."""
+def _points(request: Request) -> dict[str, Float[np.ndarray, "n 3"]]:
+    """The files of positions with their content, which repeats at each frequency."""
+    ends = {"tx_pos.csv": request.positions, "rx_pos.csv": request.receivers}
+    return {name: np.tile(each, (len(request.scenes), 1)) for name, each in ends.items() if each is not None}
+
+
+def _has_points(path: Path, points: Float[np.ndarray, "n 3"]) -> bool:
     try:
-        found = read_points(path)
+        return np.array_equal(read_points(path), points)
     except InputError:
         return False
-    return np.array_equal(found, np.tile(points, (times, 1)))
 
 
 def _has_content(path: Path) -> bool:
@@ -182,7 +179,7 @@ def _make_parts(
     with progress_bar() as progress:
         sources = engine.sources(request.settings, parts.folder, machines, progress)
         bar = progress.add_task("spectra", total=len(parts.names), completed=sum(map(len, kept.values())))
-        if engine.spreads_parts and machines != Machines():
+        if not engine.keeps_source and machines != Machines():
             shared = request, [engine.sent(each) for each in sources], PART, str(request.metadata())
             made = by_workers(machines, part_by_worker, shared, todo)
         else:

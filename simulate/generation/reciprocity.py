@@ -27,8 +27,8 @@ def element_offsets(gateway: Gateway, wavelength: float) -> np.ndarray:
     return element_positions(replace(gateway, position=(0.0, 0.0, 0.0)), wavelength)
 
 
-def reciprocal(scene: Scene, place: Sequence[float] | None = None) -> Scene:
-    """The scene with an antenna of the transmitter's kind as gateway, and an element's antenna as transmitter."""
+def reciprocal(scene: Scene, place: Sequence[float]) -> Scene:
+    """The scene with an antenna of the transmitter's kind at a place as gateway, and an element's as transmitter."""
     gateway, transmitter = scene.gateway, scene.transmitter
     offsets = element_offsets(gateway, scene.wavelength)
     low, high = transmitter.region[0] + offsets.min(axis=0), transmitter.region[1] + offsets.max(axis=0)
@@ -37,7 +37,7 @@ def reciprocal(scene: Scene, place: Sequence[float] | None = None) -> Scene:
     return replace(
         scene,
         gateway=Gateway(
-            gateway.position if place is None else (place[0], place[1], place[2]),
+            (place[0], place[1], place[2]),
             tuple(of_transmitter.as_quat().tolist()),
             rows=1,
             columns=1,
@@ -55,30 +55,7 @@ def reciprocal(scene: Scene, place: Sequence[float] | None = None) -> Scene:
 
 
 @dataclass(frozen=True)
-class AtElements:
-    """Computes the responses of all elements of an array whose middle is at some position."""
-
-    source: ResponseSource  # computes the responses of one fixed antenna to antennas anywhere in the region
-    # where the elements are from the middle of the array, metres, axes of the world frame
-    offsets: Float[np.ndarray, "elements 3"]
-
-    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
-        """Element responses with the array at each position, metres, world frame."""
-        return self.source.responses(self._places(positions)).reshape(len(positions), -1)
-
-    def band_responses(
-        self, positions: Float[np.ndarray, "K 3"], band: Band
-    ) -> Complex[np.ndarray, "K elements subcarriers"]:
-        """Element responses at all subcarriers with the array at each position, metres, world frame."""
-        found = cast(BandSource, self.source).band_responses(self._places(positions), band)
-        return found.reshape(len(positions), len(self.offsets), -1)
-
-    def _places(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K*elements 3"]:
-        return (positions[:, None] + self.offsets).reshape(-1, 3)
-
-
-@dataclass(frozen=True)
-class AtPairs:
+class MovingArray:
     """Computes the responses of all elements of an array at some place to a transmitter at one of several places."""
 
     places: Float[np.ndarray, "N 3"]  # the places of the transmitter, metres, world frame
@@ -89,24 +66,24 @@ class AtPairs:
 
     def responses(self, pairs: Float[np.ndarray, "K 6"]) -> Complex[np.ndarray, "K elements"]:
         """Element responses of pairs: transmitter and middle of the array, x, y, z each, metres, world frame."""
-        return self._of_each(pairs, lambda source, arrays: source.responses(arrays))
+        return self._of_each(pairs, lambda source, antennas: source.responses(antennas))
 
     def band_responses(
         self, pairs: Float[np.ndarray, "K 6"], band: Band
     ) -> Complex[np.ndarray, "K elements subcarriers"]:
-        """Element responses of pairs at all subcarriers."""
-        return self._of_each(pairs, lambda source, arrays: source.band_responses(arrays, band))
+        return self._of_each(pairs, lambda source, antennas: cast(BandSource, source).band_responses(antennas, band))
 
     def _of_each(
         self,
         pairs: Float[np.ndarray, "K 6"],
-        responses: Callable[[AtElements, Float[np.ndarray, "n 3"]], Complex[np.ndarray, "n elements *band"]],
+        responses: Callable[[ResponseSource, Float[np.ndarray, "n 3"]], Complex[np.ndarray, "n 1 *band"]],
     ) -> Complex[np.ndarray, "K elements *band"]:
         transmitters, arrays = np.split(pairs, 2, axis=1)
         found, order = [], []
         for place, source in zip(self.places, self.sources, strict=True):
             chosen = np.flatnonzero((transmitters == place).all(axis=1))
             if len(chosen):
-                found.append(responses(AtElements(source, self.offsets), arrays[chosen]))
+                of_antennas = responses(source, (arrays[chosen][:, None] + self.offsets).reshape(-1, 3))
+                found.append(of_antennas.reshape(len(chosen), len(self.offsets), *of_antennas.shape[2:]))
                 order.append(chosen)
         return np.concatenate(found)[np.argsort(np.concatenate(order))]

@@ -23,7 +23,7 @@ from simulate.dataset.metadata import band_of, read_metadata_file
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
-from simulate.generation.reciprocity import AtElements, AtPairs, element_offsets, reciprocal
+from simulate.generation.reciprocity import MovingArray, element_offsets, reciprocal
 from simulate.positions.placement import AT_IT
 from simulate.positions.positions import points_digest, read_points
 from simulate.spectra.angular_grid import AngularGrid
@@ -38,8 +38,6 @@ TEST_FRACTION = 0.2  # Share of the spectra in test_index.txt
 
 @dataclass(frozen=True)
 class Request:
-    """A dataset to simulate."""
-
     scene: Scene  # the scene, with one gateway
     # places of the end that moves, metres, world frame; if both move, those of the transmitter
     positions: Float[np.ndarray, "K 3"]
@@ -64,7 +62,6 @@ class Request:
 
     @property
     def beamformer(self) -> Beamformer:
-        """The gateway's array at the scene's frequency, and the grid."""
         return Beamformer(array_of(self.scene.gateway, self.scene.frequency), self.grid)
 
     def __len__(self) -> int:
@@ -80,22 +77,24 @@ class Request:
 
     def of_array(self, sources: Sequence[Sequence[ResponseSource]]) -> list[ResponseSource]:
         """What computes the responses of the array at each frequency, from what the engine's ``sources`` returned."""
-        if self.moving == "both":
-            return [AtPairs(self.transmitters, each, self.offsets) for each in zip(*sources, strict=True)]
+        if self.moving != "transmitter":
+            return [MovingArray(self.transmitters, each, self.offsets) for each in zip(*sources, strict=True)]
         (at_frequencies,) = sources
-        if self.moving == "transmitter":
-            return list(at_frequencies)
-        return [AtElements(each, self.offsets) for each in at_frequencies]
+        return list(at_frequencies)
 
     @cached_property
     def transmitters(self) -> Float[np.ndarray, "N 3"]:
-        """The different places of the transmitter, metres, world frame, if both ends move."""
-        return np.unique(self.positions, axis=0)
+        """The different places of the transmitter, metres, world frame, if the array moves."""
+        return np.unique(self.places[:, :3], axis=0)
 
-    @property
+    @cached_property
     def places(self) -> Float[np.ndarray, "K coordinates"]:
         """What a source computes responses of: positions, [K, 3], or those of transmitter and array, [K, 6]."""
-        return self.positions if self.receivers is None else np.hstack([self.positions, self.receivers])
+        if self.moving == "transmitter":
+            return self.positions
+        if self.receivers is not None:
+            return np.hstack([self.positions, self.receivers])
+        return np.hstack([np.tile(self.scene.gateway.position, (len(self.positions), 1)), self.positions])
 
     @property
     def offsets(self) -> Float[np.ndarray, "antennas 3"]:
@@ -117,11 +116,8 @@ class Request:
     @property
     def settings(self) -> list[Setting]:
         """Scenes, region and seed for the engine, for each antenna or array that stands still in its simulations."""
-        if self.moving == "transmitter":
-            stand = [self.scenes]
-        elif self.moving == "receiver":
-            stand = [[reciprocal(each) for each in self.scenes]]
-        else:
+        stand = [self.scenes]
+        if self.moving != "transmitter":
             stand = [[reciprocal(each, place) for each in self.scenes] for place in self.transmitters.tolist()]
         moved = self.positions if self.receivers is None else self.receivers
         antennas = (moved[:, None] + self.offsets).reshape(-1, 3)
@@ -195,12 +191,12 @@ def read_request(folder: Path) -> Request:
     if isinstance(request.engine, Rays) and found != request.seed:
         raise InputError(f"{path}: expected propagation.seed to be the seed {request.seed}, found {found}")
     made = request.metadata()
-    for key in {**made, **{key: None for key in metadata if key.endswith("sha256")}}:
-        value = made.get(key)
-        if key.endswith("sha256") and value != metadata.get(key):
+    for key in sorted(each for each in made.keys() | metadata.keys() if each.endswith("sha256")):
+        if made.get(key) != metadata.get(key):
             what = key.removesuffix("_sha256")
             raise InputError(f"{path}: expected the {what} that the dataset was made with, found a change")
-        if key in ("frequency_hz", "array") and value != metadata.get(key, value):
+    for key in ("frequency_hz", "array"):
+        if made[key] != metadata.get(key, made[key]):
             stored = shown(metadata[key])
-            raise InputError(f"{path}: {key}: expected {value}, as in {metadata['scene_file']}, found {stored}")
+            raise InputError(f"{path}: {key}: expected {made[key]}, as in {metadata['scene_file']}, found {stored}")
     return request

@@ -19,7 +19,7 @@ from scenes.files.errors import (
     require_word,
     shown,
 )
-from scenes.files.json_yaml_xml import plain_number
+from scenes.files.json_yaml_xml import plain_values
 from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from scenes.places.random_room import MOST_PIECES, random_room
@@ -105,7 +105,7 @@ def simulate_rooms(
         "rooms": names,
     }
     with own_folder(folder, "folder of rooms", ROOMS, facts, read_room_facts):
-        write_atomically(folder / ROOMS, (json.dumps(facts, indent=2, default=plain_number) + "\n").encode())
+        write_atomically(folder / ROOMS, (json.dumps(plain_values(facts), indent=2) + "\n").encode())
         scenes = {name: _room(number, facts) for number, name in enumerate(names)}
         draw_plans(scenes, folder / GALLERY)
         for number, (name, scene) in enumerate(scenes.items()):
@@ -115,7 +115,6 @@ def simulate_rooms(
 
 
 def _room(number: int, facts: dict[str, Any]) -> Scene:
-    """The room of a number, as the setting says."""
     first, shape, layout = facts["seed"], facts["shape"], facts["setting"] == "layout"
     outline: Any = ("rectangle", "l")[(number if layout else first) % 2] if shape == "both" else shape
     furniture = first + number if facts["setting"] == "furniture" else None

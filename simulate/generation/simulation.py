@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeGuard, get_type_hints
+from typing import Any, TypeGuard
 
 import numpy as np
 from jaxtyping import Float
@@ -94,8 +94,11 @@ def simulate(
             raise ParameterError(name, f"expected it as an argument of the engine, {found}")
         by = engine
     else:
-        own = {each.name for each in fields(kind)}
-        require_no_options(kind.name, **{name: value for name, value in given.items() if name not in own})
+        names = {every.name: {each.name for each in fields(every)} for every in ENGINES.values()}
+        for name in given.keys() - names[kind.name]:
+            of = " or ".join(each for each in names if name in names[each])
+            found = f"found {shown(given[name])} for {kind.name}"
+            raise ParameterError(name, f"expected none, or the engine {of}, {found}")
         by = kind(**given)
     request = request_for(scene, content, by, content.seed)
     if isinstance(scene, Scene):  # those of a file were said when it was read
@@ -106,7 +109,6 @@ def simulate(
 
 
 def made_again(scene: Scene | str | Path) -> TypeGuard[str | Path]:
-    """Whether a scene is a dataset folder, which is made again."""
     if isinstance(scene, Scene) or not Path(scene).is_dir():
         return False
     if str(scene) in BUILT_IN:
@@ -118,26 +120,11 @@ def made_again(scene: Scene | str | Path) -> TypeGuard[str | Path]:
 
 
 def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
-    """The name of the engine that will make a dataset."""
     if not isinstance(engine, str | Engine):
         raise ParameterError("engine", f"expected an engine, such as Rays(), or its name, found {shown(engine)}")
     if made_again(scene):
         return read_request(Path(scene)).engine.name
     return engine if isinstance(engine, str) else engine.name
-
-
-def require_no_options(engine: str, **options: Any) -> None:
-    """Refuse options that belong to another engine."""
-    for name, value in options.items():
-        of = " or ".join(each.name for each in ENGINES.values() if name in _names(each))
-        raise ParameterError(name, f"expected none, or the engine {of}, found {shown(value)} for {engine}")
-
-
-def _names(options: type) -> set[str]:
-    """The names of a dataclass's options, including those of dataclasses in it."""
-    hints = get_type_hints(options)
-    inner = [_names(hints[each.name]) for each in fields(options) if is_dataclass(hints[each.name])]
-    return {each.name for each in fields(options)}.union(*inner)
 
 
 def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, measurement_seed: int) -> Request:

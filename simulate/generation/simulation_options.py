@@ -72,29 +72,23 @@ class Simulation(Places):
             raise ParameterError("bandwidth", "expected no band beside several frequencies, found one")
 
     def _require_pairs(self) -> None:
-        """Refuse options of pairs that contradict each other."""
-        drawn = self.positions is None
+        drawn, both = self.positions is None, self.moving == "both"
+        for name, given in (("transmitters", self.transmitters), ("receivers", self.receivers)):
+            if given is not None and not both:
+                found = f"found some beside moving {self.moving}"
+                raise ParameterError(name, f"expected none unless both ends move, {found}")
         if self.transmitters is not None:
-            if self.moving != "both":
-                raise ParameterError(
-                    "transmitters", f"expected none unless both ends move, found some beside moving {self.moving}"
-                )
             if not drawn:
                 raise ParameterError("transmitters", "expected none beside positions, which are theirs, found some")
             require_whole(LEAST_TRANSMITTERS, min(self.n, MOST_TRANSMITTERS), transmitters=self.transmitters)
-        elif self.moving == "both" and drawn:
-            raise ParameterError(
-                "transmitters", "expected how many places the transmitter has, since both ends move, found none"
-            )
-        if self.receivers is not None and self.moving != "both":
-            found = f"found some beside moving {self.moving}"
-            raise ParameterError("receivers", f"expected none unless both ends move, {found}")
+        elif both and drawn:
+            wrong = "expected how many places the transmitter has, since both ends move, found none"
+            raise ParameterError("transmitters", wrong)
         if self.receivers is not None and drawn:
             raise ParameterError("receivers", "expected positions of the transmitter beside them, found none")
-        if self.receivers is None and self.moving == "both" and not drawn:
-            raise ParameterError(
-                "receivers", "expected the array's places beside the transmitters' positions, found none"
-            )
+        if self.receivers is None and both and not drawn:
+            wrong = "expected the array's places beside the transmitters' positions, found none"
+            raise ParameterError("receivers", wrong)
 
     @property
     def hertz(self) -> tuple[float, ...]:

@@ -61,8 +61,6 @@ MOST_POSITIONS = 10**6  # Most positions in a file or a simulation
 
 LARGEST_CSV = 100 * MEGABYTE  # Most bytes of a CSV of positions: a hundred for each position
 
-LONGEST_LINE = 1000  # Most characters in a line of such a CSV
-
 HINT = "subtract an offset from map coordinates"
 
 FAR = 0.1  # Distance from a box, as a fraction of its diagonal, above which a position is far outside
@@ -72,19 +70,10 @@ def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
     """Read a CSV of positions with the header x,y,z."""
     text = read_text(path, "a CSV of positions", LARGEST_CSV)
     try:
-        return _points(path, csv.reader(_lines(path, text)))
+        return _points(path, csv.reader(StringIO(text, newline="")))
     except csv.Error as error:
         found = f"found a file that is not a CSV ({reason(error)})"
         raise InputError(f"{path}: expected a CSV of positions, {found}") from error
-
-
-def _lines(path: Path, text: str) -> Iterator[str]:
-    for number, line in enumerate(StringIO(text, newline=""), start=1):
-        if len(line) > LONGEST_LINE:
-            raise InputError(
-                f"{path}, line {number}: expected at most {LONGEST_LINE} characters, found {len(line)}: {shown(line)}"
-            )
-        yield line
 
 
 def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:

@@ -12,6 +12,7 @@ from jaxtyping import Complex, Float, Int
 
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.shapes import bounding_box
+from scenes.storage.scene_digest import scene_digest
 from simulate.parallel.compiled import ONE_KERNEL, compiled
 from simulate.positions.placement import free_positions
 from simulate.rays.core.multipath import Multipath, Paths
@@ -25,7 +26,7 @@ from simulate.rays.diffraction.arms import PassingRays
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.diffraction.search import MOST_REFLECTIONS, find_diffracted_chains
+from simulate.rays.diffraction.search import find_diffracted_chains, most_reflections
 from simulate.spectra.band import chebyshev_points
 
 
@@ -45,6 +46,12 @@ TRIALS = 200
 only within centimetres of one place in the region, or only to one column of the array."""
 
 
+LATEST = 8  # Number of searches whose chains this process keeps; those of a city take a few megabytes
+
+_latest: dict[tuple, Found] = {}
+"""What the latest searches found, by all that a search depends on, so that nothing is searched twice."""
+
+
 class ChainSolver:
     """The chains in a scene, of reflections first and then with diffractions, and the paths that they give."""
 
@@ -59,6 +66,8 @@ class ChainSolver:
         self._ray_scene, self._surfaces = ray_scene, Surfaces(ray_scene)
         propagation = ray_scene.propagation
         diffracts = propagation.diffraction and propagation.max_depth > 0
+        search = scene_digest(ray_scene.description), propagation, region.tobytes(), seed
+        found = _latest.get(search) if found is None else found
         self._edge_scene = (
             EdgeScene(ray_scene, self._surfaces, None if found is None else found.edges) if diffracts else None
         )
@@ -67,6 +76,10 @@ class ChainSolver:
         else:
             self._reflected, self._diffracted = self._search(region, seed, report)
         self.found = Found(self._reflected, self._diffracted, self._edge_scene.edges if self._edge_scene else None)
+        if found is None:
+            _latest[search] = self.found
+            for older in list(reversed(_latest))[LATEST:]:
+                _latest.pop(older, None)
         self.chains = len(self._reflected) + (len(self._diffracted) if self._diffracted is not None else 0)
 
     def _search(
@@ -78,12 +91,12 @@ class ChainSolver:
         elements = gateway_antennas(scene)
         trials = transmitter_antennas(scene, free_positions(scene, region, TRIALS, generator))
         ends = (elements, region), (trials, bounding_box(elements.positions))
-        rays = []
+        short, rays = most_reflections(ray_scene.propagation), []
         if self._edge_scene is not None:
-            rays = [PassingRays(ray_scene.planes, self._edge_scene.edges) for _ in ends]
+            rays = [PassingRays(ray_scene.planes, self._edge_scene.edges, short) for _ in ends]
         watching = [each.see for each in rays] or [lambda flights: None] * 2
         forth, back = (
-            explore(ray_scene, self._surfaces, antennas.positions, box, MOST_REFLECTIONS, generator, watch)
+            explore(ray_scene, self._surfaces, antennas.positions, box, short, generator, watch)
             for (antennas, box), watch in zip(ends, watching, strict=True)
         )
         chains = find_chains(ray_scene, elements, trials, forth.arriving, back.arriving, self._surfaces, report)

@@ -46,6 +46,8 @@ class Tracer:
         found: what ``found`` of a tracer with the same arguments returned; then nothing is searched.
 
     Attributes:
+        scene: the scene.
+        region: the box around all transmitters, metres, world frame, [2, 3].
         ray_scene: the scene in the form that the ray tracer uses, in coordinates of its own (``RayScene.origin``).
         elements: the gateway's elements, with their ``positions``, metres, world frame.
         method: "chains" or "shooting".
@@ -84,6 +86,7 @@ class Tracer:
         require_instance(Scene, scene=scene)
         require_instance(Propagation, propagation=propagation)
         require_seed(seed=seed)
+        self.scene = scene
         if region is not None:
             region = check_points(check_array("region", region, (2, 3), "two corners x, y, z"), "region")
         self.ray_scene = RayScene.of(scene, propagation)
@@ -94,12 +97,12 @@ class Tracer:
         self._middle = self._elements.subset(self._middle_index)
         self._seed = seed
         self.method = "shooting" if propagation.sionna else "chains"
-        self._region = scene.transmitter.region if region is None else region
+        self.region = scene.transmitter.region if region is None else region
         self._solver: ChainSolver | ShootingSolver
         if propagation.sionna:
             self._solver, self._found = ShootingSolver(self.ray_scene, len(self.elements), seed), Found(None, None)
         else:
-            region = self._region - self.ray_scene.origin
+            region = self.region - self.ray_scene.origin
             self._solver = ChainSolver(self.ray_scene, region, seed, report, found)
             self._found = self._solver.found
         scatters = propagation.diffuse and not propagation.sionna and propagation.max_depth > 0
@@ -131,7 +134,7 @@ class Tracer:
                 f"expected frequencies at which the same objects are conductors, found that they differ between "
                 f"{own.frequency / 1e6:g} and {scene.frequency / 1e6:g} MHz; simulate them one by one",
             )
-        return Tracer(scene, self.ray_scene.propagation, self._region, self._seed, found=self._found)
+        return Tracer(scene, self.ray_scene.propagation, self.region, self._seed, found=self._found)
 
     @property
     def edges(self) -> Edges | None:

@@ -16,6 +16,7 @@ from msgspec import Meta, Struct
 
 from scenes.files.errors import InputError, named, require_path
 from scenes.files.input_file import what_is_at
+from scenes.files.long_work import doing
 from scenes.files.schema import conform
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
@@ -135,7 +136,10 @@ def read_rssi(folder: Path | str) -> RssiDataset:
         scenes.files.errors.InputError: data/lab: expected received powers (gateway_rssi.csv), found spectra
     """
     require_path(folder=folder)
-    return inspect_rssi(Path(folder)).usable()
+    doing(f"{folder}: reading received powers")
+    dataset = inspect_rssi(Path(folder)).usable()
+    doing("")
+    return dataset
 
 
 def inspect_rssi(folder: Path) -> Inspection[RssiDataset]:

@@ -17,6 +17,9 @@ from scenes.scene.antennas import MOST_ELEMENTS, MOST_IN_A_ROW, WIDEST_SPACING, 
 from scenes.scene.frequency import read_frequency
 from simulate.spectra.angular_grid import direction
 
+STRAIGHT = 1e-3
+"""Elements lie on a line, or in a plane, if none is farther from it than this part of the array's size."""
+
 LEAST_ELEMENTS = 3  # With fewer elements than this, scores of spectra mean nothing
 
 
@@ -35,18 +38,38 @@ class Array:
         """Position d_m of each element, wavelengths, gateway frame, [elements, 3]."""
 
     @property
-    @abstractmethod
+    def _places(self) -> Float[np.ndarray, "elements 3"]:
+        """Positions in any unit. They tell the shape of the array."""
+        return self.positions
+
+    @cached_property
+    def _shape(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "3 3"]]:
+        """How far the elements reach along each principal axis, relative to the longest, and the axes (rows)."""
+        centred = self._places - self._places.mean(axis=0)
+        axes = np.linalg.svd(centred, full_matrices=len(centred) < 3)[2]
+        reach = np.ptp(centred @ axes.T, axis=0)
+        return reach / max(reach.max(), 1e-12), axes
+
+    @cached_property
     def axis(self) -> Float[np.ndarray, " 3"] | None:
         """Unit vector along the array if its elements lie on a line, gateway frame; None: they do not."""
+        if self.elements == 1 or np.sort(self._shape[0])[-2] > STRAIGHT:
+            return None
+        along = self._places[-1] - self._places[0]
+        return along / np.linalg.norm(along)
 
-    @property
-    @abstractmethod
+    @cached_property
     def mirror(self) -> Float[np.ndarray, " 3"] | None:
         """Normal of the plane of the elements, a unit vector, gateway frame, if the array confuses the two sides of it.
 
         None: the elements do not lie in a plane, they lie on a line, or the plane is the gateway's x–y plane, of which
         the grid has one side only.
         """
+        reach, axes = self._shape
+        if self.elements < 3 or self.is_line or reach.min() > STRAIGHT:
+            return None
+        normal = axes[int(reach.argmin())]
+        return None if np.hypot(normal[0], normal[1]) < STRAIGHT else normal
 
     @property
     @abstractmethod
@@ -61,7 +84,7 @@ class Array:
     @property
     def cannot_tell(self) -> str | None:
         """A clause on the directions that the array cannot tell apart; None: it tells all of the grid apart."""
-        if self.is_line and self.elements > 1:
+        if self.is_line:
             return "its elements lie on a line, so it tells only the angle to this line, and not on which side of it"
         if self.mirror is not None:
             return (
@@ -75,7 +98,7 @@ class Array:
 
     @abstractmethod
     def stated(self) -> dict[str, Any]:
-        """The array as metadata.json states it."""
+        """The array as metadata.json states it, which has the frequency on its own."""
 
     @abstractmethod
     def of_gateway(self) -> dict[str, Any]:
@@ -206,7 +229,6 @@ class PlanarArray(Array):
 
     @property
     def elements(self) -> int:
-        """Number of elements, MN."""
         return self.rows * self.columns
 
     @cached_property
@@ -222,18 +244,6 @@ class PlanarArray(Array):
         y = (np.arange(self.rows) - (self.rows - 1) / 2) * self.spacing
         grid_y, grid_x = np.meshgrid(y, x, indexing="ij")
         return np.stack([grid_x.ravel(), grid_y.ravel(), np.zeros(self.elements)], axis=-1)
-
-    @cached_property
-    def axis(self) -> Float[np.ndarray, " 3"] | None:
-        """Unit vector along the array if it has one row (x) or one column (y); None: it has several of both."""
-        if min(self.rows, self.columns) > 1:
-            return None
-        return np.array([1.0, 0.0, 0.0] if self.rows == 1 else [0.0, 1.0, 0.0])
-
-    @property
-    def mirror(self) -> None:
-        """None: the grid has one side of the x–y plane only."""
-        return None
 
     @property
     def in_words(self) -> str:
@@ -262,11 +272,9 @@ class PlanarArray(Array):
         return self
 
     def stated(self) -> dict[str, Any]:
-        """The array as metadata.json states it."""
         return asdict(self)
 
     def of_gateway(self) -> dict[str, Any]:
-        """The arguments of ``Gateway`` that give it this array."""
         return asdict(self)
 
 

@@ -83,7 +83,6 @@ class Band:
 
 
 def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band | None:
-    """The band of two options, which need each other."""
     if bandwidth is None and subcarriers is None:
         return None
     if bandwidth is None:

@@ -22,10 +22,7 @@ from scenes.scene.antennas import (
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
 from scenes.scene.orientation import Vector3
-from simulate.spectra.array import Array, PlanarArray
-
-STRAIGHT = 1e-3
-"""Elements lie on a line, or in a plane, if none is farther from it than this part of the array's size."""
+from simulate.spectra.array import STRAIGHT, Array, PlanarArray
 
 SPACING_DIGITS = 9  # Decimals of a spacing that is found from positions, wavelengths
 
@@ -108,7 +105,6 @@ class ElementArray(Array):
 
     @property
     def elements(self) -> int:
-        """Number of elements."""
         return len(self.positions_m)
 
     @cached_property
@@ -131,38 +127,9 @@ class ElementArray(Array):
             )  # fmt: skip
         return np.array(self.positions_m) * (float(self.frequency) / SPEED_OF_LIGHT)
 
-    @cached_property
-    def centred_m(self) -> Float[np.ndarray, "elements 3"]:
-        """Positions relative to their mean, metres, gateway frame, [elements, 3]."""
-        rows = np.array(self.positions_m)
-        return rows - rows.mean(axis=0)
-
-    @cached_property
-    def _shape(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "3 3"]]:
-        """How far the elements reach along each principal axis, relative to the longest, and the axes (rows)."""
-        _, _, axes = np.linalg.svd(self.centred_m, full_matrices=True)
-        reach = np.ptp(self.centred_m @ axes.T, axis=0)
-        return reach / max(reach.max(), 1e-12), axes
-
-    @cached_property
-    def axis(self) -> Float[np.ndarray, " 3"] | None:
-        """Unit vector along the array if its elements lie on a line, gateway frame; None: they do not."""
-        if self.elements == 1:
-            return None
-        reach, _ = self._shape
-        if np.sort(reach)[-2] > STRAIGHT:
-            return None
-        along = self.centred_m[-1] - self.centred_m[0]
-        return along / np.linalg.norm(along)
-
-    @cached_property
-    def mirror(self) -> Float[np.ndarray, " 3"] | None:
-        """Normal of the plane of the elements if the array confuses the two sides of it; see ``Array``."""
-        reach, axes = self._shape
-        if self.elements < 3 or self.is_line or reach.min() > STRAIGHT:
-            return None
-        normal = axes[int(reach.argmin())]
-        return None if np.hypot(normal[0], normal[1]) < STRAIGHT else normal
+    @property
+    def _places(self) -> Float[np.ndarray, "elements 3"]:
+        return np.array(self.positions_m)
 
     @property
     def in_words(self) -> str:
@@ -171,12 +138,9 @@ class ElementArray(Array):
         >>> ElementArray(((0.0, 0.0, 0.0), (0.15, 0.0, 0.0)), 915e6).in_words
         '2 elements at given positions, 0.46 λ across'
         """
-        count = (
-            "1 element at a given position" if self.elements == 1 else f"{self.elements} elements at given positions"
-        )
         if self.elements == 1:
-            return count
-        rows = np.array(self.positions_m)
+            return "1 element at a given position"
+        count, rows = f"{self.elements} elements at given positions", self._places
         across = max(float(np.linalg.norm(rows - each, axis=1).max()) for each in rows)
         if self.frequency is None:
             return f"{count}, {across:.3g} m across"
@@ -199,11 +163,9 @@ class ElementArray(Array):
         return replace(self, frequency=read_frequency(frequency))
 
     def stated(self) -> dict[str, Any]:
-        """The array as metadata.json states it. The file states the frequency on its own."""
         return {"positions_m": [list(each) for each in self.positions_m]}
 
     def of_gateway(self) -> dict[str, Any]:
-        """The arguments of ``Gateway`` that give it this array."""
         return {"elements": self.positions_m}
 
 
@@ -238,7 +200,6 @@ def uniform(array: Array) -> PlanarArray | None:
 
 
 def require_planar(array: Array, what: str) -> PlanarArray:
-    """Return the uniform planar array that an array is, and refuse others."""
     planar = uniform(array)
     if planar is not None:
         return planar

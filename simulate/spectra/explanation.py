@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -25,6 +24,7 @@ from simulate.spectra.identification import (
     can_fit,
     coarsely,
     examined,
+    fits_of,
     rounding,
     with_best_spacing,
     with_fewest_elements,
@@ -56,8 +56,6 @@ FEW = 4  # Number of spectra from which ``explain`` finds candidates
 
 @dataclass(frozen=True)
 class Explanation:
-    """An array, a grid and a scale that explain pictures."""
-
     beamformer: Beamformer  # the array and the grid
     scale: PictureScale  # what the grey levels stand for
     residual: float  # median of the root mean square errors that it leaves, grey levels of 255
@@ -114,14 +112,11 @@ def _refined(
 ) -> Explanation | None:
     """The explanation with a spacing near one of the best two, without needless elements, if there is one."""
     few = evenly(spectra, FEW)
-    fits = []
-    for _, near in [fit for fit in coarse[:2] if fit[0] < COARSELY]:
-        beamformer = with_best_spacing(few, near, scale)
-        fits.append((median_residual(spectra, beamformer, scale), beamformer))
-    residual, beamformer = min(fits, key=itemgetter(0), default=(np.inf, Beamformer()))
-    if residual >= rounding(spectra) * EXPLAINED:
+    near = [with_best_spacing(few, each, scale) for left, each in coarse[:2] if left < COARSELY]
+    fits = fits_of(spectra, near, scale)
+    if not fits or fits[0][0] >= rounding(spectra) * EXPLAINED:
         return None
-    beamformer = with_fewest_elements(spectra, beamformer, scale)
+    beamformer = with_fewest_elements(spectra, fits[0][1], scale)
     return Explanation(beamformer, scale, median_residual(spectra, beamformer, scale))
 
 
@@ -130,8 +125,7 @@ def _of_known(spectra: Float[np.ndarray, "K 90 360"], array: Array, grids: Seque
     if not can_fit(array):
         return None
     for scale in SCALES:
-        fits = [(median_residual(spectra, Beamformer(array, grid), scale), grid) for grid in grids]
-        residual, grid = min(fits, key=itemgetter(0))
+        residual, best = fits_of(spectra, [Beamformer(array, grid) for grid in grids], scale)[0]
         if residual < rounding(spectra) * EXPLAINED:
-            return Explanation(Beamformer(array, grid), scale, residual)
+            return Explanation(best, scale, residual)
     return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from operator import attrgetter, itemgetter
+from operator import itemgetter
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +17,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_kind, require_planar
-from simulate.spectra.lags import EXAMINED, LagFit, LagSpace, fit_lags, median_residual, too_many_lags
+from simulate.spectra.lags import EXAMINED, LagSpace, median_residual, too_many_lags
 from simulate.spectra.spectrum import LARGEST_GREY, PictureScale, evenly, spectrum_of
 
 SPACING_STEP = 0.02
@@ -52,8 +52,10 @@ VISIBLE = 1e-3
 
 Source = Literal["metadata", "fitted", "assumed"]
 
-Coarse = dict[PictureScale, list[tuple[float, Beamformer]]]
-"""For each scale, what the best spacing on each grid leaves, and this array and grid; the best grid first."""
+Fit = tuple[float, Beamformer]  # What an array with a grid leaves of spectra, grey levels, and this array and grid
+
+Coarse = dict[PictureScale, list[Fit]]
+"""For each scale, the fit of the best spacing on each grid; the best grid first."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,6 @@ def examined(pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "n 90
 
 
 def level_count(picture: UInt8[np.ndarray, "90 360"]) -> int:
-    """Number of different grey levels of a picture."""
     return int(np.count_nonzero(np.bincount(picture.ravel(), minlength=256)))
 
 
@@ -124,30 +125,28 @@ def identify(
         return Identification(stated, source, grid_source)
     if array is None or grid is None:
         grids = GRIDS if grid is None else (grid,)
-        if array is None:
-            fits = fit_grids(spectra, grids)
-        else:
-            fits = sorted(
-                (fit_lags(spectra, Beamformer(array, each)) for each in grids), key=attrgetter("median_residual")
-            )
-        best = fits[0]
-        clear = len(fits) == 1 or fits[1].median_residual > CLEARLY * best.median_residual
-        if best.median_residual < rounding(spectra) * EXPLAINED and clear:
-            found = best.beamformer
+        fits = fit_grids(spectra, grids) if array is None else fits_of(spectra, [Beamformer(array, g) for g in grids])
+        (left, found), *others = fits
+        if left < rounding(spectra) * EXPLAINED and all(other > CLEARLY * left for other, _ in others[:1]):
             if array is None:
-                found = with_fewest_elements(spectra, found, "magnitude")
-                source = "fitted"
+                found, source = with_fewest_elements(spectra, found, "magnitude"), "fitted"
             grid_source = "fitted" if grid is None else "metadata"
             return Identification(found, source, grid_source, median_residual(spectra, found, "magnitude"))
     return Identification(stated, source, grid_source, median_residual(spectra, stated, "magnitude"))
 
 
+def fits_of(
+    spectra: Float[np.ndarray, "K 90 360"], tried: Sequence[Beamformer], scale: PictureScale = "magnitude"
+) -> list[Fit]:
+    """What each of some arrays with a grid leaves of spectra, and the array with the grid; the best one first."""
+    return sorted(((median_residual(spectra, each, scale), each) for each in tried), key=itemgetter(0))
+
+
 @threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
-def fit_grids(spectra: Float[np.ndarray, "K 90 360"], grids: Sequence[AngularGrid] = GRIDS) -> list[LagFit]:
+def fit_grids(spectra: Float[np.ndarray, "K 90 360"], grids: Sequence[AngularGrid] = GRIDS) -> list[Fit]:
     """Fits of 4 × 4 elements with the best spacing on the two best of some grids; they take half a second."""
     coarse = coarsely(spectra, (4, 4), grids, ("magnitude",))["magnitude"]
-    fits = [fit_lags(spectra, with_best_spacing(spectra, near, "magnitude")) for _, near in coarse[:2]]
-    return sorted(fits, key=attrgetter("median_residual"))
+    return fits_of(spectra, [with_best_spacing(spectra, near, "magnitude") for _, near in coarse[:2]])
 
 
 def coarsely(

@@ -17,7 +17,7 @@ from jaxtyping import Complex, Float, Int
 
 from scenes.files.errors import ParameterError, require_instance
 from simulate.spectra.angular_grid import COLUMNS, ROWS, direction
-from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.array import Array
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY, PictureScale, check_stack
 
@@ -55,9 +55,6 @@ DB = np.log(10) / 10
 @cache
 def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
     """The lags Δ, different differences of two element positions, wavelengths; zero first, one of Δ and −Δ."""
-    if isinstance(array, PlanarArray):
-        steps = _steps(array)
-        return array.spacing * np.concatenate([steps, np.zeros((len(steps), 1))], axis=1)
     positions = array.positions
     first, second = np.triu_indices(len(positions), 1)
     lags = positions[first] - positions[second]
@@ -65,8 +62,10 @@ def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
     shift = 0.1234
     z, y, x = np.rint(lags / SAME_LAG).T[::-1]
     lags = np.where(((z < 0) | ((z == 0) & ((y < 0) | ((y == 0) & (x < 0)))))[:, None], -lags, lags)
-    _, chosen = np.unique(np.floor(lags[:, ::-1] / SAME_LAG + shift + 0.5), axis=0, return_index=True)
-    return np.concatenate([np.zeros((1, 3)), lags[chosen]])
+    steps = np.floor(lags / SAME_LAG + shift + 0.5)
+    order = np.lexsort(steps.T)  # much faster than np.unique(axis=0)
+    differs = np.diff(steps[order], axis=0, prepend=np.nan).any(axis=1)
+    return np.concatenate([np.zeros((1, 3)), lags[order[differs]]])
 
 
 def too_many_lags(array: Array, most: int = MOST_FUNCTIONS) -> str | None:
@@ -78,23 +77,11 @@ def too_many_lags(array: Array, most: int = MOST_FUNCTIONS) -> str | None:
     return f"{sums}, more than the {most} that can be fitted to pictures"
 
 
-@cache
-def _steps(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
-    """The lags of a planar array as (column, row), in units of its spacing."""
-    rows, columns = np.meshgrid(np.arange(array.rows), np.arange(1 - array.columns, array.columns), indexing="ij")
-    lags = np.stack([columns.ravel(), rows.ravel()], axis=-1)
-    return np.concatenate([[[0, 0]], lags[(lags[:, 1] > 0) | (lags[:, 0] > 0)]])
-
-
 def lag_functions(
     array: Array, azimuth: Float[np.ndarray, " P"], elevation: Float[np.ndarray, " P"]
 ) -> Float[np.ndarray, "P F"]:
     """The real functions that add up to a squared spectrum: 1, and cos(k u·Δ) and sin(k u·Δ) for each lag Δ."""
-    u = direction(azimuth, elevation)
-    if isinstance(array, PlanarArray):
-        phase = 2 * np.pi * array.spacing * u[:, :2] @ _steps(array)[1:].T
-    else:
-        phase = 2 * np.pi * u @ lag_vectors(array)[1:].T
+    phase = 2 * np.pi * direction(azimuth, elevation) @ lag_vectors(array)[1:].T
     return np.concatenate([np.ones((len(phase), 1)), np.cos(phase), np.sin(phase)], axis=1)
 
 
@@ -127,7 +114,6 @@ class LagSpace:
         return pixels - functions
 
     def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K P"]:
-        """The spectra at the pixels."""
         return spectra[:, self.rows][:, :, self.columns].reshape(len(spectra), -1).astype(np.float64)
 
     def remainder(self, values: Float[np.ndarray, "K P"]) -> Float[np.ndarray, "K P"]:

@@ -7,26 +7,23 @@ The Gauss–Newton method then finds the responses of least squared error nearby
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
+import scipy.fft
+from jaxtyping import Bool, Complex, Float, Float32, Int
 
 from scenes.files.errors import require_instance, require_seed
-from simulate.spectra.angular_grid import COLUMNS
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import require_planar
-from simulate.spectra.phase_refinement import SpatialFrequencies, refined
+from simulate.spectra.phase_refinement import refined
 from simulate.spectra.spectrum import LARGEST_GREY, check_stack
 
 GOOD = 0.5  # Grey levels. A spectrum is done when its root mean square error is smaller than this.
 
-OVERSAMPLING, LEAST_FREQUENCIES = 4, 32
-"""Frequencies for each element along an axis, and the least number of visible ones along an axis in the refinement."""
-
-LEAST_VISIBLE = 0.25
-"""Smallest share of an axis that counts as visible. This bounds the memory where elements are very close together."""
+OVERSAMPLING = 4  # Spatial frequencies of the search for each element along an axis
 
 STEPS_PER_ELEMENT, MOST_STEPS = 60, 15_360
 """Steps of a search for each element along the longer axis, and largest number of steps in all searches: 64 random
@@ -37,7 +34,9 @@ RELAXATION = 0.3, 1.5
 
 SETTLING_STEPS = 20  # Plain projections after the search, which lead to the bottom of the valley
 
-DIRECTIONS = 700  # Number of pixels, evenly spread over the hemisphere, at which the error is stated
+DIRECTIONS, DIRECTIONS_PER_ELEMENT = 700, 12
+"""Least number of pixels, evenly spread over the hemisphere, at which the error is made small, and that for each
+element."""
 
 AT_ONCE = 100  # Spectra per batch. This bounds the memory.
 
@@ -89,24 +88,21 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
     require_seed(seed=seed)
     spectra = check_stack("spectra", spectra)
     generator = np.random.default_rng(seed)
-    array = require_planar(beamformer.array, "the search for responses behind pictures")
-    steps = STEPS_PER_ELEMENT * max(array.rows, array.columns)
-    visible = max(LEAST_VISIBLE, min(1, 2 * array.spacing))
-    coarse = SpatialFrequencies.of(beamformer, OVERSAMPLING)
-    fine = SpatialFrequencies.of(beamformer, OVERSAMPLING, math.ceil(LEAST_FREQUENCIES / visible))
+    frequencies = SpatialFrequencies.of(beamformer)
+    steps = STEPS_PER_ELEMENT * max(frequencies.array.rows, frequencies.array.columns)
     steering, row, column = _some_directions(beamformer)
-    responses = np.zeros((len(spectra), array.elements), complex)
+    responses = np.zeros((len(spectra), beamformer.array.elements), complex)
     residual = np.full(len(spectra), np.inf)
     for first in range(0, len(spectra), AT_ONCE):
         batch = slice(first, first + AT_ONCE)
-        sought, wanted = coarse.sampled(spectra[batch]).astype(np.float32), fine.sampled(spectra[batch])
+        sought = frequencies.sampled(spectra[batch])
         values = spectra[batch][:, row, column].astype(np.float64)
         for _ in range(MOST_STEPS // steps):
             missing = np.flatnonzero(residual[batch] > GOOD)
             if not len(missing):
                 break
-            start = _searched(sought[missing], coarse, steps, generator)
-            found, offset = refined(start, wanted[missing], fine)
+            start = _searched(sought[missing], frequencies, steps, generator)
+            found, offset = refined(start.reshape(len(missing), -1), values[missing], steering)
             error = np.abs(found @ steering.T) - values[missing] - offset[:, None]
             error = LARGEST_GREY * np.sqrt((error**2).mean(axis=1))
             better = error < residual[batch][missing]
@@ -124,8 +120,9 @@ def _in_one_form(responses: Complex[np.ndarray, "K elements"]) -> Complex[np.nda
 
 def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P elements"], np.ndarray, np.ndarray]:
     """Steering vectors of pixels spread evenly over the hemisphere, with the pixels' rows and columns."""
-    index = np.arange(DIRECTIONS) + 0.5
-    elevation, azimuth = np.degrees(np.arcsin(index / DIRECTIONS)), np.degrees(np.pi * (1 + 5**0.5) * index) % 360
+    count = max(DIRECTIONS, DIRECTIONS_PER_ELEMENT * beamformer.array.elements)
+    index = np.arange(count) + 0.5
+    elevation, azimuth = np.degrees(np.arcsin(index / count)), np.degrees(np.pi * (1 + 5**0.5) * index) % 360
     grid = beamformer.grid
     row = np.abs(grid.elevations_deg - elevation[:, None]).argmin(axis=1)
     column = np.round(azimuth / grid.azimuth_step_deg).astype(int) % COLUMNS
@@ -133,10 +130,52 @@ def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P ele
     return beamformer.steering[row, column], row, column
 
 
+@dataclass(frozen=True)
+class SpatialFrequencies:
+    """A grid of spatial frequencies for an array over one period of its transform.
+
+    With the spacing d in wavelengths, a direction u has the spatial frequencies (d u_x, d u_y). Beamforming is, up to a
+    factor of magnitude 1, the Fourier transform of the responses. Visible frequencies lie in a disk of radius d.
+    """
+
+    array: PlanarArray
+    seen: Bool[np.ndarray, "y x"]  # whether a frequency belongs to a direction within the angular grid
+    row: Int[np.ndarray, "y x"]  # row of the pixel nearest to this direction
+    column: Int[np.ndarray, "y x"]  # its column
+
+    @classmethod
+    def of(cls, beamformer: Beamformer, oversampling: int = OVERSAMPLING) -> SpatialFrequencies:
+        """The grid with ``oversampling`` frequencies for each row and column of the array."""
+        grid = beamformer.grid
+        array = require_planar(beamformer.array, "the search for responses behind pictures")
+        y, x = (scipy.fft.fftfreq(oversampling * count) / array.spacing for count in (array.rows, array.columns))
+        u_x, u_y = np.meshgrid(x, y)
+        across = np.hypot(u_x, u_y)  # the cosine of the elevation
+        elevation, azimuth = np.degrees(np.arccos(np.minimum(across, 1))), np.degrees(np.arctan2(u_y, u_x)) % 360
+        row = np.rint((elevation - grid.elevation_first_deg) / grid.elevation_step_deg).astype(int)
+        column = np.rint(azimuth / grid.azimuth_step_deg).astype(int)
+        column[column * grid.azimuth_step_deg == 360] = 0
+        return cls(array, (across <= 1) & (row >= 0) & (row < ROWS) & (column < COLUMNS), row, column)
+
+    def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float32[np.ndarray, "K y x"]:
+        """Magnitudes at the frequencies, which are good enough to search with; 0 where not seen."""
+        sampled = np.zeros((len(spectra), *self.seen.shape), np.float32)
+        sampled[:, self.seen] = spectra[:, self.row[self.seen], self.column[self.seen]]
+        return sampled
+
+    def beams(self, responses: Complex[np.ndarray, "K rows columns"]) -> Complex[np.ndarray, "K y x"]:
+        """Beams of element responses at the frequencies, as ``Beamformer.spectrum`` has them before the magnitude."""
+        return scipy.fft.fft2(responses, s=self.seen.shape) * self.array.elements**-0.5
+
+    def responses(self, beams: Complex[np.ndarray, "K y x"]) -> Complex[np.ndarray, "K rows columns"]:
+        """The responses whose beams are nearest to some beams at all frequencies, seen or not (least squares)."""
+        return scipy.fft.ifft2(beams)[:, : self.array.rows, : self.array.columns] * self.array.elements**0.5
+
+
 def _searched(
     magnitude: Float[np.ndarray, "K y x"], frequencies: SpatialFrequencies, steps: int, generator: np.random.Generator
 ) -> Complex[np.ndarray, "K rows columns"]:
-    """Responses with about these magnitudes, by relaxed reflect-reflect from a random start.
+    """Responses with about these magnitudes, from a random start.
 
     With the projections P1 to the magnitudes and P2 to beams of M × N responses, a step from the beams b is
 
@@ -144,8 +183,7 @@ def _searched(
 
     It rests where both projections agree. The offset of the magnitudes is left to the refinement.
     """
-    array = require_planar(frequencies.beamformer.array, "phase retrieval")
-    seen = frequencies.seen
+    array, seen = frequencies.array, frequencies.seen
 
     def with_magnitude(beams: np.ndarray) -> np.ndarray:
         return np.where(seen, beams * (magnitude / np.maximum(np.abs(beams), 1e-12)), beams)

@@ -31,7 +31,6 @@ def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "
 
 
 def grey_levels(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
-    """The nearest grey levels of a normalised spectrum."""
     return np.round(np.clip(spectrum, 0, 1) * LARGEST_GREY).astype(np.uint8)
 
 
@@ -41,7 +40,6 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
 
 
 def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Check spectra that a user gave."""
     if np.ma.isMaskedArray(spectra):
         raise ParameterError(parameter, f"expected spectra of {ROWS} x {COLUMNS}, found a masked array")
     try:

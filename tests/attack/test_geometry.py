@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from hypothesis import strategies as st
 
-from scenes.importing.lengths import METRES
+from scenes.files.lengths import METRES
 from tests.attack import shapes
 from tests.attack.shapes import Shape
 from tests.attack.victims import PLACE, Victim

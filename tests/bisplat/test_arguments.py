@@ -99,7 +99,6 @@ class Call:
         return {name: each for name, each in usual.items() if each and name not in {*self.exempt, "report"}} | self.own
 
 
-FEW = {"test_spectra": WHOLE[:5], "steps": WHOLE[:5], "dataset": PATH}
 ANYWHERE = POINT[:4] + POINT[5:]
 
 
@@ -291,21 +290,16 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "crossvalidate": Call(
             bisplat.crossvalidate,
             {"run": run, "scene": scene},
-            {"positions": WHOLE, "tracer": OBJECT, "engine": (*OBJECT, "ray"), "field": (*PATH, "nowhere")},
+            {"positions": WHOLE, "engine": (*OBJECT, "ray"), "field": (*PATH, "nowhere")},
         ),
-        "compare": Call(bisplat.compare, {"dataset": data, "models": ["nearest"]}, FEW | {"models": NAMES[:6]}),
-        "compare_rooms": Call(
-            bisplat.compare_rooms,
-            {"rooms": file.with_name("rooms"), "methods": ["mean"]},
+        "compare": Call(
+            bisplat.compare,
+            {"data": powers, "methods": ["mean"], "split": "random"},
             {
-                "rooms": other, "given": ("x", 3, [], [0], [2, 2], [99], [1.5]), "test_rooms": (*WHOLE[:6], 2),
-                "test_spectra": WHOLE[:5],
+                "data": other, "methods": NAMES[:6], "quantity": WORD[:2], "sizes": ("5", 5, [], [5, 5], [0], [1.5]),
+                "tested": WHOLE[:5], "steps": WHOLE[:5], "test_rooms": (), "init": (*PATH, "x"),
+                "scene": (3, True, "nowhere", [], {"x": 1}),
             },
-        ),
-        "compare_powers": Call(
-            bisplat.compare_powers,
-            {"dataset": powers, "methods": ["mean"], "split": "random"},
-            {"dataset": other, "scene": (3, True, "nowhere", [], {"x": 1})},
         ),
         "fit_powers": Call(
             bisplat.fit_powers,
@@ -328,26 +322,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.write_coverage,
             {"coverage": bisplat.coverage_map(powers, method="mean", step=1.0), "folder": "map"},
         ),
-        "compare_channels": Call(
-            bisplat.compare_channels,
-            {"dataset": links, "methods": ["copy"], "split": "random"},
-            {"dataset": other},
-        ),
-        "compare_band": Call(
-            bisplat.compare_band,
-            {"dataset": file.with_name("wide"), "methods": ["nearest"], "split": "random"},
-            {"dataset": other},
-        ),
-        "ablate": Call(
-            bisplat.ablate,
-            {"dataset": data},
-            FEW | {"models": NAMES, "steps": WHOLE, "primitives": WHOLE[:6]},
-        ),
-        "sweep": Call(
-            bisplat.sweep,
-            {"dataset": data, "sizes": [5], "models": ["nearest"]},
-            FEW | {"models": NAMES, "sizes": ("5", 5, [], [5, 5], [0], [1.5], None), "init": (*PATH, "x")},
-        ),
+        "variants": Call(bisplat.variants, {"models": ["bisplat"]}, {"models": NAMES, "primitives": WHOLE[:6]}),
         "locate": Call(
             bisplat.locate,
             {"model_or_dataset": [run], "heard": [dataset.pictures[:1]]},
@@ -409,7 +384,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "calibrate": Call(bisplat.calibrate, {"scene": scene, "dataset": data}),
-        "calibrate_powers": Call(bisplat.calibrate_powers, {"scene": scene, "dataset": powers}, {"dataset": other}),
         "export": Call(bisplat.export, {"run": run, "path": "a.onnx"}, {"run": OBJECT, "path": (*PATH, "a.txt")}),
         "export_hdf5": Call(bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}),
         "export_csi": Call(bisplat.export_csi, {"dataset": data, "folder": "csi"}),
@@ -480,6 +454,10 @@ NOT_CALLED = {
     "InputError": "an error",
     "SpectrumModel": "a base class",
     "PredictsResponses": "a protocol",
+    "Comparison": "made by compare",
+    "Known": "made by compare",
+    "Prediction": "what a method returns, checked where it is used",
+    "Quantity": "a base class",
     "Run": "made by train and load_run",
     "Located": "made by locate",
     "Dataset": "made by simulate and read_dataset",

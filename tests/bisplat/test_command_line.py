@@ -281,4 +281,4 @@ def test_a_baseline_is_added_to_an_experiment_with_its_training_time(command, ti
     assert command(*words, "mlp")[0] == 0
     assert command(*words, "nearest")[0] == 0
     lines = (tmp_path / "out" / "results.jsonl").read_text().splitlines()
-    assert {json.loads(line)["label"] for line in lines} == {"mlp", "nearest", "array's ceiling"}
+    assert {"mlp", "nearest", "array's ceiling"} < {json.loads(line)["label"] for line in lines}

@@ -131,7 +131,7 @@ def test_help_on_the_package_leaves_out_only_what_traces_rays(place):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=ENVIRONMENT, cwd=place)
     assert done.returncode == 0, done.stderr
     assert "simulate(" in done.stdout
-    assert ast.literal_eval(done.stdout.splitlines()[-1]) == {"Tracer", "calibrate", "calibrate_powers"}
+    assert ast.literal_eval(done.stdout.splitlines()[-1]) == {"Tracer", "calibrate"}
 
 
 @pytest.mark.parametrize("command", REFUSED)

@@ -19,7 +19,7 @@ from typing import Any
 SPECTRA = 40
 """The largest number of spectra, positions or training spectra; the smallest with ten spectra to validate with."""
 
-FITS = ("train", "compare", "ablate", "sweep", "evaluate", "plan", "demo")
+FITS = ("train", "compare", "evaluate", "plan", "demo")
 """Commands that fit covariances; only these import what they need for it."""
 
 COARSE = {"max_depth": 1, "rays": 20_000, "diffraction": False}  # How rays are traced
@@ -36,9 +36,7 @@ def smaller(arguments: list[str]) -> list[str]:
         "plan": {"-n": 3, "--positions": 3},
         "calibrate": {"-n": 10, "--spectra": 10},
         "train": {"--steps": 2, "--budget": 0.01},
-        "compare": {"--budget": 0.01, "--seeds": 2, "--test-spectra": 5},
-        "ablate": {"--steps": 2, "--seeds": 2, "--test-spectra": 5},
-        "sweep": {"--budget": 0.01, "--seeds": 1, "--test-spectra": 5},
+        "compare": {"--budget": 0.01, "--seeds": 2, "--tested": 5, "--steps": 2},
         "demo": {"-n": SPECTRA, "--spectra": SPECTRA, "--steps": 2},
     }.get(command, {})
     for option, limit in limit_of.items():

@@ -3,10 +3,10 @@
 import json
 from pathlib import Path
 
-import pandas as pd
+import numpy as np
 import pytest
 
-from learn.comparison.results_folder import ResultRow, ResultsFile, row_name, run_folder
+from learn.comparison.results_folder import Results, row_name, run_folder
 from scenes.files.output_folder import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments
@@ -30,16 +30,16 @@ COMPARE = """
 import sys
 import torch
 import bisplat
-from learn.comparison import ablate
+from learn.comparison import variants
 from learn.training.registry import MODELS
 from learn.training import train
 from learn.training import validation_part as epochs
 torch.set_num_threads(1)
 epochs.STEPS_PER_VALIDATION = 6
-ablate.APERTURE = {"with TX-PE": {"encoding": "octaves"}, "width 8": {"width": 8}}
+variants.APERTURE = {"with TX-PE": {"encoding": "octaves"}, "width 8": {"width": 8}}
 MODELS["bisplat-aperture"].options.update(primitives=40, width=16)
 print("ready", flush=True)
-bisplat.ablate(sys.argv[1], models=("bisplat-aperture",), steps=12, seeds=1, output=sys.argv[2])
+bisplat.compare(sys.argv[1], bisplat.variants(["bisplat-aperture"]), steps=12, output=sys.argv[2])
 """
 
 
@@ -57,14 +57,14 @@ def trained(folder: Path) -> Outcome:
 
 def compared(folder: Path) -> Outcome:
     """Of a comparison: its settings, the scores of every spectrum, and its runs."""
-    rows = ResultsFile(folder, ResultRow).rows
+    rows = [row for row in Results(folder).rows if row.get("steps")]
     assert len(rows) == 3
     files = {"protocol.json": (folder / "protocol.json").read_bytes()}
     scores = [row["ssim_median"] for row in rows]
     for row in rows:
         of_run, of_validation = trained(folder / run_folder(row))
         files |= {f"{row['label']}/{file}": content for file, content in of_run.items()}
-        scores += of_validation + pd.read_csv(folder / "per_sample" / f"{row_name(row)}.csv")["ssim"].tolist()
+        scores += of_validation + np.load(folder / "per_sample" / f"{row_name(row)}.npz")["ssim"].tolist()
     return files, scores
 
 

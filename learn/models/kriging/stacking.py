@@ -10,8 +10,8 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from learn.baselines.neighbours import NEIGHBOURS
 from learn.data.metrics import ssim_of_each
+from learn.data.neighbours import NEIGHBOURS
 from learn.models.base import Report, SpectrumModel
 from learn.models.kriging.interpolators import OF_RESPONSES, WAYS, FieldFits, kriging_ways
 from learn.models.kriging.kriged_field import KrigedField

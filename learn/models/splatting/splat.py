@@ -18,8 +18,6 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 from torch import Tensor, nn
 
-from learn.models.splatting.splat_cpu import splat_cpu
-
 WHOLE = 1e-3  # A number of columns this near a whole one is whole: a grid's azimuths are in single precision
 MOST_TURN = 4  # largest ratio of the columns of one turn, which the fast renderers compute, to those of the grid
 
@@ -70,7 +68,7 @@ def splat_by_conic(
     if torch.compiler.is_exporting():
         renderer = splat_reference  # its operators exist in every runtime
     elif opacity.device.type == "cpu":
-        renderer = splat_cpu
+        from learn.models.splatting.splat_cpu import splat_cpu as renderer  # Numba takes long to import
     elif opacity.device.type == "cuda":
         from learn.models.splatting.splat_triton import (
             splat_triton as renderer,  # only CUDA builds of torch include Triton

@@ -54,7 +54,9 @@ class Arrays:
     def _table(self, view: int, offset: int, shape: tuple[int, ...], component: int, label: str) -> np.ndarray:
         """Return a part of a buffer as rows, which may have gaps between them."""
         entry = pick(self.header.buffer_views, view, self.source, "bufferViews")
-        kind = _type(component, label)
+        if component not in TYPES:
+            raise InputError(f"{label}: expected a componentType of glTF, found {component}")
+        kind = np.dtype(TYPES[component])
         row = kind.itemsize * int(np.prod(shape[1:]))
         stride = entry.byte_stride or row
         size = stride * (shape[0] - 1) + row if shape[0] else 0
@@ -86,12 +88,6 @@ class Arrays:
             raise InputError(f"{label}: {error}") from None
         self.left -= len(data)
         return data
-
-
-def _type(component: int, label: str) -> np.dtype:
-    if component not in TYPES:
-        raise InputError(f"{label}: expected a componentType of glTF, found {component}")
-    return np.dtype(TYPES[component])
 
 
 def _decoded(uri: str, label: str) -> bytes:

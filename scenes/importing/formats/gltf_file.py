@@ -14,7 +14,7 @@ from jaxtyping import Float, Integer
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.files.errors import InputError, named, shown
+from scenes.files.errors import InputError, listed, named, shown
 from scenes.importing.formats.gltf_arrays import LARGEST_FILE, Arrays
 from scenes.importing.formats.gltf_header import (
     COMPRESSION,
@@ -61,9 +61,7 @@ def read_gltf(data: bytes, path: Path) -> ImportedFile:
         for index in sorted(places):
             name = node_name(header, index)
             parts += parts_of_node(name, name, _meshes(index, places, arrays, f"{path}: {shown(name)}"))
-    return ImportedFile(
-        path, parts, "y", tuple(_left_out(header, places)), header.asset.generator
-    )  # y: specification, 3.4
+    return ImportedFile(path, parts, "y", tuple(_left_out(header, places)), header.asset.generator)
 
 
 def _meshes(index: int, places: dict[int, np.ndarray], arrays: Arrays, label: str) -> dict[str | None, Trimesh]:
@@ -101,7 +99,6 @@ def _require_plain(node: Node, part: Primitive, weights: list[float], label: str
 
 
 def _faces(part: Primitive, count: int, arrays: Arrays, label: str) -> Faces:
-    """Return the triangles of a primitive as vertex numbers."""
     corners = np.arange(count) if part.indices is None else arrays.read(part.indices, "SCALAR").astype(int)
     if part.mode == FAN:
         second = np.arange(1, max(len(corners) - 1, 1))
@@ -125,44 +122,32 @@ def _joined(pieces: list[tuple[Vertices, Faces]]) -> Trimesh:
 
 
 def _has_triangles(part: Primitive) -> bool:
-    """Whether a primitive is not of points or lines."""
     return part.mode not in POINTS_AND_LINES and "POSITION" in part.attributes
 
 
 def _left_out(header: Header, places: Container[int]) -> Iterator[str]:
     """Yield a sentence for each kind of thing that is not read."""
     without, elsewhere, unknown = [], [], dict[str, str]()
-    parents = {child: index for index, node in enumerate(header.nodes) if index in places for child in node.children}
     for index, node in enumerate(header.nodes):
-        if node.mesh is None:
-            continue
         name = node_name(header, index)
-        if index not in places:
-            elsewhere.append(name)
-            continue
-        if not all(map(_has_triangles, header.meshes[node.mesh].primitives)):
-            without.append(name)
-        above = [header.nodes[each] for each in _ancestors(parents, index)]
-        unknown |= {extension: name for each in (node, *above) for extension in _extensions(header, each)}
+        if index in places:
+            unknown |= dict.fromkeys(_extensions(header, node), name)
+        if node.mesh is not None and index not in places:
+            elsewhere.append(named(name))
+        elif node.mesh is not None and not all(map(_has_triangles, header.meshes[node.mesh].primitives)):
+            without.append(named(name))
     used = {node.mesh for node in header.nodes}
-    unused = [mesh.name or f"mesh_{index}" for index, mesh in enumerate(header.meshes) if index not in used]
+    unused = [named(mesh.name or f"mesh_{index}") for index, mesh in enumerate(header.meshes) if index not in used]
     if without:
-        yield f"points and lines were left out, in {_list(without)}"
+        yield f"points and lines were left out, in {listed(without, LISTED)}"
     if elsewhere:
-        yield f"nodes outside the scene that the file shows were left out: {_list(elsewhere)}"
+        yield f"nodes outside the scene that the file shows were left out: {listed(elsewhere, LISTED)}"
     if unused:
-        yield f"meshes that no node shows were left out: {_list(unused)}"
+        yield f"meshes that no node shows were left out: {listed(unused, LISTED)}"
     for extension, name in unknown.items():
         yield f"the extension {named(extension)} is unknown and was not applied, for example to {named(name)}"
     if header.animations:
         yield f"animations were left out: {len(header.animations)} in the file; the pose at rest was read"
-
-
-def _ancestors(parents: dict[int, int], index: int) -> Iterator[int]:
-    """Yield the numbers of the nodes above a node."""
-    while index in parents:
-        index = parents[index]
-        yield index
 
 
 def _extensions(header: Header, node: Node) -> Iterator[str]:
@@ -175,11 +160,6 @@ def _extensions(header: Header, node: Node) -> Iterator[str]:
         for name in extensions:
             if name not in (*OBEYED, *COMPRESSION) and not name.startswith(IRRELEVANT):
                 yield name
-
-
-def _list(names: list[str]) -> str:
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return ", ".join(named(name) for name in names[:LISTED]) + more
 
 
 def _node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4"]]:

@@ -1,18 +1,20 @@
-"""What a file contains: its parts with their names, what was left out, and what it says about its exporter."""
+"""What a file contains: parts with names, the radio materials that these stand for, what was left out, its exporter."""
 
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Integer
 from trimesh import Trimesh
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, did_you_mean, named
 from scenes.scene.description import MOST_TRIANGLES
+from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
 
 LARGEST = 1e10
 """Largest coordinate, in the file's unit: that of UTM in millimetres. Damaged files have coordinates such as 1e30."""
@@ -42,11 +44,14 @@ class ImportedPart:
             each += [f"{node}/{material}", f"{short_name(node)}/{short_name(material)}"]
         return list(dict.fromkeys(filter(None, each)))
 
+    def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial | None:
+        """The radio material that the file states: the one that its name stands for."""
+        known = None if self.material is None else known_material(self.material, own)
+        return None if known is None else material_at(known, frequency, own)
+
 
 @dataclass(frozen=True)
 class ImportedFile:
-    """The content of a mesh file or a scene XML."""
-
     path: Path  # the file
     parts: Sequence[ImportedPart]  # of a mesh file in the order of their names, of a scene XML in the order of the file
     up: str  # "y" or "z", the vertical axis of this kind of file
@@ -61,7 +66,6 @@ def short_name(name: str) -> str:
 
 
 def parts_of_node(node: str, otherwise: str, meshes: Mapping[str | None, Trimesh]) -> list[ImportedPart]:
-    """Name the parts of a node."""
     name = node or otherwise
     return [
         ImportedPart(f"{name}/{material}" if material is not None and len(meshes) > 1 else name, mesh, node, material)
@@ -94,3 +98,44 @@ def require_few(triangles: int, label: str) -> None:
     """Refuse more triangles than ``MOST_TRIANGLES``. Raise an InputError that starts with the label."""
     if triangles > MOST_TRIANGLES:
         raise InputError(f"{label}: expected at most {MOST_TRIANGLES} triangles, found {triangles}")
+
+
+VALUES = "PERMITTIVITY,CONDUCTIVITY,THICKNESS"
+"""What the option --own-material takes after the name and "=": ε_r, S/m and metres."""
+
+
+def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
+    """The material that a name stands for; case, spaces, "mat-", "itu_" and Blender's number do not count."""
+    table = {_plain(known): known for known in (*P2040, *own)}
+    return name if name in own else table.get(_plain(name))
+
+
+def _plain(name: str) -> str:
+    bare = re.sub(r"^(mat-)?(itu[_-])?", "", short_name(name.strip()), flags=re.IGNORECASE)
+    return re.sub(r"[ -]", "_", bare).casefold()
+
+
+def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
+    """Refuse the name of a material that is neither the user's own nor one of ITU-R P.2040."""
+    known = (*own, *P2040)
+    if name in known:
+        return
+    hint = did_you_mean(name, known)
+    if not hint.endswith("?"):
+        hint += f" (or give its values: --own-material {shlex.quote(f'{name}={VALUES}')})"
+    raise InputError(f"unknown material {named(name)}; {hint}")
+
+
+def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial:
+    if name in own:
+        return replace(own[name], name=name)
+    try:
+        return p2040_material(name, frequency)
+    except OutsideP2040 as error:
+        advice = f"for another one, give its values: --own-material {shlex.quote(f'{name}={VALUES}')}"
+        raise OutsideP2040(error.name, error.frequency, advice) from None
+
+
+def proposed_rule(name: str) -> str:
+    """Write a rule for a name, without its material, that the user can copy into a shell. No option begins with "?"."""
+    return shlex.quote(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")

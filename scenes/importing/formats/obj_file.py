@@ -43,7 +43,6 @@ class _Polygons:
         self.comments: list[str] = []
 
     def read(self, data: bytes) -> None:
-        """Go through the lines of the file."""
         obj = group = material = ""
         for number, line in _statements(data):
             keyword, _, rest = line.partition(" ")
@@ -140,5 +139,4 @@ def _statements(data: bytes) -> Iterator[tuple[int, str]]:
 
 
 def _words(rest: str) -> list[str]:
-    """Return the words before a comment."""
     return rest.partition("#")[0].split()

@@ -87,7 +87,6 @@ def _next(lines: Iterator[tuple[int, list[str]]], path: Path, expected: str) -> 
 
 
 def _counts(words: list[str], count: int, label: str, line: int) -> list[int]:
-    """Return words as whole numbers that are not negative."""
     try:
         values = whole_numbers(words)
     except ValueError:

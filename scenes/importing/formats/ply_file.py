@@ -108,7 +108,6 @@ def _corners(element: Element | None, label: str) -> tuple[Integer[np.ndarray, "
 
 
 def _read_elements(data: bytes, label: str) -> tuple[dict[str, Element], list[str]]:
-    """Read the elements of a PLY file."""
     lines, start = _header_lines(data, label)
     order, elements, comments = _parse_header(lines, label)
     body = data[start:]

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from math import hypot
 
 import mapbox_earcut
 import numpy as np
@@ -36,8 +38,6 @@ Two triangles with a common edge that are folded by 30° are about so far from a
 
 @dataclass(frozen=True)
 class Cut:
-    """Triangles of polygons."""
-
     triangles: Integer[np.ndarray, "T 3"]  # vertex numbers, turning the same way as their polygons, [T, 3]
     polygons: Integer[np.ndarray, " T"]  # number of each triangle's polygon, [T]
     crossing: list[int]  # numbers of the polygons that cross themselves. They have no triangles.
@@ -65,7 +65,6 @@ def cut_polygons(
     sizes: Integer[np.ndarray, " P"],
     label: str,
 ) -> Cut:
-    """Cut polygons into triangles."""
     require_few(int(np.sum(sizes - 2)), label)
     if len(sizes) and sizes.max() > MOST_CORNERS:
         raise InputError(f"{label}: expected polygons of at most {MOST_CORNERS} corners, found one of {sizes.max()}")
@@ -166,7 +165,7 @@ def cut_rings(
     """
     rings = np.split(np.arange(len(plane)), ends[:-1])
     area = sum(turned_area(plane[ring]) for ring in rings)
-    bent = [ring[_is_bent(plane[ring])] for ring in rings]
+    bent = [_bent(plane, ring) for ring in rings]
     used = np.concatenate(bent)
     limits = np.cumsum([len(ring) for ring in bent if len(ring)]).astype(np.uint32)
     ears = mapbox_earcut.triangulate_float64(np.ascontiguousarray(plane[used]), limits)
@@ -179,11 +178,22 @@ def cut_rings(
     return _with_all_corners(ears, rings)
 
 
-def _is_bent(ring: Float[np.ndarray, "n 2"]) -> np.ndarray:
-    """Whether a ring turns at each corner. A corner on a straight edge would have a triangle without area."""
-    before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
-    turning = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return np.abs(turning) > STRAIGHT * (np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)) ** 2
+def _bent(plane: Float[np.ndarray, "n 2"], ring: Integer[np.ndarray, " n"]) -> Integer[np.ndarray, " m"]:
+    """Leave out the corners on straight edges, which would have triangles without area, and repeated ones but the last.
+
+    One after another, since two corners at one place are each on a straight edge while the other is there.
+    """
+    places = plane[ring]
+    tip = int(((places - places.mean(axis=0)) ** 2).sum(axis=1).argmax())
+    corners = np.roll(places, -tip, axis=0).tolist()
+    kept, (x, y) = [0], corners[0]
+    for number, ((here_x, here_y), (next_x, next_y)) in enumerate(pairwise([*corners[1:], corners[0]]), 1):
+        before, after = (here_x - x, here_y - y), (next_x - here_x, next_y - here_y)
+        turning = abs(before[0] * after[1] - before[1] * after[0])
+        if turning > STRAIGHT * (hypot(*before) + hypot(*after)) ** 2:
+            kept.append(number)
+            x, y = here_x, here_y
+    return ring[np.sort((np.array(kept) + tip) % len(ring))] if len(kept) > 2 else ring[:0]
 
 
 def turned_area(ring: Float[np.ndarray, "n 2"]) -> float:

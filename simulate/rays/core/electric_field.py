@@ -16,8 +16,10 @@ from simulate.rays.core.propagation import MOST_PASSES
 from simulate.rays.core.ray_scene import NEAR
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.solution import Amplitude
 from simulate.rays.core.surfaces import Surfaces
+
+Amplitude = tuple[mi.Float64, mi.Float64]
+"""Real and imaginary part of the amplitude of each path, not computed yet."""
 
 Field = tuple[mi.Vector3f, mi.Vector3f]  # Real and imaginary parts of the electric field, world frame
 
@@ -111,6 +113,10 @@ def _along(surfaces, start, direction, length, state, passes, blocked, behind):
     return state, passes, blocked
 
 
+AtEdge = Callable[[Surfaces, Field, mi.Vector3f, mi.Vector3f], Field]
+"""The field behind an edge, from the field before it and the directions before and behind it."""
+
+
 @dataclass(frozen=True)
 class Ways:
     """The ways of paths with equal numbers of interactions."""
@@ -118,12 +124,13 @@ class Ways:
     sources: mi.UInt  # index of each path's source
     targets: mi.UInt  # index of each path's target
     vertices: list[mi.Point3f]  # places of the interactions, in the order from source to target, metres
-    faces: list[mi.UInt]  # number of the triangle of each reflection, counted through the scene's objects; any at edges
+    faces: list[mi.UInt]  # number of each interaction's triangle, counted through the scene's objects
     # length of each path, metres; in double precision, since a path is many wavelengths long
     travelled: mi.Float64
     # what is left of the amplitude of a wave behind its antenna and edges, per metre: 1 / length for a path without
     # edges
     spreading: mi.Float64
+    at_edges: Mapping[int, AtEdge]  # what happens at each edge, by its number among the interactions
 
 
 SHORT = 0.05
@@ -131,17 +138,8 @@ SHORT = 0.05
 two reflections may be shorter than that. So the direction of a shorter leg behind a reflection is mirrored from the leg
 before."""
 
-AtEdge = Callable[[Field, mi.Vector3f, mi.Vector3f], Field]
-"""The field behind an edge, from the field before it and the directions before and behind it."""
 
-
-def path_amplitudes(
-    surfaces: Surfaces,
-    sources: Antennas,
-    targets: Antennas,
-    ways: Ways,
-    at_edges: Mapping[int, AtEdge] = {},
-) -> Amplitude:
+def path_amplitudes(surfaces: Surfaces, sources: Antennas, targets: Antennas, ways: Ways) -> Amplitude:
     """The amplitude of each path between its source and its target, 0 if it is blocked."""
     interactions = len(ways.vertices)
     passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
@@ -151,15 +149,15 @@ def path_amplitudes(
     lengths = [mi.Float(dr.norm(step)) for step in steps]
     directions = [mi.Vector3f(step / length) for step, length in zip(steps, lengths, strict=True)]
     for number in range(interactions):
-        if number not in at_edges:
+        if number not in ways.at_edges:
             mirrored = _mirrored(directions[number], surfaces.normal(ways.faces[number]))
             directions[number + 1] = dr.select(lengths[number + 1] < SHORT, mirrored, directions[number + 1])
 
     field, blocked = pattern(sources, directions[0]), mi.Bool(False)
     for number, way in enumerate(directions):
         field, passes, blocked = pass_through(surfaces, points[number], way, lengths[number], field, passes, blocked)
-        if number in at_edges:
-            field = at_edges[number](field, way, directions[number + 1])
+        if number in ways.at_edges:
+            field = ways.at_edges[number](surfaces, field, way, directions[number + 1])
         elif number < interactions:
             face = ways.faces[number]
             te, tm, _, _ = surfaces.coefficients(face, way)
@@ -173,17 +171,11 @@ def path_amplitudes(
     return spreading * real, spreading * imaginary
 
 
-def solved(
-    surfaces: Sequence[Surfaces],
-    sources: Antennas,
-    targets: Antennas,
-    ways: Ways,
-    at_edges: Callable[[Surfaces], Mapping[int, AtEdge]] = lambda surfaces: {},
-) -> list[Amplitude]:
+def solved(surfaces: Sequence[Surfaces], sources: Antennas, targets: Antennas, ways: Ways) -> list[Amplitude]:
     """The amplitudes of paths with each of some sets of materials."""
     if len(surfaces) > 1:
         dr.eval(ways)
-    return [path_amplitudes(each, sources, targets, ways, at_edges(each)) for each in surfaces]
+    return [path_amplitudes(each, sources, targets, ways) for each in surfaces]
 
 
 def surviving(surfaces: Surfaces, points: Sequence[mi.Point3f], faces: Sequence[mi.UInt]) -> mi.Float:

@@ -12,20 +12,18 @@ not part of its chain. They are found when the path is solved.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from simulate.rays.core.electric_field import Ways, solved
-from simulate.rays.core.image_method import Images, batches, on_device, pieces
-from simulate.rays.core.multipath import STRAIGHT, Interaction
+from simulate.rays.core.electric_field import Ways
+from simulate.rays.core.image_method import Combination, Mirrors, mirrored, on_device
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.ray_tracer import mi
+from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.shooting import reversed_sequences
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.solution import Course, Solution, largest_shares
+from simulate.rays.core.solution import Solution, largest_shares, solutions
 from simulate.rays.core.surfaces import Surfaces
 
 Chains = Int[np.ndarray, "chains depth"]
@@ -33,6 +31,45 @@ Chains = Int[np.ndarray, "chains depth"]
 
 NEGLIGIBLE = 1e-6
 """A chain is dropped if its share of the power is smaller than this at every trial and every element."""
+
+
+class Images:
+    """The images of sources by chains with equal numbers of reflections."""
+
+    def __init__(
+        self, mirrors: Mirrors, chains: Int[np.ndarray, "chains reflections"], sources: Float[np.ndarray, "sources 3"]
+    ):
+        self._mirrors, self._chains = mirrors, len(chains)
+        self._planes = [mi.UInt(plane) for plane in chains.T]
+        self._images = [on_device(each) for each in mirrored(mirrors.planes, chains, sources)]
+
+    def ends_of(self, targets: Float[np.ndarray, "targets 3"]) -> mi.Point3d:
+        """The targets."""
+        return on_device(targets)
+
+    def possible(self, ends: mi.Point3d, combination: Combination) -> mi.Bool:
+        """Whether the reflections of each target, chain and source all lie on a surface."""
+        return self._follow(ends, combination)[0]
+
+    def ways(self, ends: mi.Point3d, combination: Combination) -> Ways:
+        """The ways of possible combinations."""
+        return self._follow(ends, combination)[1]
+
+    def _follow(self, ends: mi.Point3d, combination: Combination) -> tuple[mi.Bool, Ways]:
+        """The ways, and whether they are possible."""
+        target, chain, source = combination
+        image = source * dr.opaque(mi.UInt, self._chains) + chain
+        point = dr.gather(mi.Point3d, ends, target)
+        length = dr.norm(point - dr.gather(mi.Point3d, self._images[-1], image))
+        found, places, faces = mi.Bool(True), [], []
+        for k in range(len(self._planes) - 1, -1, -1):
+            plane = dr.gather(mi.UInt, self._planes[k], chain)
+            found, face, point = self._mirrors.reflection(
+                plane, dr.gather(mi.Point3d, self._images[k + 1], image), point, 0.0, found
+            )
+            places.insert(0, mi.Point3f(point))
+            faces.insert(0, face)
+        return found & (length > 0), Ways(source, target, places, faces, length, 1 / length, {})
 
 
 def line_of_sight(propagation: Propagation) -> Chains:
@@ -55,8 +92,8 @@ def find_chains(
         return line_of_sight(propagation)
     chains = np.unique(np.concatenate([forth, reversed_sequences(back)]), axis=0)
     chains = chains if propagation.los else chains[1:]
-    solutions = reflected(ray_scene, chains, elements, trials, [surfaces])
-    kept = largest_shares(solutions, len(chains), np.zeros((len(trials), len(elements)))) >= NEGLIGIBLE
+    solved = reflected(ray_scene, chains, elements, trials, [surfaces])
+    kept = largest_shares(solved, len(chains), np.zeros((len(trials), len(elements)))) >= NEGLIGIBLE
     kept[: int(propagation.los)] = True
     report(f"{kept.sum()} chains of reflections, of {len(chains):,} tried")
     return chains[kept]
@@ -69,39 +106,8 @@ def reflected(
 
     The paths are ordered by the number of reflections, then by target, chain and source.
     """
-    counts = (chains >= 0).sum(axis=1)
-    wavelengths = [each.wavelength for each in surfaces]
+    counts, object_of_face = (chains >= 0).sum(axis=1), ray_scene.object_of_face
     for count in np.unique(counts):
         number = np.flatnonzero(counts == count)
         images = Images(ray_scene.mirrors, chains[number, :count], sources.positions)
-        for start, stop in batches(len(targets), len(number), len(sources)):
-            some = targets.subset(slice(start, stop))
-            places = on_device(some.positions)
-            possible = images.possible(places, len(some))
-            for paths in pieces(possible):
-                combination = images.combination(paths)
-                vertices, faces, length = images.ways(places, combination)
-                points = [mi.Point3f(vertex) for vertex in vertices]
-                ways = Ways(combination.source, combination.target, points, faces, length, 1 / length)
-                amplitudes = solved(surfaces, sources, some, ways)
-                target, chain, source = (each.numpy().astype(np.int64) for each in combination)
-                antennas = sources.positions[source], some.positions[target]
-                course = partial(_course, ways, *antennas, ray_scene, chains.shape[1])
-                yield Solution(number[chain], start + target, source, length, amplitudes, wavelengths, course)
-
-
-def _course(
-    ways: Ways,
-    starts: Float[np.ndarray, "paths 3"],
-    ends: Float[np.ndarray, "paths 3"],
-    ray_scene: RayScene,
-    depth: int,
-) -> Course:
-    """Where paths with some number of reflections run, with places for ``depth`` of them."""
-    count, shape = len(ways.faces), (len(starts), depth)
-    objects, kinds = np.full(shape, STRAIGHT), np.full(shape, int(Interaction.NONE))
-    kinds[:, :count] = Interaction.REFLECTION
-    vertices = np.concatenate([starts[:, None], *[ends[:, None]] * (depth + 1)], axis=1)
-    for number, (vertex, face) in enumerate(zip(ways.vertices, ways.faces, strict=True)):
-        vertices[:, 1 + number], objects[:, number] = vertex.numpy().T, ray_scene.object_of_face[face.numpy()]
-    return vertices, objects, kinds
+        yield from solutions(images, number, sources, targets, surfaces, object_of_face)

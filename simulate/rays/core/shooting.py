@@ -10,9 +10,10 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int
+from jaxtyping import Float, Float32, Int
 
 from scenes.scene.description import conducting_objects
+from simulate.parallel.compiled import compiled
 from simulate.rays.core.ray_scene import NEAR, RayScene
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.surfaces import Surfaces
@@ -67,30 +68,13 @@ class Flights(NamedTuple):
 
     sequences: Int[np.ndarray, " rays"]  # number of the sequence that has reflected it
     reflections: Int[np.ndarray, " rays"]  # how often it was reflected
-    starts: Float32[np.ndarray, "3 rays"]  # where it comes from, metres
-    directions: Float32[np.ndarray, "3 rays"]  # where it goes, unit vectors
-    lengths: Float32[np.ndarray, " rays"]  # of this flight, metres; infinite if it leaves the scene
+    starts: Float32[np.ndarray, "rays 3"]  # where it comes from, metres
+    directions: Float32[np.ndarray, "rays 3"]  # where it goes, unit vectors
     travelled: Float32[np.ndarray, " rays"]  # on all flights before, metres
     # what surfaces have left of its amplitude, at most, for any polarisation
     strengths: Float32[np.ndarray, " rays"]
+    lengths: Float32[np.ndarray, " rays"]  # of this flight, metres; infinite if it leaves the scene
     faces: Int[np.ndarray, " rays"]  # the triangle at the end of the flight; −1 if there is none
-
-    def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " rays"]) -> Flights:
-        """The flights with these indices, or those that a mask selects."""
-        return Flights(*(each[..., index] for each in self))
-
-    def near(self, box: Float[np.ndarray, "2 3"]) -> Bool[np.ndarray, " rays"]:
-        """Whether each flight passes a box, or beside it within ``SPREAD``."""
-        middle = box.mean(axis=0).astype(np.float32)[:, None]
-        way = np.minimum(np.linalg.norm(middle - self.starts, axis=0), self.lengths)
-        margin = SPREAD * (self.travelled + way)
-        with np.errstate(divide="ignore", invalid="ignore"):  # a ray along an axis
-            ends = [
-                (corner[:, None].astype(np.float32) - self.starts + side * margin) / self.directions
-                for corner, side in zip(box, (-1, 1), strict=True)
-            ]
-        begin, end = np.fmin(*ends).max(axis=0), np.fmax(*ends).min(axis=0)
-        return (begin <= end) & (end >= 0) & (begin <= self.lengths)
 
 
 class Explored(NamedTuple):
@@ -101,11 +85,6 @@ class Explored(NamedTuple):
     numbers: Int[np.ndarray, " m"]  # numbers of these sequences in the flights that ``watch`` saw
     strengths: Float32[np.ndarray, " m"]  # what surfaces left of the amplitude of the strongest ray of each of these
 
-    def shorter(self, most: int) -> Explored:
-        """Without the short sequences of more than some number of reflections."""
-        kept = (self.short >= 0).sum(axis=1) <= most
-        return self._replace(short=self.short[kept], numbers=self.numbers[kept], strengths=self.strengths[kept])
-
 
 def explore(
     ray_scene: RayScene,
@@ -114,28 +93,21 @@ def explore(
     others: Float[np.ndarray, "2 3"],
     short: int,
     generator: np.random.Generator,
-    watch: Callable[[Flights], None] = lambda flights: None,
+    watch: Callable[[Flights], None],
 ) -> Explored:
     """Find the sequences of planes that reflect waves from some antennas, and those that reflect them into a box.
 
-    ``watch`` sees the flights of rays with few reflections that end at surfaces.
+    Of the sequences with at most ``short`` reflections, all are found. ``watch`` sees all flights.
     """
     most = ray_scene.propagation.max_depth if ray_scene.propagation.specular else 0
-    sequences, arriving, strengths = Sequences(), [], np.ones(1, np.float32)
+    sequences, arriving, strengths = Sequences(), np.ones(1, bool), np.ones(1, np.float32)
     for flights in _shoot(ray_scene, surfaces, antennas, most, sequences, generator):
-        arriving.append(np.unique(flights.sequences[flights.near(others)]))
-        strengths = np.pad(strengths, (0, len(sequences) - len(strengths)))
-        few = flights.reflections <= short
-        np.maximum.at(strengths, flights.sequences[few], flights.strengths[few])
-        watch(flights.subset(few & (flights.faces >= 0)))
-    found, beginnings = np.unique(np.concatenate([[0], *arriving])), np.flatnonzero(strengths)
-    depth = ray_scene.propagation.max_depth
-    return Explored(
-        sequences.planes(found, depth),
-        sequences.planes(beginnings, min(most, short)),
-        beginnings,
-        strengths[beginnings],
-    )
+        arriving, strengths = (np.pad(each, (0, len(sequences) - len(each))) for each in (arriving, strengths))
+        _look(flights, others, short, arriving, strengths)
+        watch(flights)
+    found, beginnings = np.flatnonzero(arriving), np.flatnonzero(strengths)
+    arrived = sequences.planes(found, ray_scene.propagation.max_depth)
+    return Explored(arrived, sequences.planes(beginnings, short), beginnings, strengths[beginnings])
 
 
 def _shoot(
@@ -153,45 +125,87 @@ def _shoot(
     propagation, planes = ray_scene.propagation, ray_scene.planes
     conducts = conducting_objects(ray_scene.description)[ray_scene.object_of_face]
     directions = generator.standard_normal((3, propagation.rays), np.float32)
-    directions /= np.linalg.norm(directions, axis=0)
-    nothing, zero = np.zeros(propagation.rays, np.int64), np.zeros(propagation.rays, np.float32)
-    starts = np.ascontiguousarray(origins.T[:, np.arange(propagation.rays) % len(origins)], np.float32)
-    flights = Flights(nothing, nothing, starts, directions, zero, zero, zero + 1, nothing)
+    directions = np.ascontiguousarray((directions / np.linalg.norm(directions, axis=0)).T)
+    starts = origins.astype(np.float32)[np.arange(propagation.rays) % len(origins)]
+    numbers, reflections = np.zeros((2, propagation.rays), np.int64)
+    travelled, strengths = np.zeros(propagation.rays, np.float32), np.ones(propagation.rays, np.float32)
+    going = numbers, reflections, starts, directions, travelled, strengths
     for _ in range(most + PASSES + 1 if propagation.refraction else most + 1):
-        lengths, faces, reflected, passed = _meet(surfaces, flights.starts, flights.directions)
-        flights = flights._replace(lengths=lengths, faces=faces)
+        lengths, faces, reflected, passed = _meet(surfaces, going[2], going[3])
+        flights = Flights(*going, lengths, faces)
         yield flights
-        turns = conducts[faces] | (not propagation.refraction) | (generator.random(len(faces), np.float32) < 0.5)
-        turns &= flights.reflections < most
-        strengths = flights.strengths * np.where(turns, reflected, passed)
-        goes = (faces >= 0) & (turns | ~conducts[faces] & propagation.refraction) & (strengths > WEAKEST)
-        turns, strengths = turns[goes], strengths[goes]
-        flights = flights.subset(goes)
-        ends = flights.starts + flights.lengths * flights.directions
-        plane, directions = planes.of_face[flights.faces[turns]], flights.directions
-        normals = planes.normals[plane].T.astype(np.float32)
-        directions[:, turns] -= 2 * (directions[:, turns] * normals).sum(axis=0) * normals
-        numbers = flights.sequences.copy()
-        numbers[turns] = sequences.extended(numbers[turns], plane)
-        flights = flights._replace(
-            sequences=numbers,
-            reflections=flights.reflections + turns,
-            starts=ends + NEAR * directions,
-            travelled=flights.travelled + flights.lengths,
-            strengths=strengths,
-        )
-        if not len(strengths):
+        draws, turning = generator.random(len(faces), np.float32), np.empty(len(faces), np.int64)
+        surroundings = conducts, planes.of_face, planes.normals.astype(np.float32)
+        count = _go_on(flights, reflected, passed, draws, most, propagation.refraction, *surroundings, turning)
+        if not count:
             return
+        going = tuple(each[:count] for each in going)
+        turned = np.flatnonzero(turning[:count] >= 0)
+        going[0][turned] = sequences.extended(going[0][turned], turning[turned])
+
+
+@compiled(error_model="numpy")  # a ray along an axis may divide by 0
+def _look(flights, box, short, arriving, strengths):
+    """Mark the sequences that lead a ray past a box, and note the strongest ray of those that are short.
+
+    A ray passes the box if it meets it, or flies beside it within ``SPREAD``.
+    """
+    middle = (box[0] + box[1]) / 2
+    for ray in range(len(flights.faces)):
+        number, start, way = flights.sequences[ray], flights.starts[ray], flights.directions[ray]
+        if flights.reflections[ray] <= short:
+            strengths[number] = max(strengths[number], flights.strengths[ray])
+        begin, end = 0.0, flights.lengths[ray]
+        x, y, z = middle[0] - start[0], middle[1] - start[1], middle[2] - start[2]
+        margin = SPREAD * (flights.travelled[ray] + min(np.sqrt(x * x + y * y + z * z), end))
+        for axis in range(3):
+            first = (box[0, axis] - margin - start[axis]) / way[axis]
+            second = (box[1, axis] + margin - start[axis]) / way[axis]
+            begin, end = max(begin, min(first, second)), min(end, max(first, second))
+        if begin <= end:
+            arriving[number] = True
+
+
+@compiled
+def _go_on(flights, reflected, passed, draws, most, refraction, conducts, plane_of, normals, turning):
+    """Take the rays behind the surfaces that they met, those that go on before all others, and count these.
+
+    ``turning`` gets the plane that reflects each of them, −1 for a ray that goes through.
+    """
+    count = 0
+    for ray in range(len(flights.faces)):
+        face = flights.faces[ray]
+        if face < 0:
+            continue
+        through = refraction and not conducts[face]
+        turns = (not through or draws[ray] < 0.5) and flights.reflections[ray] < most
+        strength = flights.strengths[ray] * (reflected[ray] if turns else passed[ray])
+        if strength <= WEAKEST or not (turns or through):
+            continue
+        plane, start, way, length = plane_of[face], flights.starts[ray], flights.directions[ray], flights.lengths[ray]
+        normal = normals[plane]
+        twice = np.float32(2 * turns) * (way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2])
+        for axis in range(3):
+            end, direction = start[axis] + length * way[axis], way[axis] - twice * normal[axis]
+            flights.starts[count, axis] = end + np.float32(NEAR) * direction
+            flights.directions[count, axis] = direction
+        flights.sequences[count] = flights.sequences[ray]
+        flights.reflections[count] = flights.reflections[ray] + turns
+        flights.travelled[count] = flights.travelled[ray] + length
+        flights.strengths[count] = strength
+        turning[count] = plane if turns else -1
+        count += 1
+    return count
 
 
 def _meet(
-    surfaces: Surfaces, starts: Float32[np.ndarray, "3 rays"], directions: Float32[np.ndarray, "3 rays"]
+    surfaces: Surfaces, starts: Float32[np.ndarray, "rays 3"], directions: Float32[np.ndarray, "rays 3"]
 ) -> tuple[
     Float32[np.ndarray, " rays"], Int[np.ndarray, " rays"], Float32[np.ndarray, " rays"], Float32[np.ndarray, " rays"]
 ]:
     """How far each ray flies, the triangle it meets (−1: none), and its largest reflection and transmission there."""
-    way = mi.Vector3f(directions)
-    hit = surfaces.scene.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(starts), way))
+    start, way = (dr.unravel(mi.Vector3f, mi.Float(each.ravel())) for each in (starts, directions))
+    hit = surfaces.scene.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(start), way))
     valid = hit.is_valid()
     face = surfaces.face(hit, valid)
     r_te, r_tm, t_te, t_tm = (dr.abs(each) for each in surfaces.coefficients(face, way, valid))

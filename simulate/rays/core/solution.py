@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from simulate.rays.core.multipath import Multipath, Paths
+from simulate.rays.core.electric_field import Amplitude, Ways, solved
+from simulate.rays.core.image_method import Combination, batches, pieces
+from simulate.rays.core.multipath import Interaction, Multipath, Paths
 from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.surfaces import Surfaces
 
 Course = tuple[Float[np.ndarray, "paths n+2 3"], Int[np.ndarray, "paths n"], Int[np.ndarray, "paths n"]]
 """Where paths run: ``vertices``, ``objects`` and ``kinds`` of ``Multipath``."""
-
-Amplitude = tuple[mi.Float64, mi.Float64]
-"""Real and imaginary part of the amplitude of each path, not computed yet."""
 
 
 class Solution(NamedTuple):
@@ -66,6 +68,58 @@ def _complex(real: mi.Float64, imaginary: mi.Float64) -> Complex[np.ndarray, " p
     found = np.empty(dr.width(real), np.complex128)
     found.real, found.imag = real.numpy(), imaginary.numpy()
     return found
+
+
+class Geometry(Protocol):
+    """Where the paths of some chains with equal interactions run."""
+
+    def ends_of(self, targets: Float[np.ndarray, "targets 3"]) -> Any:
+        """What is known of some targets."""
+
+    def possible(self, ends: Any, combination: Combination) -> mi.Bool:
+        """Whether the vertices of each target, chain and source are all in valid places."""
+
+    def ways(self, ends: Any, combination: Combination) -> Ways:
+        """The ways of possible combinations."""
+
+
+def solutions(
+    geometry: Geometry,
+    chains: Int[np.ndarray, " chains"],
+    sources: Antennas,
+    targets: Antennas,
+    surfaces: Sequence[Surfaces],
+    object_of_face: Int[np.ndarray, " faces"],
+) -> Iterator[Solution]:
+    """Solve numbered chains exactly between every source and target, in the order of target, chain and source."""
+    wavelengths = [each.wavelength for each in surfaces]
+    size = len(chains), len(sources)
+    for start, stop in batches(len(targets), *size):
+        some = targets.subset(slice(start, stop))
+        ends = geometry.ends_of(some.positions)
+        every = dr.arange(mi.UInt, len(some) * len(chains) * len(sources))
+        for lane in pieces(mi.UInt(dr.compress(geometry.possible(ends, Combination.of(every, *size))))):
+            combination = Combination.of(lane, *size)
+            ways = geometry.ways(ends, combination)
+            amplitudes = solved(surfaces, sources, some, ways)
+            target, chain, source = (each.numpy().astype(np.int64) for each in combination)
+            course = partial(_course, ways, sources.positions[source], some.positions[target], object_of_face)
+            yield Solution(chains[chain], start + target, source, ways.travelled, amplitudes, wavelengths, course)
+
+
+def _course(
+    ways: Ways,
+    starts: Float[np.ndarray, "paths 3"],
+    ends: Float[np.ndarray, "paths 3"],
+    object_of_face: Int[np.ndarray, " faces"],
+) -> Course:
+    """Where paths run."""
+    objects = np.zeros((len(starts), len(ways.faces)), np.int64)
+    for number, face in enumerate(ways.faces):
+        objects[:, number] = object_of_face[face.numpy()]
+    kinds = np.full(objects.shape, int(Interaction.REFLECTION))
+    kinds[:, list(ways.at_edges)] = Interaction.DIFFRACTION
+    return np.stack([starts, *[vertex.numpy().T for vertex in ways.vertices], ends], axis=1), objects, kinds
 
 
 def largest_shares(

@@ -11,13 +11,13 @@ from scipy.spatial import cKDTree
 
 from simulate.parallel.compiled import ONE_KERNEL, compiled
 from simulate.rays.core.electric_field import surviving
-from simulate.rays.core.image_method import Combination, Mirrors, batches, mirrored, on_device
+from simulate.rays.core.image_method import AT_ONCE, Combination, Mirrors, batches, mirrored, on_device
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.shooting import SPREAD, Explored, Flights
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.diffraction.diffraction_points import TOO_NEAR
+from simulate.rays.diffraction.diffraction_points import TOO_NEAR, Wedge
 from simulate.rays.diffraction.edges import Edges
 from simulate.spectra.spectrum import evenly
 
@@ -47,6 +47,8 @@ POINTS = 16  # Number of points of an edge at which an arm is tried
 MOST, LEAST = 40_000_000, 8
 """Most ways along which arms are tried, all antennas and points of edges together, and the least number of antennas."""
 
+TRACED = 4  # One of so many ways is traced. If none of these is open, the others are.
+
 MOST_ARMS = 100_000  # Most arms that are tried from either end
 
 LIKELY = 10  # How much stronger a wave must promise to be, as an amplitude, if no ray passed its edge
@@ -58,20 +60,24 @@ class Ends:
     The images are numbered through the arms of the first antenna, those of the second one, and so on.
     """
 
-    def __init__(self, mirrors: Mirrors, edges: Edges, arms: Arms, antennas: Float[np.ndarray, "antennas 3"]):
-        count = int(arms.reflections.max(initial=0))
-        images = mirrored(mirrors.planes, arms.planes[:, :count], antennas)
-        own = edges.subset(arms.edges)
-        offset = images[-1] - own.starts
-        along, x, y = (np.einsum("nai,ai->na", offset, axis) for axis in (own.directions, own.tangents, own.normals))
-        rho, angle = np.hypot(x, y), np.arctan2(y, x) % (2 * np.pi)
-        open_space = (angle > TOO_NEAR) & (angle < own.exterior - TOO_NEAR) & (rho > TOO_NEAR)
+    def __init__(self, mirrors: Mirrors, wedges: Wedge, arms: Arms, antennas: Float[np.ndarray, "antennas 3"]):
+        planes = mirrors.planes
+        normals, offsets = on_device(planes.normals), mi.Float64(planes.offsets)
         self._mirrors, self._arms = mirrors, len(arms)
-        self._planes = [mi.UInt(plane) for plane in arms.planes.T[:count]]
-        self._images = [on_device(each) for each in images]
-        self._z, self._rho, self._angle = (mi.Float64(each.ravel()) for each in (along, rho, angle))
+        self._planes = [mi.UInt(plane) for plane in arms.planes.T[: int(arms.reflections.max(initial=0))]]
+        antenna, arm, _ = Combination.of(dr.arange(mi.UInt, len(antennas) * len(arms)), len(arms), 1)
+        self._images = [dr.gather(mi.Point3d, on_device(antennas), antenna)]
+        for each in self._planes:
+            plane, image = dr.gather(mi.UInt, each, arm), self._images[-1]
+            normal = dr.gather(mi.Point3d, normals, plane)
+            distance = dr.dot(normal, image) - dr.gather(mi.Float64, offsets, plane)
+            self._images.append(mi.Point3d(image - 2 * distance * normal))
+        own = wedges.gathered(dr.gather(mi.UInt, mi.UInt(arms.edges), arm))
+        self._z, self._rho = own.about(self._images[-1])
+        self._angle = own.angle_about(self._images[-1])
         # whether the direction of the last image is in the open space around the edge
-        self._open = mi.Bool(open_space.ravel())
+        self._open = (self._angle > TOO_NEAR) & (self._angle < own.exterior - TOO_NEAR) & (self._rho > TOO_NEAR)
+        dr.eval(self._images, self._z, self._rho, self._angle, self._open)
 
     def number(self, antenna: mi.UInt, arm: mi.UInt) -> mi.UInt:
         """The number of an antenna's last image."""
@@ -113,14 +119,14 @@ class Ends:
 
 
 class PassingRays:
-    """The edges that rays pass, for each sequence of planes that reflected the rays.
+    """The edges that rays pass, for each sequence of at most ``short`` planes that reflected the rays.
 
     A ray passes an edge if it meets one of its two faces within ``SPREAD`` of the edge.
     """
 
-    def __init__(self, planes: Planes, edges: Edges):
-        self._planes, self._edges = planes, edges
-        self._found = np.zeros(0, np.int64)
+    def __init__(self, planes: Planes, edges: Edges, short: int):
+        self._planes, self._edges, self._short = planes, edges, short
+        self._found = [np.zeros(0, np.int64)]
         # The planes of both faces of every edge. A sheet has one.
         tangents = edges.around(edges.exterior[:, None])[:, 0]
         normals = np.cross(tangents, edges.directions)
@@ -134,43 +140,50 @@ class PassingRays:
         self._edge = order % max(1, len(edges))
 
     def see(self, flights: Flights) -> None:
-        """Add the edges that some flights to surfaces pass."""
-        ends = (flights.starts + flights.lengths * flights.directions).T.astype(np.float64)
-        reach = SPREAD * (flights.travelled + flights.lengths).astype(np.float64)
-        given = ends, self._planes.of_face[flights.faces], reach, self._of_plane, self._edge
+        """Add the edges that some flights pass."""
         edges = self._edges.starts, self._edges.directions, self._edges.lengths
-        nothing = np.zeros(0, np.int64)
-        ray, edge = np.empty((2, _passed(*given, *edges, nothing, nothing)), np.int64)
-        _passed(*given, *edges, ray, edge)
-        self._found = np.union1d(self._found, flights.sequences[ray] * len(self._edges) + edge)
+        given = flights, self._short, self._planes.of_face, self._of_plane, self._edge, *edges
+        found = np.empty(_passed(*given, np.zeros(0, np.int64)), np.int64)
+        _passed(*given, found)
+        self._found.append(np.unique(found))
 
     def arms(self, explored: Explored) -> tuple[Int[np.ndarray, " arms"], Int[np.ndarray, " arms"]]:
         """Places of the sequences among the short ones of ``explored``, and the edges that their rays passed."""
-        number, edge = np.divmod(self._found, max(1, len(self._edges)))
+        number, edge = np.divmod(np.unique(np.concatenate(self._found)), max(1, len(self._edges)))
         place = np.searchsorted(explored.numbers, number).clip(0, len(explored.numbers) - 1)
         known = explored.numbers[place] == number
         return place[known], edge[known]
 
 
 @compiled(inline="always")
-def _squared_distance(points, point, starts, directions, lengths, edge):
+def _squared_distance(point, start, direction, length):
     """Square of the distance of a point from an edge."""
-    x, y, z = points[point, 0] - starts[edge, 0], points[point, 1] - starts[edge, 1], points[point, 2] - starts[edge, 2]
-    along = x * directions[edge, 0] + y * directions[edge, 1] + z * directions[edge, 2]
-    beyond = along - min(max(along, 0.0), lengths[edge])
+    x, y, z = point[0] - start[0], point[1] - start[1], point[2] - start[2]
+    along = x * direction[0] + y * direction[1] + z * direction[2]
+    beyond = along - min(max(along, 0.0), length)
     return max(x * x + y * y + z * z - along * along, 0.0) + beyond * beyond
 
 
 @compiled
-def _passed(ends, planes, reach, of_plane, edge_of, starts, directions, lengths, rays, edges):
-    """Count the rays and edges near which they end; write their numbers into ``rays`` and ``edges`` if not empty."""
+def _passed(flights, short, plane_of, of_plane, edge_of, starts, directions, lengths, found):
+    """Count the edges near which flights end; write number of sequence × edges + edge into ``found`` if not empty."""
     count = 0
-    for ray in range(len(ends)):
-        for place in range(of_plane[planes[ray]], of_plane[planes[ray] + 1]):
+    for ray in range(len(flights.faces)):
+        if flights.faces[ray] < 0 or flights.reflections[ray] > short:
+            continue
+        plane, start, way, flown = (
+            plane_of[flights.faces[ray]],
+            flights.starts[ray],
+            flights.directions[ray],
+            flights.lengths[ray],
+        )
+        reach = SPREAD * (flights.travelled[ray] + flown)
+        point = (start[0] + flown * way[0], start[1] + flown * way[1], start[2] + flown * way[2])
+        for place in range(of_plane[plane], of_plane[plane + 1]):
             edge = edge_of[place]
-            if _squared_distance(ends, ray, starts, directions, lengths, edge) < reach[ray] ** 2:
-                if len(rays):
-                    rays[count], edges[count] = ray, edge
+            if _squared_distance(point, starts[edge], directions[edge], lengths[edge]) < reach**2:
+                if len(found):
+                    found[count] = flights.sequences[ray] * len(starts) + edge
                 count += 1
     return count
 
@@ -218,12 +231,13 @@ def find_arms(
     fewer = max(LEAST, MOST // (POINTS * max(1, len(tried))))
     chosen = antennas.positions[evenly(np.arange(len(antennas)), fewer)]
     strengths, lengths = dr.zeros(mi.Float, len(tried)), dr.full(mi.Float, np.inf, len(tried))
-    places, points = on_device(chosen), on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS))
+    wedges, places = Wedge.of(edges), on_device(chosen)
+    points = on_device(edges.points((np.arange(POINTS) + 0.5) / POINTS))
     for count in np.unique(tried.reflections):
         number = np.flatnonzero(tried.reflections == count)
         for start, stop in batches(len(number), len(chosen), POINTS):
             arms = tried.subset(number[start:stop])
-            ends, edge, index = Ends(mirrors, edges, arms, chosen), mi.UInt(arms.edges), mi.UInt(number[start:stop])
+            ends, edge, index = Ends(mirrors, wedges, arms, chosen), mi.UInt(arms.edges), mi.UInt(number[start:stop])
 
             def way(lane: mi.UInt, ends: Ends = ends, edge: mi.UInt = edge) -> tuple:
                 arm, antenna, point = Combination.of(lane, len(chosen), POINTS)
@@ -233,13 +247,20 @@ def find_arms(
                 corners = dr.gather(mi.Point3d, places, antenna), *vertices, place
                 return arm, found, corners, faces, mi.Float(dr.norm(ends.place(image) - place))
 
-            lane = dr.compress(way(dr.arange(mi.UInt, len(arms) * len(chosen) * POINTS))[1])
-            if dr.width(lane):
-                arm, _, corners, faces, length = way(lane)
-                strength = surviving(surfaces, [mi.Point3f(each) for each in corners], faces)
-                of = dr.gather(mi.UInt, index, arm)
-                dr.scatter_reduce(dr.ReduceOp.Max, strengths, strength, of)
-                dr.scatter_reduce(dr.ReduceOp.Min, lengths, length, of, strength > 0)
+            every = dr.compress(way(dr.arange(mi.UInt, len(arms) * len(chosen) * POINTS))[1])
+            if not dr.width(every):
+                continue
+            arm, antenna, point = Combination.of(every, len(chosen), POINTS)
+            of = dr.gather(mi.UInt, index, arm)
+            for again in (False, True):
+                some = dr.gather(mi.Float, strengths, of) == 0 if again else (antenna + point) % TRACED == 0
+                lane = dr.gather(mi.UInt, every, dr.compress(some))
+                if dr.width(lane):
+                    arm, _, corners, faces, length = way(lane)
+                    strength = surviving(surfaces, [mi.Point3f(each) for each in corners], faces)
+                    traced = dr.gather(mi.UInt, index, arm)
+                    dr.scatter_reduce(dr.ReduceOp.Max, strengths, strength, traced)
+                    dr.scatter_reduce(dr.ReduceOp.Min, lengths, length, traced, strength > 0)
     strong = strengths.numpy()
     kept = strong > 0
     return FoundArms(tried.subset(kept), strong[kept], lengths.numpy()[kept])
@@ -273,73 +294,44 @@ def _in_beams(
     radius = float(np.linalg.norm(antennas - antennas.mean(axis=0), axis=1).max())
     padded = np.column_stack([np.full(len(sequences), -1), sequences])
     plane = padded[np.arange(len(sequences)), (sequences >= 0).sum(axis=1)]
-    starts, ends = edges.points(np.array([0.0, 1.0])).transpose(1, 0, 2)
     mirrors = planes.normals, planes.offsets, planes.low, planes.high
-    given = (
-        images,
-        plane,
-        explored.strengths.astype(float),
-        radius,
-        *mirrors,
-        starts,
-        ends,
-        edges.directions,
-        edges.lengths,
-        behind,
-        wavelength,
-        least,
-    )
-    found, nothing = np.zeros(len(sequences), np.int64), np.zeros(0, np.int64)
-    with ONE_KERNEL:
-        _meet_beams(*given, found, nothing, nothing, np.zeros(0))
-        edge, promise = np.empty(found.sum(), np.int64), np.empty(found.sum())
-        _meet_beams(*given, found, np.cumsum(found) - found, edge, promise)
-    return np.repeat(np.arange(len(sequences)), found), edge, promise
+    ends = edges.starts, edges.starts + edges.lengths[:, None] * edges.directions, edges.directions, edges.lengths
+    size = AT_ONCE // max(1, len(edges)) + 1
+    places, found = [np.zeros(0, np.int64)], [np.zeros(0, np.float32)]
+    for start in range(0, len(sequences), size):
+        some = images[start : start + size], plane[start : start + size], explored.strengths[start : start + size]
+        promises = np.zeros((len(some[0]), len(edges)), np.float32)
+        with ONE_KERNEL:
+            _meet_beams(some, radius, mirrors, ends, behind, wavelength, least, promises)
+        places.append(start * len(edges) + np.flatnonzero(promises))
+        found.append(promises[promises > 0])
+    return *np.divmod(np.concatenate(places), max(1, len(edges))), np.concatenate(found)
 
 
-@compiled(parallel=True)
-def _meet_beams(
-    images,
-    planes,
-    strengths,
-    radius,
-    normals,
-    offsets,
-    low,
-    high,
-    starts,
-    ends,
-    directions,
-    lengths,
-    behind,
-    wavelength,
-    least,
-    counts,
-    places,
-    edges,
-    promises,
-):
-    """Count the edges that each beam may meet; write them and their promises from ``places`` on, if there are any."""
+@compiled(parallel=True, error_model="numpy")
+def _meet_beams(beams, radius, mirrors, ends, behind, wavelength, least, promises):
+    """Write how strong the wave of each beam promises to be behind each edge that it may meet."""
+    images, planes, strengths = beams
+    normals, offsets, low, high = mirrors
+    starts, stops, directions, lengths = ends
     for beam in numba.prange(len(images)):
-        count = 0
+        # The promise is less than strength √(λ/d₂) / (2π d₁).
+        bound = strengths[beam] * np.sqrt(wavelength) / (2 * np.pi * least)
         for edge in range(len(starts)):
-            before = np.sqrt(_squared_distance(images, beam, starts, directions, lengths, edge))
-            promise = strengths[beam] * promise_of(wavelength, max(before - radius, 0.0), behind[edge])
-            if promise < least:
+            squared = _squared_distance(images[beam], starts[edge], directions[edge], lengths[edge])
+            if squared > (radius + bound / np.sqrt(behind[edge])) ** 2:
                 continue
+            promise = strengths[beam] * promise_of(wavelength, max(np.sqrt(squared) - radius, 0.0), behind[edge])
             plane = planes[beam]
-            if plane < 0 or _in_beam(
-                normals[plane], offsets[plane], low[plane], high[plane], starts[edge], ends[edge], images[beam], radius
-            ):
-                if len(places):
-                    edges[places[beam] + count], promises[places[beam] + count] = edge, promise
-                count += 1
-        counts[beam] = count
+            mirror = normals[plane], offsets[plane], low[plane], high[plane]
+            if promise >= least and (plane < 0 or _in_beam(mirror, starts[edge], stops[edge], images[beam], radius)):
+                promises[beam, edge] = promise
 
 
 @compiled
-def _in_beam(normal, offset, low, high, start, end, image, radius):
+def _in_beam(mirror, start, end, image, radius):
     """Whether the triangle of an image and an edge meets the box of a plane, enlarged by the antennas' radius."""
+    normal, offset, low, high = mirror
     nx, ny, nz = normal[0], normal[1], normal[2]
     image_side = nx * image[0] + ny * image[1] + nz * image[2] - offset
     side = 1.0 if image_side > 0 else -1.0

@@ -16,7 +16,6 @@ end.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -37,16 +36,9 @@ from simulate.rays.diffraction.diffraction_points import (
     point_of_diffraction,
     two_points,
 )
-from simulate.rays.diffraction.distance_parameters import Around, AroundEdge, around_one, around_two
+from simulate.rays.diffraction.distance_parameters import Around, around_one, around_two
+from simulate.rays.diffraction.edge_fields import Diffraction
 from simulate.rays.diffraction.edges import Edges
-
-
-@dataclass(frozen=True)
-class PathGeometry(Ways):
-    """The ways of paths with equal numbers of reflections and diffractions."""
-
-    edges: list[mi.UInt]  # index of each edge
-    around: list[AroundEdge]  # the way around each edge
 
 
 class _Lanes(NamedTuple):
@@ -72,12 +64,12 @@ class Combinations:
         sources: Float[np.ndarray, "sources 3"],
         wavelength: float,
     ):
-        self._mirrors, self._edges, self._chains = mirrors, edges, chains
+        self._mirrors, self._wedges, self._chains = mirrors, wedges, chains
         self._twice = bool(chains.link[0] != NO_LINK)
-        self._near, self._sources = Ends(mirrors, edges, chains.near, sources), len(sources)
-        self._wedges = wedges
+        self._near = Ends(mirrors, wedges, chains.near, sources)
         self._wavelength = dr.opaque(mi.Float64, wavelength)
         of = chains.edges
+        self._sheets = bool(edges.sheets[of].any())
         self._pairs, self._of = [mi.UInt(each) for each in chains.pairs.T], [mi.UInt(each) for each in of.T]
         faces = chains.links.faces[chains.link] if self._twice else np.full((len(chains), 2), THROUGH_SPACE)
         self._along_face = mi.Bool(faces[:, 0] != THROUGH_SPACE)
@@ -86,24 +78,18 @@ class Combinations:
 
     def ends_of(self, targets: Float[np.ndarray, "targets 3"]) -> Ends:
         """The images of targets by the far arms."""
-        return Ends(self._mirrors, self._edges, self._chains.far, targets)
+        return Ends(self._mirrors, self._wedges, self._chains.far, targets)
 
-    def combination(self, lane: mi.UInt) -> Combination:
-        """The target, chain and source of a combination's number."""
-        return Combination.of(lane, len(self._chains), self._sources)
-
-    def possible(self, far: Ends, targets: int) -> mi.UInt:
-        """Numbers of the combinations whose vertices are all in valid places, in the order of target, chain, source."""
-        lane = dr.arange(mi.UInt, targets * len(self._chains) * self._sources)
-        combination = self.combination(lane)
+    def possible(self, far: Ends, combination: Combination) -> mi.Bool:
+        """Whether the vertices of each target, chain and source are all in valid places."""
         own = self._lanes(far, combination)
         found = self._near.open(own.begin) & far.open(own.end)
         s, t, found = self._points(far, combination, own, found)
         found, _, _ = far.follow(own.end, own.far, own.second.nearest(t), found)
         found, _, _ = self._near.follow(own.begin, own.near, own.first.nearest(s), found)
-        return dr.compress(found)
+        return found
 
-    def ways(self, far: Ends, combination: Combination) -> PathGeometry:
+    def ways(self, far: Ends, combination: Combination) -> Ways:
         """The ways of some of the possible combinations."""
         own, yes = self._lanes(far, combination), mi.Bool(True)
         s, t, _ = self._points(far, combination, own, yes)
@@ -114,15 +100,16 @@ class Combinations:
         at = [p, q] if self._twice else [p]
         at = [each + dr.gather(mi.Point3d, lift, combination.chain) for each, lift in zip(at, self._lifts)]  # noqa: B905
         edges = [dr.gather(mi.UInt, each, combination.chain) for each in self._of[: len(at)]]
-        return PathGeometry(
+        at_edges = [Diffraction(self._wedges, *each, self._sheets) for each in zip(edges, around.edges, strict=True)]
+        faces = [dr.gather(mi.UInt, self._wedges.face, edge) for edge in edges]
+        return Ways(
             combination.source,
             combination.target,
             [mi.Point3f(each) for each in (*before, *at, *after[::-1])],
-            [*faces_before, *[mi.UInt(0)] * len(at), *faces_after[::-1]],
+            [*faces_before, *faces, *faces_after[::-1]],
             around.travelled,
             around.spreading,
-            edges,
-            around.edges,
+            dict(enumerate(at_edges, start=len(before))),
         )
 
     def _lanes(self, far: Ends, combination: Combination) -> _Lanes:

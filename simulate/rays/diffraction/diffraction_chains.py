@@ -68,11 +68,15 @@ def _pairs(
     near: Arms, far: Arms, edges: Int[np.ndarray, "n 2"], most_reflections: int
 ) -> tuple[Int[np.ndarray, "pairs 2"], Int[np.ndarray, " pairs"]]:
     """Pairs of arms at some pairs of edges, in lexical order, and the pair of edges that each belongs to."""
-    which, first = _joined(edges[:, 0], near.edges)
-    of_first, second = _joined(edges[which, 1], far.edges)
-    which, first = which[of_first], first[of_first]
-    kept = near.reflections[first] + far.reflections[second] <= most_reflections
-    pairs, which = np.column_stack([first, second])[kept], which[kept]
+    found, links = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)]
+    for reflections in range(most_reflections + 1):
+        begins = np.flatnonzero(near.reflections == reflections)
+        ends = np.flatnonzero(far.reflections <= most_reflections - reflections)
+        which, first = _joined(edges[:, 0], near.edges[begins])
+        of_first, second = _joined(edges[which, 1], far.edges[ends])
+        found.append(np.column_stack([begins[first[of_first]], ends[second]]))
+        links.append(which[of_first])
+    pairs, which = np.concatenate(found), np.concatenate(links)
     order = np.lexsort((which, pairs[:, 1], pairs[:, 0]))
     return pairs[order], which[order]
 

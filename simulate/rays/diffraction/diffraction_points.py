@@ -36,12 +36,15 @@ class Wedge(NamedTuple):
     tangent: mi.Point3d
     length: mi.Float64
     exterior: mi.Float64
+    face: mi.UInt
+    sheet: mi.Bool
 
     @classmethod
     def of(cls, edges: Edges) -> Wedge:
         """All edges."""
         vectors = (on_device(each) for each in (edges.starts, edges.directions, edges.normals, edges.tangents))
-        return cls(*vectors, mi.Float64(edges.lengths), mi.Float64(edges.exterior))
+        numbers = mi.Float64(edges.lengths), mi.Float64(edges.exterior), mi.UInt(edges.faces), mi.Bool(edges.sheets)
+        return cls(*vectors, *numbers)
 
     def gathered(self, edge: mi.UInt) -> Wedge:
         """The edge of each lane."""

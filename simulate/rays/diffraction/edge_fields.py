@@ -3,64 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
-
-import numpy as np
-from jaxtyping import Float
 
 from simulate.rays.core.electric_field import Field, across, component, composed, turned
 from simulate.rays.core.ray_tracer import dr, mi, rt_utils
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.diffraction.chain_geometry import PathGeometry
-from simulate.rays.diffraction.diffraction_points import REACH
-from simulate.rays.diffraction.edges import Edges
+from simulate.rays.diffraction.diffraction_points import REACH, Wedge
+from simulate.rays.diffraction.distance_parameters import AroundEdge
 
 
-def behind_edge(
-    surfaces: Surfaces,
-    edges: Edges,
-    sheets: bool,
-    geometry: PathGeometry,
-    number: int,
-    field: Field,
-    way_in: mi.Vector3f,
-    way_out: mi.Vector3f,
-) -> Field:
-    """The field behind an edge, without the phase and the spreading on the way."""
-    edge, around = geometry.edges[number], geometry.around[number]
-    k = surfaces.wavenumber
-    n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
-    angle_in, angle_out, _, _, sin_beta, *detours, excess, length = (mi.Float(each) for each in around)
-    direct, reflected = transition_pairs(angle_out, angle_in, n, length, k)
-    # Unit vectors perpendicular to the plane of edge and ray, before and behind the edge.
-    along = dr.gather(mi.Vector3f, _vectors(edges.directions), edge)
-    phi_in, phi_out = dr.normalize(dr.cross(way_in, along)), dr.normalize(dr.cross(along, way_out))
-    found = composed(
-        (reflected - direct) * component(field, dr.cross(phi_in, way_in)),
-        dr.cross(phi_out, way_out),
-        -(direct + reflected) * component(field, phi_in),
-        phi_out,
-    )
-    if sheets:
-        normal = dr.gather(mi.Vector3f, _vectors(edges.normals), edge)
-        face = dr.gather(mi.UInt, mi.UInt(edges.faces.astype(np.uint32)), edge)
-        driven, sending = (
-            currents(way, normal, *surfaces.centred_coefficients(face, dr.abs(dr.dot(way, normal))))
-            for way in (way_in, way_out)
+@dataclass(frozen=True)
+class Diffraction:
+    """The diffraction of paths at an edge each."""
+
+    wedges: Wedge  # all edges
+    edge: mi.UInt  # index of each path's edge
+    around: AroundEdge  # the way around it
+    sheets: bool  # whether there may be edges of sheets among them
+
+    def __call__(self, surfaces: Surfaces, field: Field, way_in: mi.Vector3f, way_out: mi.Vector3f) -> Field:
+        """The field behind the edge, without the phase and the spreading on the way."""
+        wedge, k = self.wedges.gathered(self.edge), surfaces.wavenumber
+        n = mi.Float(wedge.exterior / dr.pi)
+        angle_in, angle_out, _, _, sin_beta, *detours, excess, length = (mi.Float(each) for each in self.around)
+        direct, reflected = transition_pairs(angle_out, angle_in, n, length, k)
+        # Unit vectors perpendicular to the plane of edge and ray, before and behind the edge.
+        along = mi.Vector3f(wedge.direction)
+        phi_in, phi_out = dr.normalize(dr.cross(way_in, along)), dr.normalize(dr.cross(along, way_out))
+        found = composed(
+            (reflected - direct) * component(field, dr.cross(phi_in, way_in)),
+            dr.cross(phi_out, way_out),
+            -(direct + reflected) * component(field, phi_in),
+            phi_out,
         )
-        pairs = direct, reflected
-        sheet = behind_sheet(field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta)
-        # The slab's middle may lie beside the triangle. A wave that is scattered there has another way.
-        middle = surfaces.middle(face) * dr.dot(surfaces.normal(face), way_out - way_in)
-        sheet = turned(sheet, dr.exp(mi.Complex2f(0, k * middle)))
-        is_sheet = dr.gather(mi.Bool, mi.Bool(edges.sheets), edge)
-        found = dr.select(is_sheet, sheet[0], found[0]), dr.select(is_sheet, sheet[1], found[1])
-    weight = end_weight(detours, excess, k) * common_factor(n, sin_beta, k)
-    return turned(found, weight)
-
-
-def _vectors(values: Float[np.ndarray, "paths 3"]) -> mi.Vector3f:
-    return mi.Vector3f(np.ascontiguousarray(values.T, dtype=np.float32))
+        if self.sheets:
+            normal, face = mi.Vector3f(wedge.normal), wedge.face
+            driven, sending = (
+                currents(way, normal, *surfaces.centred_coefficients(face, dr.abs(dr.dot(way, normal))))
+                for way in (way_in, way_out)
+            )
+            pairs = direct, reflected
+            sheet = behind_sheet(
+                field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta
+            )
+            # The slab's middle may lie beside the triangle. A wave that is scattered there has another way.
+            middle = surfaces.middle(face) * dr.dot(surfaces.normal(face), way_out - way_in)
+            sheet = turned(sheet, dr.exp(mi.Complex2f(0, k * middle)))
+            found = dr.select(wedge.sheet, sheet[0], found[0]), dr.select(wedge.sheet, sheet[1], found[1])
+        weight = end_weight(detours, excess, k) * common_factor(n, sin_beta, k)
+        return turned(found, weight)
 
 
 def transition_pairs(

@@ -17,8 +17,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from scenes.checks.enclosure import outline
+from scenes.scene.connected_parts import connected, half_edges, shared_corners
 from scenes.scene.description import conducting_objects
-from scenes.scene.half_edges import connected, half_edges, shared_corners
 from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
 

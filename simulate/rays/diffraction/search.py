@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from scenes.files.long_work import doing
+from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflection_chains import Chains, reflected
 from simulate.rays.core.shooting import Explored
@@ -49,6 +50,11 @@ SHADOWED = 0.1
 """The share of the positions with the weakest reflected waves. Beside these, weak diffracted waves are left out."""
 
 
+def most_reflections(propagation: Propagation) -> int:
+    """The most reflections of a chain with a diffraction."""
+    return max(0, min(MOST_REFLECTIONS, propagation.max_depth - 1)) if propagation.specular else 0
+
+
 def find_diffracted_chains(
     edge_scene: EdgeScene,
     elements: Antennas,
@@ -64,7 +70,6 @@ def find_diffracted_chains(
     """
     ray_scene, edges, surfaces = edge_scene.ray_scene, edge_scene.edges, edge_scene.surfaces
     propagation = ray_scene.propagation
-    most = max(0, min(MOST_REFLECTIONS, propagation.max_depth - 1)) if propagation.specular else 0
     some = elements.subset(evenly(np.arange(len(elements)), ELEMENTS))
     # Each element is tried with its share of the positions.
     pairs = [
@@ -73,12 +78,13 @@ def find_diffracted_chains(
     ]
     others = [_powers(ray_scene, reflecting, *pair, surfaces) for pair in pairs]
     least = _least(np.concatenate(others), surfaces)
-    forth, back = (each.shorter(most) for each in explored)
+    forth, back = explored
     beams = len(forth.short) + len(back.short)
     doing(f"finding which of {len(edges):,} edges {beams:,} beams meet", PER_BEAM * beams * len(edges))
     near = find_arms(surfaces, ray_scene.mirrors, edges, forth, some, trials, rays[0], least)
     far = find_arms(surfaces, ray_scene.mirrors, edges, back, trials, some, rays[1], least)
     links = links_between(edges, _linked(near, far, len(edges)), ray_scene) if propagation.max_depth >= 2 else NO_LINKS
+    most = most_reflections(propagation)
     most_twice = max(0, min(MOST_REFLECTIONS_TWICE, propagation.max_depth - 2, most))
     candidates = chains_of(near.arms, far.arms, links, (most, most_twice))
     promises = _promises(candidates, near, far, edges, surfaces)

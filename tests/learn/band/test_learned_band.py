@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.band.band_methods import ApertureBand, KnownBand, ResponseMLPBand
+from learn.band.band_methods import ApertureBand, ResponseMLPBand
+from learn.quantities.known import Known
+from learn.quantities.responses import Responses
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 
@@ -12,7 +14,7 @@ SUBCARRIERS, BANDWIDTH = 16, 16e6
 """The subcarriers are 1 MHz apart, so that a delay of 1000 ns is a whole turn."""
 
 
-def two_paths(folder, **given) -> KnownBand:
+def two_paths(folder, **given) -> Known:
     """Paths of 100 and 300 ns from two directions at 20 places, with gains of their own."""
     generator = np.random.default_rng(0)
     array, places = PlanarArray(2, 2), generator.uniform(0, 1, (20, 3))
@@ -21,16 +23,16 @@ def two_paths(folder, **given) -> KnownBand:
     phase = np.outer([100e-9, 300e-9], np.arange(SUBCARRIERS) * 1e6)
     responses = gains @ np.exp(-2j * np.pi * phase)
     dataset = write_dataset(folder, places, responses, array, "2.4 GHz", bandwidth=BANDWIDTH, **given)
-    return KnownBand(dataset, np.arange(20))
+    return Known.of(dataset, Responses(), np.arange(20))
 
 
 @pytest.fixture(scope="module")
-def known(tmp_path_factory) -> KnownBand:
+def known(tmp_path_factory) -> Known:
     return two_paths(tmp_path_factory.mktemp("band") / "two")
 
 
 @pytest.fixture(scope="module")
-def moving(tmp_path_factory) -> KnownBand:
+def moving(tmp_path_factory) -> Known:
     return two_paths(tmp_path_factory.mktemp("band") / "moves", moving="receiver")
 
 
@@ -44,10 +46,10 @@ def test_the_result_depends_on_the_seed_alone_and_says_its_delays(known, learned
     for _ in range(2):
         made = learned(2)
         made.fit(known)
-        found.append(made.predict(known.positions).responses)
+        found.append(made.predict(known.positions).value)
     assert torch.equal(before, torch.random.get_rng_state())
     np.testing.assert_array_equal(*found)
-    assert found[0].shape == known.responses.shape and made.steps == 2
+    assert found[0].shape == known.values.shape and made.steps == 2
     assert made.found.startswith(f"{len(made.delays)} delays from ") and (np.diff(made.delays) >= 0).all()
     assert made.delays[0] < 110e-9 < 290e-9 < made.delays[-1] and np.ptp(made.delays) < 700e-9
 
@@ -59,6 +61,6 @@ def test_training_fits_the_known_responses(known, moving, learned, moves):
     for steps in (1, 30):
         made = learned(steps)
         made.fit(given)
-        errors.append(np.abs(made.predict(given.positions).responses - given.responses).mean())
+        errors.append(np.abs(made.predict(given.positions).value - given.values).mean())
     assert errors[1] < 0.6 * errors[0]
     assert (made._network.turn is not None) == moves

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from learn.channels.channel_methods import Copy, Nearest, Ramp
-from learn.channels.channel_scores import snr_db
-from learn.channels.known_channels import KnownChannels, strongest_ramp, without_ramp
+from learn.channels.known_channels import strongest_ramp, without_ramp
 from learn.channels.linear_channels import Delays, HelmholtzChannels, fit_profile, regression
+from learn.quantities.complex_scores import snr_db
 from tests.folders import paths
+from tests.learn.taught import taught_links
 
 S = 26
 
@@ -30,8 +31,8 @@ def rooms(rows: int = 60, noise: float = 0.0, seed: int = 0) -> np.ndarray:
 def median_snr(method, channels: np.ndarray, truth: np.ndarray | None = None, known: int = 40) -> float:
     """Of the rows that are not known."""
     truth = channels if truth is None else truth
-    method.fit(KnownChannels(channels[:known, :, :S], channels[:known, :, S:]))
-    return float(np.median(snr_db(method.predict(channels[known:, :, :S]).downlink, truth[known:, :, S:])))
+    method.fit(taught_links(channels[:known, :, :S], channels[:known, :, S:]))
+    return float(np.median(snr_db(method.predict(None, channels[known:, :, :S]).value, truth[known:, :, S:])))
 
 
 def test_the_ramp_of_one_path_is_exact():
@@ -46,16 +47,16 @@ def test_the_ramp_of_one_path_is_exact():
 def test_the_ramp_of_an_antenna_is_its_own():
     channels = paths(np.array([[0.1], [0.2]]), np.ones((2, 1)), antennas=1)
     both = channels.transpose(1, 0, 2)  # one row, two antennas
-    assert snr_db(Ramp().predict(both[..., :S]).downlink, both[..., S:])[0] > 150
+    assert snr_db(Ramp().predict(None, both[..., :S]).value, both[..., S:])[0] > 150
 
 
 def test_nearest_takes_the_row_that_is_alike_with_its_factor():
     channels = random(6, 3, 2 * S)
     method = Nearest()
-    method.fit(KnownChannels(channels[..., :S], channels[..., S:]))
+    method.fit(taught_links(channels[..., :S], channels[..., S:]))
     factor = np.array([2j, -0.1])[:, None, None]
     given = factor * channels[[4, 1]]
-    np.testing.assert_allclose(method.predict(given[..., :S]).downlink, given[..., S:])
+    np.testing.assert_allclose(method.predict(None, given[..., :S]).value, given[..., S:])
 
 
 @pytest.mark.parametrize("method", [Delays, HelmholtzChannels])
@@ -111,29 +112,29 @@ def test_few_known_rows_and_links_of_zeros_do(method, rows):
     channels = random(rows, 2, 8)
     channels[:1] = 0
     made = method()
-    made.fit(KnownChannels(channels[..., :4], channels[..., 4:]))
+    made.fit(taught_links(channels[..., :4], channels[..., 4:]))
     given = np.concatenate([random(3, 2, 4), np.zeros((1, 2, 4))])
-    assert np.isfinite(made.predict(given).downlink).all()
+    assert np.isfinite(made.predict(None, given).value).all()
     one = method()
-    one.fit(KnownChannels(channels[..., :1], channels[..., 1:2]))
-    assert one.predict(given[..., :1]).downlink.shape == (4, 2, 1)
+    one.fit(taught_links(channels[..., :1], channels[..., 1:2]))
+    assert one.predict(None, given[..., :1]).value.shape == (4, 2, 1)
 
 
 @pytest.mark.parametrize("method", [Ramp, Nearest, Delays, HelmholtzChannels])
 def test_a_row_s_level_and_phase_change_its_prediction_alone(method):
     channels, made = rooms(20)[..., 20:32], method()
     up, down = np.split(channels, 2, axis=2)
-    made.fit(KnownChannels(up, down))
-    np.testing.assert_allclose(made.predict(3j * up).downlink, 3j * made.predict(up).downlink, rtol=1e-6)
+    made.fit(taught_links(up, down))
+    np.testing.assert_allclose(made.predict(None, 3j * up).value, 3j * made.predict(None, up).value, rtol=1e-6)
 
 
 def test_rows_of_too_many_numbers_are_predicted_antenna_by_antenna(monkeypatch, capsys):
     channels = rooms(20)
-    known = KnownChannels(channels[:15, :, :S], channels[:15, :, S:])
+    known = taught_links(channels[:15, :, :S], channels[:15, :, S:])
     monkeypatch.setattr("learn.channels.linear_channels.MOST_NUMBERS", channels.shape[1] * S - 1)
     joint, alone = HelmholtzChannels(), Delays()
     for method in (joint, alone):
         method.fit(known)
-    found, expected = (method.predict(channels[15:, :, :S]) for method in (joint, alone))
-    np.testing.assert_array_equal(found.downlink, expected.downlink)
+    found, expected = (method.predict(None, channels[15:, :, :S]) for method in (joint, alone))
+    np.testing.assert_array_equal(found.value, expected.value)
     assert "each antenna is predicted by itself" in capsys.readouterr().err

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from learn.channels.channel_scores import coverage, snr_db
-from learn.channels.known_channels import KnownChannels
 from learn.channels.linear_channels import HelmholtzChannels, HelmholtzPositions
+from learn.quantities.complex_scores import coverage, snr_db
+from tests.learn.taught import taught_links
 
 WAVELENGTH, KNOWN, S = 0.3, 80, 6
 
@@ -35,8 +35,8 @@ def waves(noise: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
 def score(method, positions: np.ndarray | None, rows: np.ndarray, truth: np.ndarray) -> float:
     """Median SNR of the rows that are not known."""
     near = None if positions is None else positions[:KNOWN]
-    method.fit(KnownChannels(rows[:KNOWN, :, :S], rows[:KNOWN, :, S:], near, wavelength=WAVELENGTH))
-    found = method.predict(rows[KNOWN:, :, :S], None if positions is None else positions[KNOWN:]).downlink
+    method.fit(taught_links(rows[:KNOWN, :, :S], rows[:KNOWN, :, S:], near, wavelength=WAVELENGTH))
+    found = method.predict(None if positions is None else positions[KNOWN:], rows[KNOWN:, :, :S]).value
     return float(np.median(snr_db(found, truth[KNOWN:, :, S:])))
 
 
@@ -66,9 +66,9 @@ def test_rows_with_a_phase_of_their_own_do_not_use_places():
 def test_few_rows_do_not_use_places(count):
     positions, rows = waves()
     placed = HelmholtzPositions()
-    placed.fit(KnownChannels(rows[:count, :, :S], rows[:count, :, S:], positions[:count], wavelength=WAVELENGTH))
+    placed.fit(taught_links(rows[:count, :, :S], rows[:count, :, S:], positions[:count], wavelength=WAVELENGTH))
     assert placed.field is None
-    assert np.isfinite(placed.predict(rows[:3, :, :S], positions[:3]).downlink).all()
+    assert np.isfinite(placed.predict(positions[:3], rows[:3, :, :S]).value).all()
 
 
 def test_stated_intervals_hold_near_known_places_and_far_from_them():
@@ -77,7 +77,7 @@ def test_stated_intervals_hold_near_known_places_and_far_from_them():
     known, tested = positions[:, 0] < 0.35, np.arange(len(rows)) % 3 == 0
     placed = HelmholtzPositions()
     taught = known & ~tested
-    placed.fit(KnownChannels(rows[taught][..., :S], rows[taught][..., S:], positions[taught], wavelength=WAVELENGTH))
+    placed.fit(taught_links(rows[taught][..., :S], rows[taught][..., S:], positions[taught], wavelength=WAVELENGTH))
     for some in (known & tested, ~known):
-        found = placed.predict(rows[some][..., :S], positions[some])
-        assert 0.82 < coverage(found.downlink - rows[some][..., S:], found.deviation) < 0.97
+        found = placed.predict(positions[some], rows[some][..., :S])
+        assert 0.82 < coverage(found.value - rows[some][..., S:], found.deviation) < 0.97

@@ -1,13 +1,11 @@
 """A folder of another program's predictions joins a comparison, and what is wrong with it is one sentence."""
 
-import json
-
 import numpy as np
 import pytest
 from PIL import Image
 
 import bisplat
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import read_dataset
 
 
@@ -32,7 +30,7 @@ def theirs(tmp_path, truth):
 
 
 def compared(tiny, tmp_path, folder, **options):
-    models = [f"theirs={folder}", "mean-picture"]
+    models = [f"theirs={folder}"]
     return bisplat.compare(tiny, models, split="random", output=tmp_path / "out", **options)
 
 
@@ -41,9 +39,9 @@ def test_pictures_get_the_scores_of_hand_and_of_one_seed(tiny, tmp_path, theirs,
     (row,) = [row for row in comparison if row["label"] == "theirs"]
     read = [np.asarray(Image.open(theirs / "spectrum" / f"{name}.png")) / np.float32(255) for name in truth[0]]
     errors = np.abs(np.stack(read) - truth[1]).mean(axis=(1, 2))
-    assert row["mae_mean"] == pytest.approx(errors.mean(), rel=1e-6) and row["training_seconds"] is None
-    np.testing.assert_allclose(comparison.per_sample(row)["mae"], errors, atol=1e-6)
-    assert comparison.settings.dataset_sha256 == read_dataset(tiny).fingerprint
+    assert row["mae_mean"] == pytest.approx(errors.mean(), rel=1e-6) and row["seconds"] is None
+    np.testing.assert_allclose(comparison.each["theirs"]["mae"], errors, atol=1e-6)
+    assert comparison.settings.data_sha256 == read_dataset(tiny).fingerprint
 
 
 def test_an_array_gets_the_scores_of_pictures_and_only_changed_ones_are_scored_again(tiny, tmp_path, theirs, truth):
@@ -51,7 +49,7 @@ def test_an_array_gets_the_scores_of_pictures_and_only_changed_ones_are_scored_a
     (theirs / "notes.txt").write_text("another note")
     assert compared(tiny, tmp_path, theirs).rows == before
     np.save(theirs / "spectra.npy", truth[1])
-    perfect = compared(tiny, tmp_path, theirs, test_spectra=None)
+    perfect = compared(tiny, tmp_path, theirs, tested=None)
     assert [row["label"] for row in perfect] == [row["label"] for row in before]
     assert perfect.table()[0]["label"] == "theirs" and perfect.table()[0]["ssim_median"] == pytest.approx(1)
 
@@ -87,22 +85,3 @@ def test_wrong_predictions_are_one_sentence_and_leave_no_row(tiny, tmp_path, the
     with pytest.raises(InputError, match=said):
         compared(tiny, tmp_path, theirs)
     assert not (tmp_path / "out" / "results.jsonl").exists()
-
-
-@pytest.mark.parametrize("models", [["nearest=x"], ["=x"], ["theirs="], ["theirs=x", "theirs=y"]])
-def test_a_label_is_of_one_folder_and_of_no_method(tiny, tmp_path, models):
-    with pytest.raises(ParameterError, match=r"models: expected .*label"):
-        bisplat.compare(tiny, models, split="random", output=tmp_path / "out")
-
-
-def test_predictions_join_no_sweep(tiny, tmp_path, theirs):
-    with pytest.raises(ParameterError, match="found the predictions theirs"):
-        bisplat.sweep(tiny, [10], [f"theirs={theirs}"], split="random", output=tmp_path / "out")
-
-
-def test_the_command_states_the_fingerprint_of_the_dataset(tiny, tmp_path, theirs, bisplat_command):
-    arguments = ("--models", f"theirs={theirs}", "nearest", "--split", "random", "--json")
-    status, out, said = bisplat_command("compare", tiny, "-o", tmp_path / "out", *arguments)
-    fingerprint = read_dataset(tiny).fingerprint
-    assert status == 0 and "theirs" in json.loads(out) and fingerprint in said
-    assert fingerprint in (tmp_path / "out" / "table.html").read_text()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
-from learn.baselines.array_ceiling import array_ceiling
-from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import aoa_error, score, ssim
+from learn.data.neighbours import inverse_distance, nearest
 from learn.data.split_distances import leakage
+from learn.quantities.array_ceiling import array_ceiling
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index
@@ -95,11 +95,6 @@ def test_angle_of_arrival_error_of_plane_waves_across_the_seam(plane_waves):
 def known():
     positions = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 4], [9, 9, 9]])
     return positions, np.random.default_rng(0).uniform(0, 1, (5, 90, 360))
-
-
-def test_mean_picture_is_the_mean_everywhere(known):
-    found = mean_picture(known[1], np.zeros((3, 3)))
-    np.testing.assert_allclose(found, np.stack([sum(known[1]) / 5] * 3))
 
 
 def test_nearest_copies_the_picture_of_the_nearest_position(known):

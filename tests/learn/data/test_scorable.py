@@ -17,6 +17,7 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification
+from tests.simulate.engines.told import Told
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 
@@ -73,7 +74,7 @@ def test_cross_validation_leaves_out_where_nothing_is_received(finished_run, cap
 
     gateway = replace(lab().gateway, position=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
     hall = replace(lab(), gateway=gateway, transmitter=Transmitter((0, 0, 0.5), (4, 1, 1.5)))
-    fresh = crossvalidate(finished_run, hall, 12, 5, Deaf())
+    fresh = crossvalidate(finished_run, hall, 12, 5, Told(Deaf()))
     assert (
         len(fresh) == len(fresh.positions) == len(fresh.truth) == len(fresh.prediction) == len(fresh.scores.ssim) == 8
     )

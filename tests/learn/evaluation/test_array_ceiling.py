@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from learn.baselines import array_ceiling as module
-from learn.baselines.array_ceiling import array_ceiling
+from learn.quantities import array_ceiling as module
+from learn.quantities.array_ceiling import array_ceiling
 from simulate.spectra.spectrum import normalise, picture, spectrum_of
 from tests.plane_wave_field import BEAMFORMER, plane_waves
 

@@ -10,7 +10,7 @@ from scipy.stats import norm
 import bisplat
 from learn.localisation.channel_evidence import ChannelFingerprints
 from learn.localisation.power_evidence import PowerEvidence
-from learn.powers.known_powers import PredictedPowers
+from learn.quantities.quantity import Prediction
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_writer import write_positions
 from tests.folders import write_hall, write_links
@@ -57,7 +57,7 @@ def test_errors_are_smaller_than_those_of_similar_rows(kind, first, least, reque
 
 
 def test_likelihood_of_powers_by_hand():
-    predicted = PredictedPowers(np.array([[-50.0]]), np.array([[-50 - 2 * 1.6449]]), np.array([[-50 + 1.6449]]))
+    predicted = Prediction(np.array([[-50.0]]), np.array([[-50 - 2 * 1.6449]]), np.array([[-50 + 1.6449]]))
     heard, one = np.array([[-49.0], [-47.0], [-51.0], [np.nan]]), np.zeros((1, 3))
 
     def likely(floor, level):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim
+from learn.data.neighbours import inverse_distance
 from learn.models.kriging import vecchia
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.kriged_field import DIRECTIONS, KrigedField

@@ -6,10 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from learn.baselines.kriging import krige_responses
+from learn.methods.interpolation import KrigingResponses
 from learn.models.images.image_field import ImageField
 from learn.models.kriging import stacking, vecchia
 from learn.models.kriging.helmholtz import HelmholtzField
+from learn.quantities.known import Known
+from learn.quantities.spectra import Spectra
 from learn.training.prediction import predict
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of, plane_waves
 
@@ -44,7 +46,9 @@ def fitted(model: HelmholtzField | ImageField, responses: np.ndarray, keep_respo
 def method(name: str) -> Predict:
     region = np.array([[0.0, 0, 0], [0.6, 0.6, 0.6]])
     if name == "kriging-responses":
-        return krige_responses(PLACES, WAVES, BEAMFORMER, 0)
+        kriging = KrigingResponses()
+        kriging.fit(Known.of(dataset_of(PLACES, WAVES), Spectra(), np.arange(len(PLACES))))
+        return lambda positions: kriging.predict(positions).value
     if name == "mirror-images":
         return fitted(ImageField(region, BEAMFORMER, WAVELENGTH), WAVES)
     of_pictures = name == "helmholtz of pictures"

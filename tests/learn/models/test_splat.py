@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from learn.models.splatting import splat as splat_module
+from learn.models.splatting import splat_cpu as splat_cpu_module
 from learn.models.splatting.splat_cpu import CUTOFF
 
 NAMES = ("azimuth", "elevation", "depth", "scale", "rotation", "opacity", "coefficient")
@@ -17,7 +18,7 @@ NAMES = ("azimuth", "elevation", "depth", "scale", "rotation", "opacity", "coeff
 def renderer(request, monkeypatch):
     """``splat`` as it is on a CPU, and with the reference renderer."""
     if request.param == "reference":
-        monkeypatch.setattr(splat_module, "splat_cpu", splat_module.splat_reference)
+        monkeypatch.setattr(splat_cpu_module, "splat_cpu", splat_module.splat_reference)
     return request.param
 
 
@@ -187,7 +188,7 @@ def test_compiled_gradients_are_the_references(monkeypatch, scales, own_places):
     for name in ("azimuth", "elevation") if own_places else ():
         attributes[name] = torch.stack([attributes[name], attributes[name].flip(0)])
     compiled = gradients(attributes)
-    monkeypatch.setattr(splat_module, "splat_cpu", splat_module.splat_reference)
+    monkeypatch.setattr(splat_cpu_module, "splat_cpu", splat_module.splat_reference)
     for name, found, expected in zip(LEARNED, compiled, gradients(attributes), strict=True):
         most = expected.abs().max().item()
         torch.testing.assert_close(

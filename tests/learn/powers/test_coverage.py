@@ -33,7 +33,7 @@ def test_cells_cover_the_known_positions_and_lie_where_their_powers_are(triangle
     np.testing.assert_allclose(coverage.edges, (0, 0, 6, 3))
     assert coverage.median.shape == (2, 6, 12) and coverage.height == 1.0
     place = [coverage.x[3], coverage.y[1], 1.0]
-    np.testing.assert_allclose(coverage.median[:, 1, 3], coverage.fitted.predict([place]).median[0])
+    np.testing.assert_allclose(coverage.median[:, 1, 3], coverage.fitted.predict([place]).value[0])
     distance = np.linalg.norm(np.subtract(place, list(GATEWAYS.values())), axis=1)
     np.testing.assert_allclose(coverage.median[:, 1, 3], -40 - 20 * np.log10(distance), atol=0.01)
 

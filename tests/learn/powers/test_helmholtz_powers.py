@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from learn.data.neighbours import inverse_distance
+from learn.methods.interpolation import InverseDistance, Kriging, Mean
 from learn.powers.helmholtz_powers import HelmholtzPowers, _Gateway
-from learn.powers.known_powers import KnownPowers, decades
-from learn.powers.power_baselines import InverseDistance, Kriging, Mean, by_inverse_distance
 from learn.powers.power_covariance import PowerCovariance, squared_separations
+from learn.quantities.known import Known
+from learn.quantities.known_powers import decades
+from tests.learn.taught import taught_powers
 
 GATEWAYS = np.array([[-3.0, 0, 2], [4.0, 4, 2], [0.5, -5, 2], [6, 6, 1]])
 
@@ -22,8 +25,8 @@ def drawn(count: int, noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarr
     return at, -40 + 2.5 * decades(distances) + 4 * field
 
 
-def task(at: np.ndarray, powers: np.ndarray, floor: float = -100.0) -> KnownPowers:
-    return KnownPowers(at, powers, GATEWAYS, floor, 0.33)
+def task(at: np.ndarray, powers: np.ndarray, floor: float = -100.0) -> Known:
+    return taught_powers(at, powers, GATEWAYS, floor, 0.33)
 
 
 @pytest.mark.parametrize("method", [Kriging, HelmholtzPowers])
@@ -32,7 +35,7 @@ def test_known_powers_without_noise_are_reproduced(method):
     smooth = -40 + 2.5 * decades(np.linalg.norm(at[:, None] - GATEWAYS, axis=-1)) + 3 * np.sin(3 * at[:, :1])
     made = method()
     made.fit(task(at, smooth))
-    assert np.abs(made.predict(at).median - smooth).max() < 0.05
+    assert np.abs(made.predict(at).value - smooth).max() < 0.05
 
 
 def test_stated_intervals_hold_nine_of_ten_powers_and_the_field_is_predicted():
@@ -45,7 +48,7 @@ def test_stated_intervals_hold_nine_of_ten_powers_and_the_field_is_predicted():
     field = found[HelmholtzPowers]
     within = (field.low <= powers[250:]) & (powers[250:] <= field.high)
     assert 0.85 <= within.mean() <= 0.95
-    error = {method: np.median(np.abs(each.median - powers[250:])) for method, each in found.items()}
+    error = {method: np.median(np.abs(each.value - powers[250:])) for method, each in found.items()}
     assert error[HelmholtzPowers] < error[InverseDistance] < error[Mean]
 
 
@@ -59,8 +62,8 @@ def test_intervals_of_fading_hold_too_and_the_median_lies_above_the_mean():
     made.fit(task(at[:200], powers[:200]))
     found = made.predict(at[200:])
     assert 0.85 <= ((found.low <= powers[200:]) & (powers[200:] <= found.high)).mean() <= 0.95
-    assert (found.high - found.median).mean() < (found.median - found.low).mean()
-    assert np.median(found.median - powers[200:]) == pytest.approx(0, abs=0.6)
+    assert (found.high - found.value).mean() < (found.value - found.low).mean()
+    assert np.median(found.value - powers[200:]) == pytest.approx(0, abs=0.6)
     assert made.covariance.shares[1] > 0.3  # fading, not noise
 
 
@@ -88,10 +91,10 @@ def test_leaving_out_by_formula_is_leaving_out():
 def test_left_out_neighbours_do_not_predict_themselves():
     at = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 0], [5, 0, 0]])
     powers = np.array([[-10.0], [-20], [-30], [-40]])
-    left_out = by_inverse_distance(at, powers, at, leave_out=True)[:, 0]
+    left_out = inverse_distance(at, powers, at, leave_out=True)[:, 0]
     assert left_out[1] == pytest.approx(-30, abs=1e-3) and left_out[2] == pytest.approx(-20, abs=1e-3)
-    assert by_inverse_distance(at[:1], powers[:1], at, leave_out=False).ravel().tolist() == [-10] * 4
-    between = by_inverse_distance(at[[0, 3]], powers[[0, 3]], np.array([[1.25, 0, 0]]))
+    assert inverse_distance(at[:1], powers[:1], at, leave_out=False).ravel().tolist() == [-10] * 4
+    between = inverse_distance(at[[0, 3]], powers[[0, 3]], np.array([[1.25, 0, 0]]))
     assert between.item() == pytest.approx(0.75 * -10 + 0.25 * -40)  # at distances of 1.25 and 3.75
 
 
@@ -104,5 +107,5 @@ def test_a_few_powers_some_of_which_were_not_received(count):
         made = method()
         made.fit(task(at[:count], powers[:count], floor=-70))
         found = made.predict(at[count:])
-        assert found.median.shape == (20 - count, 4) and np.isfinite(found.median).all()
-        assert (found.median[:, 2] < -70).all(), method
+        assert found.value.shape == (20 - count, 4) and np.isfinite(found.value).all()
+        assert (found.value[:, 2] < -70).all(), method

@@ -5,8 +5,10 @@ import pytest
 
 from learn.powers import mirror_powers
 from learn.powers.helmholtz_powers import HelmholtzPowers
-from learn.powers.known_powers import KnownPowers, decades
 from learn.powers.mirror_powers import LEAST_KNOWN, MirrorPowers, PowerImages, images_in_one_plane, images_in_two_planes
+from learn.quantities.known import Known
+from learn.quantities.known_powers import decades
+from tests.learn.taught import taught_powers
 
 WAVELENGTH = 0.33
 GATEWAYS = np.array([[-2.0, 0.3, 2.1], [3.0, 2.5, 2.2], [0.4, -1.7, 1.9]])
@@ -31,8 +33,8 @@ def powers_of_a_room(places: np.ndarray) -> np.ndarray:
     return found
 
 
-def known(powers: np.ndarray, count: int = 100) -> KnownPowers:
-    return KnownPowers(PLACES[:count], powers[:count], GATEWAYS, -110.0, WAVELENGTH)
+def known(powers: np.ndarray, count: int = 100) -> Known:
+    return taught_powers(PLACES[:count], powers[:count], GATEWAYS, -110.0, WAVELENGTH)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +52,7 @@ def fitted(powers):
 def test_powers_in_a_room_are_predicted_far_better_than_by_kriging_and_intervals_hold(powers, fitted):
     kriging = HelmholtzPowers()
     kriging.fit(known(powers))
-    of_images, kriged = (np.abs(each.predict(PLACES[OTHERS]).median - powers[OTHERS]) for each in (fitted, kriging))
+    of_images, kriged = (np.abs(each.predict(PLACES[OTHERS]).value - powers[OTHERS]) for each in (fitted, kriging))
     assert np.median(of_images) < 0.5 * np.median(kriged)
     assert np.quantile(of_images, 0.9) < 0.7 * np.quantile(kriged, 0.9)
     stated = fitted.predict(PLACES[OTHERS])
@@ -74,7 +76,7 @@ def test_powers_without_images_are_predicted_as_by_helmholtz():
     errors = []
     for method in (MirrorPowers(), HelmholtzPowers()):
         method.fit(known(powers))
-        errors.append(np.abs(method.predict(PLACES[OTHERS]).median - powers[OTHERS]).mean())
+        errors.append(np.abs(method.predict(PLACES[OTHERS]).value - powers[OTHERS]).mean())
     assert errors[0] < 1.05 * errors[1]
 
 
@@ -82,7 +84,7 @@ def test_few_known_positions_are_kriged_by_helmholtz(powers):
     found = []
     for method in (MirrorPowers(), HelmholtzPowers()):
         method.fit(known(powers, LEAST_KNOWN - 1))
-        found.append(method.predict(PLACES[OTHERS]).median)
+        found.append(method.predict(PLACES[OTHERS]).value)
     assert np.allclose(*found, atol=1e-6)
 
 
@@ -90,7 +92,7 @@ def test_gateways_are_searched_in_groups(powers, fitted, monkeypatch):
     monkeypatch.setattr(mirror_powers, "AT_ONCE", 2)
     method = MirrorPowers()
     method.fit(known(powers))
-    predicted, whole = method.predict(PLACES[OTHERS]).median, fitted.predict(PLACES[OTHERS]).median
+    predicted, whole = method.predict(PLACES[OTHERS]).value, fitted.predict(PLACES[OTHERS]).value
     assert predicted.shape == whole.shape
     assert np.median(np.abs(predicted - whole)) < 1
 
@@ -100,7 +102,7 @@ def test_gateways_that_receive_nothing_do_no_harm(powers, fitted):
     deaf[:, 1] = np.nan
     method = MirrorPowers()
     method.fit(known(deaf))
-    predicted, whole = (each.predict(PLACES[OTHERS]).median for each in (method, fitted))
+    predicted, whole = (each.predict(PLACES[OTHERS]).value for each in (method, fitted))
     assert np.isfinite(predicted).all()
     error, usual = (np.median(np.abs(each - powers[OTHERS])[:, 0]) for each in (predicted, whole))
     assert error < 1.5 * usual + 0.3

@@ -7,9 +7,9 @@ import pytest
 
 import bisplat
 from learn.powers.helmholtz_powers import HelmholtzPowers
-from learn.powers.known_powers import KnownPowers
-from learn.powers.power_comparison import score_powers
 from learn.powers.twin_powers import TwinPowers
+from learn.quantities.known import Known
+from learn.quantities.powers import Powers, score_powers
 from scenes.files import optional_packages as extras
 from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject
@@ -37,13 +37,13 @@ def fitted(heard):
     """The twin of a description whose gateways are 3 cm off along each axis, fitted to 60 of the powers."""
     described = replace(heard, gateway_positions=heard.gateway_positions + np.array([0.03, -0.03, 0.03]))
     twin = TwinPowers(PLACE, described, PLACES, ONCE)
-    twin.fit(KnownPowers.of(described, np.arange(60)))
+    twin.fit(Known.of(described, Powers(), np.arange(60)))
     return twin
 
 
 def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(heard, fitted):
     kriging = HelmholtzPowers()
-    kriging.fit(KnownPowers.of(heard, np.arange(60)))
+    kriging.fit(Known.of(heard, Powers(), np.arange(60)))
     test = slice(60, None)
     kriged, traced = (
         score_powers(method.predict(heard.positions[test]), heard.rssi_dbm[test], heard.floor_dbm)
@@ -61,7 +61,7 @@ def test_a_description_of_another_place_does_no_harm(heard):
     other = replace(PLACE, objects=(floor, wall))
     errors = []
     for method in (HelmholtzPowers(), TwinPowers(other, heard, PLACES, ONCE)):
-        method.fit(KnownPowers.of(heard, np.arange(60)))
+        method.fit(Known.of(heard, Powers(), np.arange(60)))
         found = method.predict(heard.positions[60:])
         errors.append(score_powers(found, heard.rssi_dbm[60:], heard.floor_dbm)["error_median_db"])
     assert errors[1] < 1.15 * errors[0]
@@ -70,17 +70,15 @@ def test_a_description_of_another_place_does_no_harm(heard):
 def test_where_no_path_leads_the_trend_stays_in_its_range(heard, fitted):
     behind = np.array([[2.0, 1.75, 1.5]])  # inside the cabinet of metal
     found = fitted.predict(behind)
-    assert np.isfinite(found.median).all() and (found.median > heard.rssi_dbm.min() - 40).all()
-    assert (found.low < found.median).all() and (found.median < found.high).all()
+    assert np.isfinite(found.value).all() and (found.value > heard.rssi_dbm.min() - 40).all()
+    assert (found.low < found.value).all() and (found.value < found.high).all()
 
 
 def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
     monkeypatch.setattr(TwinPowers.__init__, "__defaults__", (PLACES, DIRECT))
-    comparison = bisplat.compare_powers(
-        heard, ["mean", "twin"], split="random", train_size=12, scene=replace(PLACE, name="hall")
-    )
-    assert {row["label"] for row in comparison} == {"mean", "twin"} and comparison.facts()["scene"] == "hall"
-    assert comparison.predicted["twin, 12"].low is not None
+    comparison = bisplat.compare(heard, ["twin"], split="random", sizes=[12], scene=replace(PLACE, name="hall"))
+    (row,) = [row for row in comparison if row["label"] == "twin"]
+    assert "hall" in row["found"] and "low" in comparison.each["twin, 12"]
     fitted = bisplat.fit_powers(heard, "twin", known=np.arange(12), scene=PLACE)
     assert bisplat.coverage_map(fitted, step=0.5).width is not None
 
@@ -96,17 +94,17 @@ def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
 )
 def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, expected):
     with pytest.raises(InputError, match=expected):
-        bisplat.compare_powers(heard, methods, split="random", scene=scene)
+        bisplat.compare(heard, methods, split="random", scene=scene)
 
 
 def test_a_gateway_inside_an_object_is_refused(heard):
     inside = replace(heard, gateway_positions=np.array([[2.0, 1.75, 1.5], [2.5, -2.0, 1.4]]))
     with pytest.raises(InputError, match="heard: gateway door"):
-        bisplat.compare_powers(inside, ["twin"], split="random", scene=PLACE)
+        bisplat.compare(inside, ["twin"], split="random", scene=PLACE)
 
 
 def test_without_the_ray_tracer_all_else_works(heard, monkeypatch):
     monkeypatch.setattr(extras, "find_spec", lambda module: None)
-    assert len(bisplat.compare_powers(heard, ["mean"], split="random")) == 1
+    assert bisplat.compare(heard, ["mean"], split="random").rows
     with pytest.raises(InputError, match=r"bisplat-wrf\[rays\]"):
-        bisplat.compare_powers(heard, ["twin"], split="random", scene=PLACE)
+        bisplat.compare(heard, ["twin"], split="random", scene=PLACE)

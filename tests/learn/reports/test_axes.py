@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import learn.reports.figures
-from learn.baselines.array_ceiling import CEILING
+from learn.quantities.array_ceiling import CEILING
 from learn.reports.figures import draw_error_over_distance, draw_ssim_distribution
 from learn.reports.method_styles import CEILING_STYLE
 from learn.reports.plots import label_log_axis

@@ -4,7 +4,7 @@ import csv
 
 import pytest
 
-from learn.baselines.array_ceiling import CEILING
+from learn.quantities.array_ceiling import CEILING
 from learn.reports.provenance import Provenance
 from learn.reports.table_files import write_tables
 

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from learn.comparison.experiment import Experiment, begun
-from learn.comparison.results_folder import Settings
+from learn.comparison.compare import compare
+from learn.comparison.results_folder import Results
 from learn.training.config import Config, read_config
 from scenes.files.errors import InputError, ParameterError
 from tests import hostile_files as hostile
@@ -63,8 +63,7 @@ def test_settings_are_complete(tmp_path, key):
 
 
 def begin_again(folder, dataset):
-    with begun(dataset, "blocked", folder, minutes=5.0):
-        pass
+    compare(dataset, ["nearest"], split="blocked", output=folder)
 
 
 @pytest.mark.parametrize("kind", hostile.SPECIAL)
@@ -75,8 +74,8 @@ def test_what_is_no_ordinary_file_is_not_opened(tmp_path, tiny, kind, name):
         read_config(tmp_path) if name == "config.json" else begin_again(tmp_path, tiny)
 
 
-SETTINGS = Settings("/data/room", "blocked", 0, 5.0, None, "1 CPU threads")
-PROTOCOL = {"dataset": "/data/room", "split": "blocked", "split_seed": 0, "minutes": 5.0, "device": "1 CPU threads"}
+PROTOCOL = {"dataset": "/data/room", "quantity": "spectrum", "split": "blocked", "seed": 0, "guard": 0.0}
+PROTOCOL |= {"minutes": 5.0, "steps": None, "device": "1 CPU threads"}
 ROW = {"label": "nearest", "seed": 0, "train_size": None, "test": 20, "ssim_median": 0.5}
 
 
@@ -85,7 +84,7 @@ ROW = {"label": "nearest", "seed": 0, "train_size": None, "test": 20, "ssim_medi
     [
         ("[]", r"expected a mapping, found \[\]"),
         ("null", "expected a mapping, found nothing"),
-        ("{", "expected the settings of an experiment as JSON, found malformed JSON"),
+        ("{", "expected the settings of a comparison as JSON, found malformed JSON"),
         (PROTOCOL | {"minutes": "5"}, "minutes: expected a number or nothing, found '5'"),
         (PROTOCOL | {"speed": 1}, "expected a known key, found 'speed'"),
     ],
@@ -100,15 +99,14 @@ def test_protocols_are_checked(tmp_path, tiny, content, sentence):
     [
         ("{", "expected the scores of a method as JSON, found malformed JSON"),
         ("[]", r"expected a mapping, found \[\]"),
-        (json.dumps(ROW | {"ssim_median": "high"}), "ssim_median: expected a number, found 'high'"),
+        (json.dumps(ROW | {"ssim_median": "high"}), "ssim_median: expected a number or nothing, found 'high'"),
         (json.dumps(ROW | {"label": None}), "label: expected a text, found nothing"),
     ],
 )
-def test_rows_are_checked(tmp_path, tiny, line, sentence):
-    experiment = Experiment(write(tmp_path, "protocol.json", PROTOCOL), tiny, SETTINGS)
+def test_rows_are_checked(tmp_path, line, sentence):
     write(tmp_path, "results.jsonl", json.dumps(ROW | {"ssim_median": float("nan")}) + "\n" + line + "\n")
     with pytest.raises(InputError, match=f"results.jsonl, line 2: {sentence}"):
-        _ = experiment.kept.rows
+        _ = Results(tmp_path, "ssim_median").rows
 
 
 def test_an_option_with_the_name_of_a_setting_is_told_apart():

@@ -9,17 +9,11 @@ import pytest
 import bisplat
 from learn.data.splits import split
 from learn.twin import calibrate as calibrate_module
-from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
-from learn.twin.calibrate_powers import (
-    PowerCalibration,
-    calibrate_powers_by,
-    of_gateways,
-    traced_powers,
-    write_power_calibration,
-)
-from learn.twin.described_gateways import described_gateways
-from learn.twin.gauss_newton import Calibration
-from learn.twin.power_likelihood import PowerFit
+from learn.twin.calibrate import _by_spectra, calibrate, correct, of_gateways
+from learn.twin.calibration import RECORD, Calibration, write_calibration
+from learn.twin.described_gateways import alone, described_gateways
+from learn.twin.power_residual import PowerFit, path_powers
+from learn.twin.response_residual import ResponseFit
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
@@ -29,6 +23,7 @@ from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
 from simulate.rssi.rssi_dataset import read_rssi
 from simulate.rssi.rssi_files import read_gateways
 from simulate.spectra.array import PlanarArray
@@ -39,6 +34,19 @@ OF_POSITION = [Unknown("position", "", axis, 0.02) for axis in range(3)]
 COARSE = Propagation(max_depth=1, rays=20_000, diffraction=False)
 FLAGS = ("--max-depth", "1", "--no-diffraction", "--rays", "20000")  # the same for a command
 EXACT = Tolerances(position=0, rotation=0, objects=0, materials=0)
+
+
+def calibration(scene, misfit, which=(), values=(), deviations=(), gain=1 + 0j):
+    """By spectra."""
+    fit = ResponseFit(0.0, misfit[0], gain, np.zeros((1, 16)))
+    return Calibration(scene, {}, list(which), np.array(values), np.array(deviations), misfit, fit)
+
+
+def received_in_the_small_scene(data):
+    """A dataset as if its gateway were that of the small scene."""
+    gateway = small_scene().gateway
+    at, orientation = np.array(gateway.position), np.array(gateway.orientation)
+    return replace(data, gateway_position=at, gateway_orientation=orientation)
 
 
 @pytest.mark.parametrize(
@@ -55,19 +63,26 @@ def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerance
     identification = replace(data.identification, beamformer=replace(data.beamformer, array=array))
     data = replace(data, identification=identification)
     with pytest.raises(InputError, match=expected):
-        calibrate_by(replace(small_scene(CABINET), **of_scene), data, np.arange(3), tolerances)
+        correct(replace(small_scene(CABINET), **of_scene), data, np.arange(3), tolerances)
     with pytest.raises(ParameterError, match="diffuse: expected no diffuse reflection"):
-        calibrate_by(small_scene(CABINET), data, np.arange(3), propagation=Propagation(diffuse=True))
+        correct(small_scene(CABINET), data, np.arange(3), propagation=Propagation(diffuse=True))
+
+
+def test_spectra_without_power_are_refused(tiny):
+    data = received_in_the_small_scene(read_dataset(tiny))
+    black = replace(data, responses=None, pictures=np.zeros_like(data.pictures))
+    with pytest.raises(InputError, match="small: expected spectra of several grey levels"):
+        correct(small_scene(CABINET), black, np.arange(3), propagation=COARSE)
 
 
 def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeypatch):
     used = []
 
-    def calibrate_by(place, data, known, *options):
+    def correct(place, data, known, *options):
         used.extend(known)
-        return Calibration(place, [], np.zeros(0), np.zeros(0), 1, (0.1, 0.5))
+        return calibration(place, (0.1, 0.5))
 
-    monkeypatch.setattr(calibrate_module, "calibrate_by", calibrate_by)
+    monkeypatch.setattr(calibrate_module, "correct", correct)
     known = split(read_dataset(tiny), "random", 3).known
     calibrate(small_scene(CABINET), tiny, 4, split="random", seed=3)
     assert len(used) == 4 and set(used) < set(known)
@@ -77,32 +92,29 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
 
 
 @pytest.mark.parametrize("recorded", [True, False])
-def test_a_band_is_used_at_four_subcarriers_unless_each_position_has_a_phase_of_its_own(tiny, monkeypatch, recorded):
-    gateway = small_scene().gateway
-    at, orientation = np.array(gateway.position), np.array(gateway.orientation)
-    data, band = replace(read_dataset(tiny), gateway_position=at, gateway_orientation=orientation), Band(20e6, 16)
+def test_a_band_is_used_at_four_subcarriers_unless_each_position_has_a_phase_of_its_own(tiny, recorded):
+    data, band = received_in_the_small_scene(read_dataset(tiny)), Band(20e6, 16)
     carrier = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
     responses = carrier[..., None] * np.exp(1j * np.arange(16))
     of_carrier = {"responses": carrier} if recorded else {"responses": None, "retrieved": carrier}
     data = replace(data, band=band, band_responses=responses, **of_carrier)
-    used = []
-    monkeypatch.setattr(calibrate_module, "most_likely", lambda *arguments: used.extend(arguments))
-    calibrate_by(small_scene(CABINET), data, np.arange(3))
-    measured, phases_known = used[4:6]
-    assert phases_known == recorded
+    search = _by_spectra(small_scene(CABINET), data, np.arange(3), Tolerances(), COARSE, print)
+    measured = search.stages[-1].measured
+    assert search.stages[-1].phases_known == recorded and len(search.stages) == 1 + recorded
     if not recorded:
-        assert measured.shape == carrier[:3].shape
+        np.testing.assert_array_equal(measured, carrier[:3])
+        assert search.ratios == (1.0,)
         return
     chosen = [0, 5, 10, 15]
-    np.testing.assert_allclose(used[7], band.frequencies(915e6)[chosen] / 915e6)
+    np.testing.assert_allclose(search.ratios, band.frequencies(915e6)[chosen] / 915e6)
     np.testing.assert_allclose(measured.reshape(3, 4, -1)[:, 2], responses[:3, :, chosen[2]])
 
 
 def test_spectra_of_another_place_are_warned_of(tiny, monkeypatch, capsys):
     """The positions of ``tiny`` reach to x = 4 m, those of this scene end at 3 m, and nothing explains the power."""
     outdoors = replace(small_scene(CABINET), objects=(SceneObject("block", box((0, 0, 0), (1, 1, 1)), "concrete"),))
-    found = Calibration(outdoors, [], np.zeros(0), np.zeros(0), 1, (0.93, 0.99))
-    monkeypatch.setattr(calibrate_module, "calibrate_by", lambda *arguments: found)
+    found = calibration(outdoors, (0.93, 0.99))
+    monkeypatch.setattr(calibrate_module, "correct", lambda *arguments: found)
     assert calibrate(outdoors, tiny) is found
     said = " ".join(capsys.readouterr().err.split())
     assert "positions are far outside the box around the scene" in said
@@ -114,13 +126,13 @@ def test_changes_are_written_down(tmp_path):
     scene = small_scene(namesake)
     which = unknowns(scene, Tolerances(position=0.01, rotation=1.0, objects=0.02, materials=0.1))
     values, deviations = np.linspace(-0.01, 0.01, len(which)), np.full(len(which), 0.005)
-    found = Calibration(scene, which, values, deviations, 2j, (0.1, 0.5))
+    found = calibration(scene, (0.1, 0.5), which, values, deviations, 2j)
     write_calibration(found, tmp_path)
     assert load_scene(tmp_path / "scene.yaml").gateway == scene.gateway
     record = json.loads((tmp_path / RECORD).read_text())
     assert [each["change"] for each in record["changes"]] == values.tolist()
     assert record["unexplained_power"] == {"described": 0.5, "corrected": 0.1} and record["gain"] == [0, 2]
-    rows = {row["what"]: row for row in rows_of(found.which, found.values, found.deviations)[:6]}
+    rows = {row["what"]: row for row in found.rows()[:6]}
     assert rows["gateway x"]["changed by"] == "-10.0 mm" and rows["gateway x"]["± before"] == "10.0 mm"
     assert rows["gateway rotation about z"]["±"] == "0.29°"
 
@@ -160,7 +172,8 @@ def described(heard, folder, off):
 
 def error(scene, gateways, data):
     """Median error of traced powers at the positions that were not used, dB."""
-    off = data.rssi_dbm - 10 * np.log10(traced_powers(scene, gateways, data.positions, COARSE)[0])
+    tracers = [Tracer(each, COARSE) for each in alone(scene, gateways).values()]
+    off = data.rssi_dbm - 10 * np.log10(path_powers(tracers, data.positions)[0])
     return np.median(np.abs(off - np.median(off[:50], axis=0))[50:])
 
 
@@ -172,11 +185,11 @@ def test_gateways_and_materials_are_found(heard, tmp_path):
     data = described(heard, tmp_path / "wrong", off)
     materials = of_gateways(place, [], allowed)
     wrong = vary(place, materials, np.array([0.25, -0.2, 0.0][: len(materials)]))
-    found = calibrate_powers_by(wrong, data, np.arange(50), allowed, COARSE)
+    found = correct(wrong, data, np.arange(50), allowed, COARSE)
     left = np.array([found.gateways[name].position for name in TRUE]) - list(TRUE.values())
     before, after = (np.linalg.norm(each, axis=1) for each in (off, left))
     assert after.mean() < 0.4 * before.mean()
-    assert found.error[0] < 0.7 * found.error[1]
+    assert found.misfit[0] < 0.7 * found.misfit[1]
     assert error(found.scene, found.gateways, data) < 0.7 * error(wrong, described_gateways(data), data)
     predicted = found.predict(data.positions[50:])
     assert np.median(np.abs(predicted - data.rssi_dbm[50:])) < 1
@@ -186,7 +199,7 @@ def test_gateways_and_materials_are_found(heard, tmp_path):
 
 @pytest.mark.slow
 def test_a_tolerance_of_zero_keeps_the_places(heard):
-    found = calibrate_powers_by(small_scene(CABINET), heard, np.arange(20), Tolerances(position=0, objects=0), COARSE)
+    found = correct(small_scene(CABINET), heard, np.arange(20), Tolerances(position=0, objects=0), COARSE)
     assert {each.kind for each in found.which} <= {"relative_permittivity", "conductivity", "thickness"}
     assert {name: each.position for name, each in found.gateways.items()} == TRUE
 
@@ -195,15 +208,11 @@ def test_powers_that_do_not_fit_are_refused(heard):
     place, known = small_scene(CABINET), np.arange(5)
     silent = replace(heard, rssi_dbm=np.full_like(heard.rssi_dbm, np.nan))
     with pytest.raises(InputError, match="small: expected a scene of the dataset's wavelength"):
-        calibrate_powers_by(replace(place, frequency=2.4e9), heard, known, ONLY_PLACES, COARSE)
-    with pytest.raises(InputError, match="small: expected a tolerance above 0"):
-        calibrate_powers_by(place, heard, known, Tolerances(position=0, objects=0, materials=0), COARSE)
+        correct(replace(place, frequency=2.4e9), heard, known, ONLY_PLACES, COARSE)
     with pytest.raises(InputError, match="expected received powers at the known positions"):
-        calibrate_powers_by(place, silent, known, ONLY_PLACES, COARSE)
-    with pytest.raises(ParameterError, match="diffuse: "):
-        calibrate_powers_by(place, heard, known, propagation=Propagation(diffuse=True))
+        correct(place, silent, known, ONLY_PLACES, COARSE)
     with pytest.raises(ParameterError, match="carrier: "):
-        calibrate_powers_by(place, heard, known, Tolerances(carrier=0.1))
+        correct(place, heard, known, Tolerances(carrier=0.1))
 
 
 def test_the_simulated_antennas_are_those_of_the_gateways(tmp_path):
@@ -218,11 +227,9 @@ def test_changes_by_powers_and_gateways_are_written_down(heard, tmp_path):
     which = of_gateways(small_scene(CABINET), list(TRUE), ONLY_PLACES)
     gateways = described_gateways(heard)
     nothing = np.zeros((1, 3))
-    fit = PowerFit(nothing[0], nothing, nothing, nothing, nothing, np.array([1.0, 2, 3]), 0.1)
-    found = PowerCalibration(
-        small_scene(CABINET), gateways, which, np.full(9, 0.01), np.full(9, 0.002), (1.5, 4.0), fit
-    )
-    write_power_calibration(found, tmp_path)
+    fit = PowerFit(nothing[0], nothing, nothing, nothing, nothing, np.array([1.0, 2, 3]), 0.1, 1.5)
+    found = Calibration(small_scene(CABINET), gateways, which, np.full(9, 0.01), np.full(9, 0.002), (1.5, 4.0), fit)
+    write_calibration(found, tmp_path)
     assert read_gateways(tmp_path / "gateways.yml") == gateways
     assert load_scene(tmp_path / "scene.yaml").gateway == small_scene().gateway
     record = json.loads((tmp_path / "calibration.json").read_text())

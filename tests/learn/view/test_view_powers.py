@@ -39,7 +39,7 @@ def test_methods_learn_from_the_training_part_and_maps_are_made_once(shown):
     assert CELLS / 2 < coverage.inside.size < 2 * CELLS
     np.testing.assert_array_equal(coverage.fitted.known, shown.known)
     place = np.array([coverage.x[30], coverage.y[20], 1.2])
-    np.testing.assert_allclose(shown.predict("inverse-distance", place).median[0], coverage.median[:, 20, 30])
+    np.testing.assert_allclose(shown.predict("inverse-distance", place).value[0], coverage.median[:, 20, 30])
 
 
 def test_map_and_positions_have_colours_of_one_scale(shown):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.importing.lengths import METRES
+from scenes.files.lengths import METRES
 from scenes.importing.mesh_import import import_scene
 from scenes.importing.plausibility import antenna_warnings, unit_doubt
 from scenes.places.built_in import BUILT_IN

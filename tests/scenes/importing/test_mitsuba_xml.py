@@ -207,7 +207,7 @@ def test_built_in_scenes_of_sionna(monkeypatch):
     names = {path.parent.name for path in sionna_scene(f"{SIONNA}box").parents[1].glob("*/*.xml")}
     assert len(names) >= 15 and "san_francisco" in names
     for name in names:
-        assert all(each.radio_material(GHZ).conductivity > 0 for each in read_mitsuba(sionna_scene(SIONNA + name)))
+        assert all(each.radio_material(GHZ, {}).conductivity > 0 for each in read_mitsuba(sionna_scene(SIONNA + name)))
 
 
 @pytest.mark.slow

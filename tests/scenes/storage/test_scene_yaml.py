@@ -241,7 +241,7 @@ def test_mistakes(folder, old, new, facts):
     [
         ("labb", 'unknown scene "labb"; did you mean "lab"'),
         ("nowhere/outdoors.yaml", "nowhere/outdoors.yaml: expected a scene, found no such file"),
-        ("room.ifc", "room.ifc: expected a .yaml file or one of lab, .* found another kind of file"),
+        ("room.ifc", "room.ifc: expected a .yaml file, .*GLB.* or one of lab, .* found another kind of file"),
     ],
 )
 def test_unknown_scenes(name, sentence):

@@ -10,7 +10,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from simulate.fullwave.dipole import GAIN
 from simulate.fullwave.run_plan import BandPlan, Plan
-from simulate.fullwave.solver import BandField, SourceField
+from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 
@@ -37,23 +37,27 @@ def planned_run(scene: Scene, grid: YeeGrid, steps: int, earliest: int = 0, band
     """A run on given cells, which keeps the field around the scene's region."""
     low, high = ((np.array(corner) - grid.origin) / grid.cell for corner in scene.transmitter.region)
     box = np.stack([np.floor(low) - MARGIN, np.ceil(high) + MARGIN]).astype(int)
-    return Plan(grid, numerical_frequency(scene.wavelength, grid.cell), steps, box, earliest, band)
+    return Plan(
+        scene,
+        np.array(scene.transmitter.region),
+        grid,
+        numerical_frequency(scene.wavelength, grid.cell),
+        steps,
+        box,
+        earliest,
+        band,
+    )
 
 
 class FreeSpaceSolver:
-    """Takes the place of ``solve`` and ``solve_band``, and keeps what was to be solved."""
+    """Takes the place of ``solve``, and keeps what was to be solved."""
 
     def __init__(self) -> None:
         self.sources: list[np.ndarray] = []  # their positions
         self.runs: list[list[int]] = []  # frequencies on the grid of each run, MHz
         self.interrupted_at: int | None = None  # number of runs after which Ctrl-C is pressed
 
-    def solve(self, cells, grid, sources, box, steps, earliest, report):
-        one = np.array([sources[0].frequency])
-        found = self.solve_band(cells, grid, sources, one, None, box, steps, earliest, 1, report)
-        return [SourceField(each.phasors[0], each.unsettled, each.steps) for each in found]
-
-    def solve_band(self, cells, grid, sources, frequencies, axes, box, steps, earliest, watched, report):
+    def solve(self, cells, grid, sources, frequencies, axes, box, steps, earliest, watched, report):
         if len(self.runs) == self.interrupted_at:
             raise KeyboardInterrupt
         assert watched == len(frequencies)
@@ -72,7 +76,7 @@ class FreeSpaceSolver:
             along = [free_space_response(*ends, axis, frequency) for axis in np.eye(3)]
             return np.stack(along).reshape(3, *index.shape[:3]) / factor
 
-        return [BandField(np.stack([field(each, driven) for driven in frequencies]), 1e-4, steps) for each in sources]
+        return [SourceField(np.stack([field(each, driven) for driven in frequencies]), 1e-4, steps) for each in sources]
 
 
 def replace_solver(monkeypatch) -> FreeSpaceSolver:
@@ -81,6 +85,5 @@ def replace_solver(monkeypatch) -> FreeSpaceSolver:
 
     instead = FreeSpaceSolver()
     monkeypatch.setattr(element_fields, "solve", instead.solve)
-    monkeypatch.setattr(element_fields, "solve_band", instead.solve_band)
     monkeypatch.setattr(element_fields, "MOST_AT_ONCE", 1)
     return instead

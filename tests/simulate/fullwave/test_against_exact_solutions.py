@@ -46,7 +46,7 @@ def place(gateway: Gateway, region: tuple, *objects: SceneObject, material: Radi
 
 def traced(scene: Scene, origin: tuple, shape: tuple, steps: int, folder) -> tuple:
     """The stored field, places of the region drawn at random, and the responses there."""
-    field = stored_field(scene, planned_run(scene, YeeGrid(origin, CELL, shape), steps), folder)
+    field = stored_field(planned_run(scene, YeeGrid(origin, CELL, shape), steps), folder)
     positions = np.random.default_rng(0).uniform(*scene.transmitter.region, (100, 3))
     return field, positions, field.responses(positions)[:, 0]
 

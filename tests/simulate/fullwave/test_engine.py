@@ -56,7 +56,7 @@ def test_elements_at_given_places_are_run_at_these_places(scene, solver, tmp_pat
 def test_interrupt_ends_the_runs_beside(scene, solver, monkeypatch, tmp_path):
     beside, ended, calls = Event(), Event(), count()
 
-    def solve(cells, grid, sources, box, steps, earliest, report):
+    def solve(cells, grid, sources, frequencies, axes, box, steps, earliest, watched, report):
         if next(calls) == 0:
             beside.wait(10)
             raise KeyboardInterrupt

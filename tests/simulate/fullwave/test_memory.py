@@ -15,7 +15,6 @@ from simulate.parallel.machines import machine_memory
 CLOSET = load_scene("closet")
 REGION = CLOSET.transmitter.region
 FINE, COARSE = plan(CLOSET, REGION, 0.01), plan(CLOSET, REGION, 0.02)
-ELEMENTS = 16
 
 
 @pytest.fixture
@@ -33,23 +32,23 @@ def test_memory_of_this_machine_and_of_a_container(tmp_path, monkeypatch):
 
 
 def test_cells_that_do_not_fit_are_refused_with_some_that_do(machine):
-    machine(memory_of_runs(COARSE, ELEMENTS, 1) * 1.2)
-    require_memory(CLOSET, REGION, COARSE)
+    machine(memory_of_runs(COARSE, 1) * 1.2)
+    require_memory(COARSE)
     with pytest.raises(ParameterError, match=r"cell: expected about [\d.]+ m, since cells of 0.01 m take") as error:
-        require_memory(CLOSET, REGION, FINE)
+        require_memory(FINE)
     (proposed,) = re.findall(r"about ([\d.]+) m", str(error.value))
-    require_memory(CLOSET, REGION, plan(CLOSET, REGION, float(proposed)))
+    require_memory(plan(CLOSET, REGION, float(proposed)))
 
 
 def test_runs_at_a_time_that_do_not_fit_are_refused_with_a_number_that_does(machine):
-    machine(memory_of_runs(COARSE, ELEMENTS, 4) * 1.01)
+    machine(memory_of_runs(COARSE, 4) * 1.01)
     with pytest.raises(ParameterError, match="workers: expected at most 4, since 8 runs take"):
-        require_memory(CLOSET, REGION, COARSE, 8)
-    require_memory(CLOSET, REGION, COARSE, 4)
-    assert 1 <= runs_at_once(COARSE, ELEMENTS) <= 4
+        require_memory(COARSE, 8)
+    require_memory(COARSE, 4)
+    assert 1 <= runs_at_once(COARSE) <= 4
 
 
 def test_scene_for_which_no_cells_fit(machine):
     machine(10**6)
     with pytest.raises(InputError, match="closet: expected a smaller scene"):
-        require_memory(CLOSET, REGION, COARSE)
+        require_memory(COARSE)

@@ -87,7 +87,7 @@ def test_pulse_serves_frequencies_where_its_spectrum_is_weak(tmp_path):
     scene = free_scene(1, (-0.6, -0.05, -0.05), (-0.5, 0.05, 0.05))
     band = BandPlan(wanted, wanted, 0.0, 3)
     planned = planned_run(scene, YeeGrid((-0.9, -0.45, -0.45), 0.025, (48, 36, 36)), 700, 500, band)
-    field = stored_field(scene, planned, tmp_path).by_frequency(carrier)
+    field = stored_field(planned, tmp_path).by_frequency(carrier)
     positions = np.random.default_rng(0).uniform(*scene.transmitter.region, (50, 3))
     for frequency in (carrier, *wanted):
         ends = np.zeros(3), element_direction(scene), positions, transmitter_direction(scene)
@@ -166,7 +166,7 @@ def field(free, tmp_path_factory):
     """The field of a small domain without objects."""
     band = BandPlan(BAND.frequencies(CARRIER), BAND.frequencies(CARRIER), 5e-9)
     planned = planned_run(free, YeeGrid((-1.05, -0.54, -0.54), 0.03, (48, 36, 36)), 700, 500, band)
-    return stored_field(free, planned, tmp_path_factory.mktemp("field"))
+    return stored_field(planned, tmp_path_factory.mktemp("field"))
 
 
 def test_every_subcarrier_is_the_field_of_a_dipole(free, field):

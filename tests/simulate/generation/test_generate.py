@@ -19,6 +19,7 @@ from simulate.generation import generate as module
 from simulate.generation.dataset_parts import make_part, picture_names
 from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
+from simulate.rays import chain_solver
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.measurement import Measurement
@@ -120,6 +121,7 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     assert len(list((folder / "spectrum").iterdir())) == pictures
     assert not list(folder.rglob("*.tmp"))
     assert not list(folder.glob("*_index.txt"))
+    monkeypatch.setattr(chain_solver, "_latest", {})
     generate(request_of, folder)
     assert contents(folder) == contents(finished)
 

@@ -205,7 +205,8 @@ def test_moving_array_receives_what_a_fixed_one_does(scene, pattern, received, s
         transmitter=replace(scene.transmitter, pattern=pattern, polarization=sent, orientation=tilted),
     )
     propagation = Propagation(max_depth=2, diffraction=False, rays=20_000)
-    moves, offsets = Tracer(reciprocal(scene), propagation), element_offsets(scene.gateway, scene.wavelength)
+    moves = Tracer(reciprocal(scene, scene.gateway.position), propagation)
+    offsets = element_offsets(scene.gateway, scene.wavelength)
     found = Found(np.ascontiguousarray(reversed_sequences(moves.found.reflected)), None)
     place = np.array([[2.4, 0.1, 1.3]])
     stands = Tracer(replace(scene, gateway=replace(scene.gateway, position=tuple(place[0]))), propagation, found=found)

@@ -111,10 +111,10 @@ def scene() -> Scene:
 def test_cluster_and_threads_leave_the_same_field(scene, address, tmp_path, further):
     others = [scene.at_frequency(each) for each in further]
     planned = plan(scene, scene.transmitter.region, 0.03, further=others)
-    here = stored_field(scene, planned, tmp_path / "here", at_once=1)
-    beside = stored_field(scene, planned, tmp_path / "beside", at_once=2)
+    here = stored_field(planned, tmp_path / "here", at_once=1)
+    beside = stored_field(planned, tmp_path / "beside", at_once=2)
     reported: list[tuple[int, int]] = []
-    there = stored_field(scene, planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
+    there = stored_field(planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
     assert np.array_equal(here.values, there.values) and np.array_equal(here.values, beside.values)
     assert sorted(number for number, _ in reported) == [0, 1]
     assert (here.band is None) == (not further)
@@ -126,10 +126,10 @@ def test_failure_in_the_cluster_is_one_sentence(scene, address, tmp_path):
     planned = plan(scene, scene.transmitter.region, 0.03)
     outside = replace(planned, box=planned.box + 1000)
     with pytest.raises(InputError, match=r"model\.in: expected gprMax to run to its end, found that it stopped with"):
-        stored_field(scene, outside, tmp_path, solver="gprMax 4.0.1", ray=address)
+        stored_field(outside, tmp_path, solver="gprMax 4.0.1", ray=address)
 
 
 def test_machines_too_small_are_told_instead_of_waited_for(scene, address, tmp_path):
     planned = plan(scene, scene.transmitter.region, 0.03)
     with pytest.raises(InputError, match=r"expected a machine with a core, .* GB of memory and a GPU in the Ray"):
-        stored_field(scene, planned, tmp_path, solver="gprMax", ray=address, gpu=True)
+        stored_field(planned, tmp_path, solver="gprMax", ray=address, gpu=True)

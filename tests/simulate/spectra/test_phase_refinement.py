@@ -6,22 +6,21 @@ import pytest
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.phase_refinement import SpatialFrequencies, refined
+from simulate.spectra.phase_refinement import refined
+from simulate.spectra.phase_retrieval import SpatialFrequencies
 from tests.simulate.spectra.random_spectra import random_responses
 
-FREQUENCIES = SpatialFrequencies.of(Beamformer(PlanarArray(3, 4)), 6)
 RANDOM = np.random.default_rng(1)
 
 
 def test_responses_and_offsets_are_found_from_near_by():
-    truth, offset = RANDOM.standard_normal((4, 3, 4, 2)) @ [1, 1j], np.array([0.0, 0.1, 0.2, 0.3])
-    magnitude = np.abs(FREQUENCIES.beams(truth)) - offset[:, None, None]
-    start = truth + 0.05 * RANDOM.standard_normal((4, 3, 4, 2)) @ [1, 1j]
-    found, found_offset = refined(start, magnitude, FREQUENCIES)
+    steering = Beamformer(PlanarArray(3, 4)).steering[::5, ::9].reshape(-1, 12)
+    truth, offset = RANDOM.standard_normal((4, 12, 2)) @ [1, 1j], np.array([0.0, 0.1, 0.2, 0.3])
+    magnitude = np.abs(truth @ steering.T) - offset[:, None]
+    start = truth + 0.05 * RANDOM.standard_normal((4, 12, 2)) @ [1, 1j]
+    found, found_offset = refined(start, magnitude, steering)
     np.testing.assert_allclose(found_offset, offset, atol=1e-3)
-    np.testing.assert_allclose(
-        np.abs(FREQUENCIES.beams(found.reshape(4, 3, 4))), np.abs(FREQUENCIES.beams(truth)), atol=5e-3
-    )
+    np.testing.assert_allclose(np.abs(found @ steering.T), np.abs(truth @ steering.T), atol=5e-3)
 
 
 BEAMFORMERS = [
@@ -32,18 +31,14 @@ BEAMFORMERS = [
 
 
 @pytest.mark.parametrize("beamformer", BEAMFORMERS)
-def test_beams_are_those_of_the_steering_vectors_and_spectra_are_sampled_there(beamformer):
-    grid, array, frequencies = beamformer.grid, beamformer.array, SpatialFrequencies.of(beamformer, 4)
+def test_beams_at_spatial_frequencies_are_those_of_the_nearest_pixels(beamformer):
+    array, frequencies = beamformer.array, SpatialFrequencies.of(beamformer, 4)
     flat, seen = random_responses(3, array.elements, seed=1), frequencies.seen
     y = flat.reshape(3, array.rows, array.columns)
-    azimuth = np.radians(grid.azimuth_step_deg * frequencies.column)
-    elevation = np.radians(grid.elevation_first_deg + grid.elevation_step_deg * frequencies.row)
-    steering = array.manifold(azimuth[seen], elevation[seen]).conj() / np.sqrt(array.elements)
-    np.testing.assert_allclose(np.abs(frequencies.beams(y))[:, seen], np.abs(flat @ steering.T), atol=1e-9)
     np.testing.assert_allclose(frequencies.responses(frequencies.beams(y)), y, atol=1e-9)
-    sampled = frequencies.sampled(beamformer.spectrum(flat))
+    sampled, beams = frequencies.sampled(beamformer.spectrum(flat)), np.abs(frequencies.beams(y))
     assert 0.1 < seen.mean() < 1 and not sampled[:, ~seen].any()
-    np.testing.assert_allclose(sampled[:, seen], np.abs(frequencies.beams(y))[:, seen], atol=0.02)
+    assert np.abs(sampled - beams)[:, seen].max() < 0.05 * beams.max()
 
 
 def test_directions_outside_the_grid_are_not_seen():

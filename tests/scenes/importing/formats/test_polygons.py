@@ -48,6 +48,15 @@ def test_triangles_cover_the_polygon_and_no_more(outline, area, way, first):
     assert result.remarks() == []
 
 
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("first", range(8))
+def test_corners_that_are_drawn_twice_change_no_area(first, way):
+    twice = [(0, 0), (0, 0), (2, -1), (0, 3), (0, 3 + 1e-13), (0, 3), (-2, -1), (0, 0)]  # the arrow
+    mesh, result = cut(upright(np.roll(twice, first, axis=0)[::way]))
+    assert mesh.area == pytest.approx(6) and result.remarks() == []
+    assert np.allclose(mesh.face_normals[mesh.area_faces > 1e-9], way * TURN.apply([0, 0, 1]))
+
+
 @pytest.mark.parametrize("outline", [BUTTERFLY, EVEN_BUTTERFLY, STAR, TWICE_AROUND])
 def test_polygons_that_cross_or_cover_themselves_are_named(outline):
     mesh, result = cut(upright(DOORWAY), upright(outline))

@@ -7,9 +7,10 @@ from trimesh import Trimesh
 
 from scenes.places.built_in import lab
 from scenes.scene.shapes import box, sheet
-from simulate.rays.core.image_method import Images, Mirrors, on_device
+from simulate.rays.core.image_method import Combination, Mirrors, on_device
 from simulate.rays.core.planes import BLOCK, Planes
 from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.reflection_chains import Images
 
 
 def fine_sheet(count: int, kept: float = 1.0) -> Trimesh:
@@ -64,7 +65,9 @@ def test_surfaces_are_known_from_gaps(make_scene):
 def possible_paths(planes, chains, sources, targets):
     """The images, and the target, chain and source of every possible path."""
     images = Images(Mirrors(planes), chains, sources)
-    return images, images.combination(images.possible(on_device(targets), len(targets)))
+    size = len(chains), len(sources)
+    every = Combination.of(dr.arange(mi.UInt, len(targets) * len(chains) * len(sources)), *size)
+    return images, Combination.of(dr.compress(images.possible(images.ends_of(targets), every)), *size)
 
 
 def test_reflections_lie_on_their_planes_at_equal_angles():
@@ -77,19 +80,20 @@ def test_reflections_lie_on_their_planes_at_equal_angles():
     images, paths = possible_paths(planes, chains, sources, targets)
     target, chain, _ = (each.numpy() for each in paths)
     assert len(target) > 20
-    places, faces, travelled = images.ways(on_device(targets), paths)
-    vertices = np.stack([each.numpy() for each in places])
+    ways = images.ways(on_device(targets), paths)
+    vertices = np.stack([each.numpy() for each in ways.vertices])
     points = np.concatenate([np.repeat(sources.T[None], len(target), axis=2), vertices, targets[target].T[None]])
     chain = chains[chain].T
     normals = planes.normals[chain].transpose(0, 2, 1)
-    np.testing.assert_allclose((vertices * normals).sum(axis=1), planes.offsets[chain], atol=1e-12)
+    np.testing.assert_allclose((vertices * normals).sum(axis=1), planes.offsets[chain], atol=2e-6)
     steps = np.diff(points, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     units = steps / lengths[:, None]
     before, behind = (units[:-1] * normals).sum(axis=1), (units[1:] * normals).sum(axis=1)
-    np.testing.assert_allclose(before, -behind, atol=1e-9)
-    np.testing.assert_allclose(travelled.numpy(), lengths.sum(axis=0), rtol=1e-12)
-    assert (planes.of_face[np.stack([face.numpy() for face in faces])] == chain).all()
+    legs = lengths.min(axis=0) > 0.05  # vertices are in single precision
+    np.testing.assert_allclose(before[:, legs], -behind[:, legs], atol=1e-4)
+    np.testing.assert_allclose(ways.travelled.numpy(), lengths.sum(axis=0), rtol=1e-6)
+    assert (planes.of_face[np.stack([face.numpy() for face in ways.faces])] == chain).all()
 
 
 @pytest.fixture(scope="module")

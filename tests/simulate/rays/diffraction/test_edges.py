@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from scenes.places.room import Finish, Opening, build_place, build_room
+from scenes.places.room import BRICK, Opening, build_place, build_room
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet, union
@@ -82,8 +82,8 @@ def test_boards_of_a_box_end_at_its_edges_one_by_one(edges_of):
 
 def test_openings_of_outer_walls_diffract_and_their_corners_do_not():
     """A room with a door: three edges of the opening, as the door's own edges are in the wall's slab."""
-    sides = dict.fromkeys(("floor", "ceiling", "south", "north", "west", "east"), Finish("brick"))
-    walls = build_room((3.0, 2.5, 2.4), [Opening("door", "south", 1.0, 1.9, 0.0, 2.0, "wood")], **sides)
+    door = Opening("door", "south", 1.0, 1.9, 0.0, 2.0, "wood")
+    walls = build_room((3.0, 2.5, 2.4), [door], BRICK, BRICK, [BRICK] * 4)
     gateway = Gateway((0.6, 0.6, 1.2), facing((1.0, 1.0, 0.0)), pattern="dipole")
     room = build_place("room", walls, gateway, Transmitter((1.5, 1.0, 0.8), (2.4, 2.0, 1.6), "dipole"))
     edges = diffracting_edges(RayScene.of(room, Propagation()))

@@ -1,1 +1,0 @@
-"""Baselines, which need no training and are scored next to every model, and the array's ceiling."""

@@ -1,0 +1,1 @@
+"""The quantities that are measured and predicted: spectra, responses over a band, received powers, channels."""
