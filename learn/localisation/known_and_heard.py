@@ -287,12 +287,11 @@ def of_track(
     only tag.
     """
     elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
-    names, truth, responses = ["1"], None, dataset.responses
+    names, truth, comparable = ["1"], None, "response" in dataset.values
     if dataset.moving == "transmitter":
-        if responses is None and dataset.phases_recorded_per_position:
-            responses = dataset.retrieved
-        if responses is None:
+        if not (comparable or dataset.phases_recorded_per_position):
             raise InputError(f"{dataset.folder}: expected recorded responses, found pictures alone")
+        responses = dataset.responses if comparable else dataset.retrieved
         names, truth, antennas = dataset.names, dataset.positions, dataset.gateway_position + elements
         if region is None:
             low, high = truth.min(axis=0), truth.max(axis=0)
@@ -300,14 +299,14 @@ def of_track(
             region = np.stack([low - margin, high + margin])
             corners = " to ".join(str(tuple(corner.round(2).tolist())) for corner in region)
             say(f"{dataset.folder}: tags are searched around its positions, in {corners} m (--region states another)")
-    elif dataset.moving == "both" or responses is None:
+    elif dataset.moving == "both" or not comparable:
         found = "two ends that move" if dataset.moving == "both" else "no phases that can be compared along it"
         raise InputError(f"{dataset.folder}: expected an antenna that moved along a track, found {found}")
     elif region is None:
         found = f"since the receiver of {dataset.folder} moved"
         raise ParameterError("region", f"expected the box in which the transmitter is, {found}")
     else:
-        responses, antennas = responses.reshape(1, -1), (dataset.positions[:, None] + elements).reshape(-1, 3)
+        responses, antennas = dataset.responses.reshape(1, -1), (dataset.positions[:, None] + elements).reshape(-1, 3)
     if len(antennas) < LEAST_READS:
         raise InputError(f"{dataset.folder}: expected at least {LEAST_READS} antenna positions, found {len(antennas)}")
     some = evenly(np.arange(len(antennas)), MOST_ANTENNAS)
