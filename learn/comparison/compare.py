@@ -20,7 +20,7 @@ from learn.comparison.measuring import Measuring
 from learn.comparison.results_folder import Settings, results_in
 from learn.data.split_distances import say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, SplitKind
-from learn.methods.table import BASELINES, methods_of, require_scene, usual_names
+from learn.methods.table import BASELINES, USUAL_BASELINES, methods_of, require_scene, usual_names
 from learn.methods.trained_model import TrainedModel
 from learn.quantities.known import MakesMethod, Method
 from learn.quantities.spectra import SpectraInRooms
@@ -150,7 +150,7 @@ def compare(
     run = init if init is None or isinstance(init, Run) else load_run(init)
     if run is not None:
         chosen |= _continued(run, kind)
-    missing = [name for name in BASELINES[kind] if name not in chosen]
+    missing = [name for name in BASELINES.get(kind, USUAL_BASELINES) if name not in chosen]
     chosen = {**{name: known[name] for name in missing}, **chosen}
     cases: Cases
     if isinstance(given, Rooms):

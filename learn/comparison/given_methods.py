@@ -8,7 +8,7 @@ import hashlib
 import inspect
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,9 @@ import numpy as np
 
 from learn.comparison.predictions import Predictions
 from learn.models.model_settings import MINUTES_MOST, STEPS_MOST
-from learn.training.registry import MODELS, OURS, own_class, what_happened
+from learn.training.registry import MODELS, in_one_sentence, own_class, what_happened
+from learn.training.registry import is_own as is_own_class
 from scenes.files.errors import (
-    InputError,
     ParameterError,
     require_instance,
     require_positive,
@@ -47,17 +47,13 @@ def built(label: str, make: Callable[[], Any]) -> Any:
 @contextmanager
 def named(label: str, method: Any, expected: str) -> Iterator[None]:
     """Turn errors of a user's method into a sentence that names it. Errors of our own methods pass."""
-    try:
+    with in_one_sentence(label, expected) if is_own(method) else nullcontext():
         yield
-    except (Exception, SystemExit) as error:
-        if not is_own(method) or (isinstance(error, InputError) and label in str(error)):
-            raise
-        raise InputError(f"{label}: expected {expected}, found {what_happened(error)}") from error
 
 
 def is_own(method: Any) -> bool:
     """Whether a method is of a class that the user wrote, or trains a model that the user wrote."""
-    return _class_of(method).__module__.split(".")[0] not in OURS
+    return is_own_class(_class_of(method))
 
 
 def source_hash(method: Any) -> str | None:

@@ -16,14 +16,11 @@ from scenes.files.errors import ParameterError
 INTERPOLATION = "learn.methods.interpolation:"
 
 METHODS: dict[str, dict[str, str]] = {
-    "mean": {"power": INTERPOLATION + "Mean", "room": INTERPOLATION + "Mean"},
+    "mean": {"any": INTERPOLATION + "Mean", "spectrum": "", "channel": ""},
     "mean-picture": {"spectrum": INTERPOLATION + "Mean"},
-    "nearest": {
-        **dict.fromkeys(("spectrum", "response", "power", "room"), INTERPOLATION + "Nearest"),
-        "channel": "learn.channels.channel_methods:Nearest",
-    },
-    "inverse-distance": dict.fromkeys(("spectrum", "response", "power", "room"), INTERPOLATION + "InverseDistance"),
-    "kriging": dict.fromkeys(("spectrum", "response", "power"), INTERPOLATION + "Kriging"),
+    "nearest": {"any": INTERPOLATION + "Nearest", "channel": "learn.channels.channel_methods:Nearest"},
+    "inverse-distance": {"any": INTERPOLATION + "InverseDistance", "channel": ""},
+    "kriging": {"any": INTERPOLATION + "Kriging", "channel": "", "room": ""},
     "kriging-responses": {"spectrum": INTERPOLATION + "KrigingResponses"},
     "log-distance": {"power": "learn.powers.log_distance:LogDistance"},
     "mri": {"power": "learn.powers.log_distance:Mri"},
@@ -51,25 +48,28 @@ METHODS: dict[str, dict[str, str]] = {
     "attention": {"room": "learn.rooms.room_methods:AttentionOverNeighbours"},
     "twin": {"power": "learn.powers.twin_powers:TwinPowers", "room": "learn.rooms.room_methods:TwinInRoom"},
 }
-"""The class of each method, by its name, for each quantity, and for "room": spectra of rooms never seen before."""
+"""The class of each method, by its name, for each quantity, and for "room": spectra of rooms never seen before.
+
+What is under "any" is for all quantities but those with a class of their own, or with none.
+"""
 
 TWIN = "twin"  # The method that also needs a described scene
 
 BASELINES: dict[str, tuple[str, ...]] = {
     "spectrum": ("mean-picture", "nearest", "inverse-distance"),
-    "response": ("nearest", "inverse-distance"),
     "power": ("mean", "nearest", "inverse-distance", "log-distance"),
     "channel": ("copy", "ramp", "nearest"),
-    "room": ("mean", "nearest", "inverse-distance"),
 }
-"""Methods that learn nothing, with which every table and report begins; the first one is the least to be reached."""
+"""Methods that learn nothing, with which every table and report begins, where they are not ``USUAL_BASELINES``."""
+
+USUAL_BASELINES = ("mean", "nearest", "inverse-distance")
 
 SLOW_IN_ROOMS = ("helmholtz-pictures", TWIN)  # These take minutes for each room and number of known spectra
 
 
 def methods_of(kind: str, dataset: Any = None, scene: Any = None) -> dict[str, Callable[[], Any]]:
     """Functions that make new, unfitted methods for a quantity, or for rooms, by name."""
-    found = {name: _class_at(builds[kind]) for name, builds in METHODS.items() if kind in builds}
+    found = {name: _class_at(METHODS[name].get(kind) or METHODS[name]["any"]) for name in _names(kind)}
     if kind == "spectrum":
         from learn.methods.trained_model import TrainedModel
 
@@ -83,7 +83,11 @@ def methods_of(kind: str, dataset: Any = None, scene: Any = None) -> dict[str, C
 
 def named_for(kind: str) -> tuple[str, ...]:
     """Names of the methods for a quantity that need no scene, but for the models of spectra."""
-    return tuple(name for name, builds in METHODS.items() if kind in builds and name != TWIN)
+    return tuple(name for name in _names(kind) if name != TWIN)
+
+
+def _names(kind: str) -> list[str]:
+    return [name for name, builds in METHODS.items() if builds.get(kind, builds.get("any"))]
 
 
 def usual_names(kind: str, methods: Mapping[str, Callable[[], Any]]) -> list[str]:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from learn.quantities.quantity import Quantity
 from scenes.files.errors import require_word
-
-QuantityName = Literal["spectrum", "response", "power", "channel"]
 
 QUANTITIES: dict[str, str] = {
     "spectrum": "learn.quantities.spectra:Spectra",
@@ -17,6 +15,11 @@ QUANTITIES: dict[str, str] = {
     "channel": "learn.quantities.channels:Channels",
 }
 """The class of each quantity by its name."""
+
+if TYPE_CHECKING:
+    QuantityName = str
+else:
+    QuantityName = Literal[tuple(QUANTITIES)]  # the choices of the command line
 
 
 def quantity_named(name: str) -> Quantity:

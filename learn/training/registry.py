@@ -10,7 +10,8 @@ from __future__ import annotations
 import os
 import sys
 import sysconfig
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +19,7 @@ from traceback import FrameSummary, extract_tb
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from learn.models.model_settings import Steps, check_options_of
-from scenes.files.errors import ParameterError, cut, did_you_mean, reason, shown
+from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, reason, shown
 from scenes.files.optional_packages import require_extra
 
 if TYPE_CHECKING:  # torch is imported when a model is built
@@ -50,6 +51,22 @@ def what_happened(error: BaseException) -> str:
     frames = [each for each in extract_tb(error.__traceback__) if _is_users(each)]
     place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
     return f"{type(error).__name__}: {reason(error)}{place}"
+
+
+@contextmanager
+def in_one_sentence(label: str, expected: str) -> Iterator[None]:
+    """Turn errors of the user's code into a sentence that names it. What a file or a disk has done passes."""
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        if isinstance(error, OSError) or (isinstance(error, InputError) and label in str(error)):
+            raise
+        raise InputError(f"{label}: expected {expected}, found {what_happened(error)}") from error
+
+
+def is_own(kind: type) -> bool:
+    """Whether the user wrote a class."""
+    return kind.__module__.split(".")[0] not in OURS
 
 
 def is_of_own_code(error: BaseException | None) -> bool:

@@ -102,7 +102,7 @@ def build_model(
         return build(region, beamformer, wavelength, **{**model_entry(config.model).options, **config.options})
     except InputError:
         raise
-    except (ValueError, TypeError, ArithmeticError, AssertionError, RuntimeError) as error:
+    except (ValueError, TypeError, ArithmeticError, AssertionError, RuntimeError, SystemExit) as error:
         raise InputError(
             f"model {config.model}: expected options that it can be built with, found {shown(config.options)} "
             f"({reason(error)})"

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import torch
+from jaxtyping import Float
 
 from learn.data.expected_score import say_expectation
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
+from learn.models.base import SpectrumModel
 from learn.models.capabilities import unsuited
 from learn.models.kriging.retrieved_field import not_retrieved
 from learn.models.model_settings import MINUTES_MOST, PATIENCE, Steps
@@ -33,7 +37,9 @@ from learn.training.registry import (
     PRESETS,
     PresetName,
     check_options,
+    in_one_sentence,
     in_words,
+    is_own,
     model_class,
     model_entry,
 )
@@ -254,7 +260,10 @@ def train_run(
             unfound = not_retrieved(dataset)
             if unfound is not None:
                 say(unfound)
-            _train(config, folder, trainer, dataset, parts, learned, minutes)
+            own = is_own(model_class(config.model))
+            expected = "a model of spectra [B, 90, 360] of float32 that follow from its weights"
+            with in_one_sentence(f"model {config.model}", expected) if own else nullcontext():
+                _train(config, folder, trainer, dataset, parts, learned, minutes)
 
 
 def _own(config: Config, folder: Path) -> Any:
@@ -282,12 +291,31 @@ def _train(
         return
     from learn.training.gradient_steps import Spectra, train_by_steps
 
+    _check_forward(config.model, model, dataset.positions[parts.train[:2]])
     if config.by_steps.init is not None:
         load_weights(model, Path(config.by_steps.init))
     learned = learned or learned_responses(model, dataset, parts, config.by_steps)
     spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed, learned.responses)
     pixels = quadrature(dataset.beamformer)
     train_by_steps(model, spectra, config.by_steps, pixels, folder, trainer, learned.seconds, minutes)
+
+
+def _check_forward(name: str, model: SpectrumModel, positions: Float[np.ndarray, "B 3"]) -> None:
+    """Refuse a model of the user's whose prediction cannot be trained, before any step."""
+    if not is_own(type(model)):
+        return
+    found: Any = model(torch.from_numpy(positions).float())
+    shape = (len(positions), 90, 360)
+    if not isinstance(found, torch.Tensor):
+        seen = type(found).__name__
+    elif tuple(found.shape) != shape or found.dtype != torch.float32:
+        seen = f"a tensor {list(found.shape)} of {str(found.dtype).removeprefix('torch.')}"
+    elif not found.requires_grad:
+        seen = "a tensor that follows from none of its weights"
+    else:
+        return
+    expected = f"expected forward to return float32 spectra {list(shape)} that follow from its weights"
+    raise InputError(f"model {name}: {expected}, found {seen}")
 
 
 def _check(config: Config, trainer: Mapping[str, Any]) -> int:

@@ -16,19 +16,19 @@ import pytest
 
 import bisplat
 from learn.comparison.averages import average_name
-from learn.methods.table import BASELINES, METHODS, methods_of, trained_by_steps
+from learn.methods.table import BASELINES, USUAL_BASELINES, methods_of, named_for, trained_by_steps
 from learn.quantities.array_ceiling import CEILING
 from learn.quantities.known import Known
-from learn.quantities.table import quantity_named
+from learn.quantities.table import QUANTITIES, quantity_named
 from learn.reports.comparison_report import write_comparison
 from scenes.files.output_folder import locked
 
 SLOW = {"mirror-images", "helmholtz-positions", "nerf2"}  # Tested by themselves
 CHOSEN = [
     (name, quantity)
-    for name, builds in METHODS.items()
-    for quantity in builds
-    if quantity != "room" and not name.startswith("twin") and (name, quantity) != ("kriging-responses", "spectrum")
+    for quantity in ("spectrum", "response", "power", "channel")
+    for name in named_for(quantity)
+    if name != "kriging-responses"
 ]
 
 
@@ -107,7 +107,7 @@ def test_every_method_learns_from_the_same_part_and_is_scored_on_another(kind, s
     assert {(row["known"], row["test"]) for row in comparison if row["label"] != CEILING} == {
         (len(parts.known), len(parts.test))
     }
-    assert set(labels(comparison)) == {*BASELINES[kind.quantity], "mine"}  # baselines are always in
+    assert set(labels(comparison)) == {*BASELINES.get(kind.quantity, USUAL_BASELINES), "mine"}  # always in
     best, *_ = kind.compare(dataset=kind.dataset).table()
     assert best["label"] in (kind.methods[1], "inverse-distance", "nearest")
 
@@ -332,3 +332,45 @@ def test_an_edited_class_is_measured_again_and_a_comment_is_no_edit(kind, tmp_pa
 def test_figures_of_a_comparison_that_was_not_kept_can_be_written(kind, tmp_path):
     write_comparison(kind.compare(), tmp_path / "later")
     assert (tmp_path / "later" / "table.html").stat().st_size > 1000
+
+
+NOISE = """
+\"\"\"Noise figures: one file, and one line in the table of quantities.\"\"\"
+import numpy as np
+from learn.quantities.quantity import OfEach, Quantity, Scored
+from scenes.files.npz_file import Expected
+
+
+class NoiseFigures(Quantity):
+    name, things, in_words, predicted, kinds, file = "noise", "positions", "noise figures", "dB", "f", "noise.npy"
+    columns = {"error_mean_db": "mean error (dB)"}
+    small_is_good = True
+    of_each = OfEach("error_db", "error (dB)", "share of positions")
+
+    def require(self, dataset):
+        assert (dataset.folder / "noise.npy").is_file()
+
+    def of(self, dataset, rows):
+        return np.load(dataset.folder / "noise.npy")[rows]
+
+    def score(self, prediction, truth, dataset):
+        error = np.abs(prediction.value - truth)
+        return Scored({"error_mean_db": float(error.mean())}, {"error_db": error})
+
+    def arrays(self, truth):
+        return {"error_db": Expected("errors", "f", truth.shape)}
+"""
+
+
+def test_a_new_quantity_is_one_file_and_one_line(tiny, tmp_path, monkeypatch):
+    folder = shutil.copytree(tiny, tmp_path / "measured")
+    data = bisplat.read_dataset(folder)
+    np.save(folder / "noise.npy", data.positions @ [1.0, 2.0, 0.5] + 3)
+    (tmp_path / "noise_figures.py").write_text(NOISE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(QUANTITIES, "noise", "noise_figures:NoiseFigures")
+    comparison = bisplat.compare(folder, ["kriging"], quantity="noise", output=tmp_path / "out")
+    assert labels(comparison)[-1] == "kriging" == comparison.table()[0]["label"]
+    assert set(labels(comparison)) == {*USUAL_BASELINES, "kriging"}
+    write_comparison(comparison, tmp_path / "out")
+    assert "noise figures" in (tmp_path / "out" / "table.html").read_text()

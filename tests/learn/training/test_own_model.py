@@ -137,3 +137,49 @@ def test_the_current_folder_does_not_stay_on_pythons_path(here, tiny):
     with pytest.raises(ParameterError, match="expected a class at own_level:Missing, found AttributeError"):
         bisplat.train(tiny, "run", model="own_level:Missing")
     assert sys.path == before and not (here / "run").exists()
+
+
+WRONG = """
+import torch
+import bisplat
+
+class Right(bisplat.SpectrumModel):
+    def __init__(self, region, beamformer, wavelength):
+        super().__init__(region, wavelength)
+        self.level = torch.nn.Parameter(torch.zeros(1))
+
+    def forward(self, positions):
+        return torch.sigmoid(self.level) * torch.ones(len(positions), 90, 360)
+
+class Turned(Right):
+    def forward(self, positions):
+        return super().forward(positions).mT
+
+class Double(Right):
+    def forward(self, positions):
+        return super().forward(positions).double()
+
+class Nothing(Right):
+    def forward(self, positions):
+        return None
+
+class Detached(Right):
+    def forward(self, positions):
+        return super().forward(positions).detach()
+
+class Leaves(Right):
+    def __init__(self, *arguments):
+        raise SystemExit(0)
+
+class Fails(Right):
+    def coarse_loss(self, *arguments):
+        return 1 / 0
+"""
+
+
+@pytest.mark.parametrize("name", ["Turned", "Double", "Nothing", "Detached", "Leaves", "Fails"])
+def test_what_a_model_returns_or_raises_wrongly_is_a_sentence_that_names_it(here, tiny, name, monkeypatch):
+    (here / "own_wrong.py").write_text(WRONG)
+    with pytest.raises(InputError, match=f"own_wrong:{name}: expected .*, found"):
+        bisplat.train(tiny, "wrong", model=f"own_wrong:{name}", steps=1)
+    assert not (here / "wrong" / "weights.safetensors").exists()
