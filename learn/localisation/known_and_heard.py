@@ -11,7 +11,8 @@ from jaxtyping import Complex, Float, Int, UInt8
 from scipy.spatial.transform import Rotation
 
 from learn.data.same_receiver import other_frequency
-from learn.data.splits import SplitKind, split
+from learn.data.splits import SplitKind
+from learn.data.splits import split as split_rows
 from learn.localisation.channel_evidence import ChannelEvidence
 from learn.localisation.evidence import Evidence
 from learn.localisation.located_places import NEW, Located, copied_positions
@@ -23,19 +24,23 @@ from learn.localisation.track_evidence import LEAST_READS, TrackEvidence
 from learn.models.base import Report
 from learn.powers.fit_powers import fit_powers
 from learn.training.run_folder import Run
-from scenes.files.errors import InputError, ParameterError, check_array, named
+from scenes.files.errors import InputError, ParameterError, check_array, named, require_flag, require_within, shown
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
+from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_kinds import NOT_RECEIVED
 from simulate.dataset.powers_files import fault_of_powers, read_power_table
+from simulate.exchange.recorded_responses import one_way
 from simulate.spectra.spectrum import check_pictures, evenly
 
 SAME_STATED_PLACE = 0.1
 """Metres. Gateways and antennas whose stated positions differ by more are other ones."""
 
 MOST_KNOWN, LEAST_KNOWN = 2000, 10  # Numbers of known rows of channels; of more, so many are drawn
+
+LEVEL_MOST = 60.0  # Largest level that can be stated, dB
 
 MOST_ANTENNAS = 1000  # Largest number of antenna positions of a track; the time grows with its square
 
@@ -57,9 +62,11 @@ class Question(NamedTuple):
         return Located(places, self.names, self.parts, self.truth, copied)
 
 
-def of_powers(survey: Dataset, heard: Any, kind: SplitKind, level: float | None) -> Question:
+def of_powers(survey: Dataset, heard: Any, *, split: SplitKind = "files", level: float | None = None) -> Question:
     """The question by a survey of received powers. Without ``heard``, its own test part, of the same level."""
-    known, asked = _parts(survey, kind, heard)
+    if level is not None:
+        require_within(-LEVEL_MOST, LEVEL_MOST, "dB", level=level)
+    known, asked = _parts(survey, split, heard)
     truth: Float[np.ndarray, "K 3"] | None = None
     if heard is None:
         powers, level = survey.powers[asked], level or 0.0
@@ -78,9 +85,9 @@ def of_powers(survey: Dataset, heard: Any, kind: SplitKind, level: float | None)
     return _of_rows(evidence, asked, truth)
 
 
-def of_channels(dataset: Dataset, heard: Any, kind: SplitKind) -> Question:
+def of_channels(dataset: Dataset, heard: Any, *, split: SplitKind = "files") -> Question:
     """The question by channels with positions. Without ``heard``, their own test part."""
-    known, asked = _parts(dataset, kind, heard)
+    known, asked = _parts(dataset, split, heard)
     truth: Float[np.ndarray, "K 3"] | None = None
     if heard is None:
         channels, truth = dataset.uplink[asked], dataset.positions[asked]
@@ -114,7 +121,7 @@ def _parts(dataset: Dataset, kind: SplitKind, heard: Any) -> tuple[Int[np.ndarra
     """Known rows, and the rows of the test part; if something else was heard, all rows are known."""
     if heard is not None:
         return np.arange(len(dataset)), None
-    parts = split(dataset, kind, 0)
+    parts = split_rows(dataset, kind, 0)
     return parts.known, parts.test
 
 
@@ -192,12 +199,16 @@ def _require_same(
         raise InputError(f"{path}: expected the {what} where they are in {folder}, found one {away:.3g} m away")
 
 
-def of_runs(runs: Sequence[Run], heard: Sequence[Any] | None, most: int | None = None) -> Question:
+def of_runs(runs: Sequence[Run], heard: Any, most: int | None = None) -> Question:
     """The question by a run for each gateway: of pictures or folders of them, or of the test part of their datasets.
 
     The runs' own datasets stand for their test part, of which ``most`` are located, since known pictures are found at
     their own places.
     """
+    heard = [heard] if isinstance(heard, str | Path) else heard
+    if heard is not None and (not isinstance(heard, list | tuple) or len(heard) != len(runs)):
+        found = f"{len(heard)} of them" if isinstance(heard, list | tuple | np.ndarray) else shown(heard)
+        raise ParameterError("heard", f"expected pictures or a folder for each of the {len(runs)} runs, found {found}")
     if heard is not None and all(isinstance(each, str | Path) for each in heard):
         folders = [Path(each) for each in heard]
         own = [is_own(folder, run) for folder, run in zip(folders, runs, strict=True)]
@@ -277,15 +288,16 @@ def _checked_pictures(pictures: Sequence[np.ndarray]) -> list[np.ndarray]:
     return checked
 
 
-def of_track(
-    dataset: Dataset, region: Float[np.ndarray, "2 3"] | None, boresight: Float[np.ndarray, " 3"] | None
-) -> Question:
+def of_track(dataset: Dataset, heard: Any = None, *, region: Any = None, boresight: Any = None) -> Question:
     """The question of a dataset's tags, by their responses along the track of its antenna.
 
     If transmitters move, each is a tag, and the elements of the array are the places of the antenna. If the receiver
     moves, its elements at all its positions are these places, and the transmitter, whose position is not used, is the
     only tag.
     """
+    if heard is not None:
+        raise ParameterError("heard", f"expected none with {dataset.folder}, whose own tags are located")
+    region = None if region is None else _box(region)
     elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
     names, truth, comparable = ["1"], None, "response" in dataset.values
     if dataset.moving == "transmitter":
@@ -314,5 +326,44 @@ def of_track(
         say(f"{len(some)} of the {len(antennas)} antenna positions are used")
     pattern = "in all directions alike" if boresight is None else "ahead, with the cosine of the angle"
     say(f"{dataset.folder}: the antenna is taken to look {pattern}; each tag has an unknown phase and magnitude")
-    evidence = TrackEvidence(responses[:, some], antennas[some], region, dataset.wavelength, boresight)
+    evidence = TrackEvidence(responses[:, some], antennas[some], region, dataset.wavelength, _ahead(boresight))
     return Question(evidence, names, [NEW] * len(names), truth)
+
+
+def of_positions(
+    track: Float[np.ndarray, "N 3"],
+    heard: Any,
+    *,
+    region: Any = None,
+    boresight: Any = None,
+    frequency: Any = None,
+    round_trip: bool = False,
+) -> Question:
+    """The question by responses at the positions of a moving antenna."""
+    require_flag(round_trip=round_trip)
+    what = f"responses of tags at {len(track)} antenna positions"
+    responses = check_array("heard", heard, (None, len(track)), what, "c", finite=False)
+    if region is None or frequency is None:
+        missing = "region" if region is None else "frequency"
+        raise ParameterError(missing, "expected it with the positions of an antenna, found none")
+    for row in responses if round_trip else ():
+        read = np.isfinite(row) & (row != 0)
+        row[read] = one_way(row[read][None], [])[0]
+    wavelength = SPEED_OF_LIGHT / read_frequency(frequency)
+    return _of_rows(TrackEvidence(responses, track, _box(region), wavelength, _ahead(boresight)), None, None)
+
+
+def _box(region: Any) -> Float[np.ndarray, "2 3"]:
+    box = check_array("region", region, (2, 3), "corners (min, max) of a box")
+    if (box[0] > box[1]).any():
+        raise ParameterError("region", f"expected corners (min, max), found {box.tolist()}")
+    return box
+
+
+def _ahead(boresight: Any) -> Float[np.ndarray, " 3"] | None:
+    if boresight is None:
+        return None
+    ahead = check_array("boresight", boresight, (3,), "a direction x, y, z")
+    if not ahead.any():
+        raise ParameterError("boresight", "expected a direction, found a vector of length 0")
+    return ahead / np.linalg.norm(ahead)

@@ -3,39 +3,33 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
+from inspect import signature
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from learn.data.splits import SplitKind
-from learn.localisation.known_and_heard import MOST_ANTENNAS, Question, of_channels, of_powers, of_runs, of_track
-from learn.localisation.located_places import NEW, Located
-from learn.localisation.track_evidence import TrackEvidence
+from learn.localisation.known_and_heard import (
+    MOST_ANTENNAS,
+    Question,
+    of_channels,
+    of_positions,
+    of_powers,
+    of_runs,
+    of_track,
+)
+from learn.localisation.located_places import Located
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import ParameterError, check_array, require_flag, require_within, shown
-from scenes.scene.description import SPEED_OF_LIGHT
-from scenes.scene.frequency import read_frequency
+from scenes.files.errors import ParameterError
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_kinds import quantity_of
-from simulate.exchange.recorded_responses import one_way
 from simulate.positions.positions import check_points
-
-LEVEL_MOST = 60.0  # Largest level that can be stated, dB
-
-TAKES = {
-    "a run": (),
-    "received powers": ("split", "level"),
-    "channels": ("split",),
-    "a dataset": ("region", "boresight"),
-    "positions of an antenna": ("region", "boresight", "frequency", "round_trip"),
-}
-"""What is known, and the options that do something then."""
 
 
 def locate(
@@ -96,6 +90,7 @@ def locate(
         ParameterError: an argument has another shape or is out of its range, or does nothing here.
 
     Example:
+        >>> import numpy as np
         >>> track = np.stack([np.linspace(0, 1, 50), np.zeros(50), np.zeros(50)], axis=1)
         >>> distance = np.linalg.norm(track - [0.3, 0.7, 0], axis=1)
         >>> read = np.exp(-4j * np.pi * distance / 0.325) / distance**2  # the way to the tag and back
@@ -105,105 +100,59 @@ def locate(
         [0.3, 0.7, 0.0]
     """
     kind = _kind(model_or_dataset)
+    read, ask = KINDS[kind]
     given = {"split": split, "level": level, "region": region, "boresight": boresight, "frequency": frequency}
-    for name, value in (given | {"round_trip": round_trip or None}).items():
-        if value is not None and name not in TAKES[kind]:
+    told = {name: each for name, each in (given | {"round_trip": round_trip or None}).items() if each is not None}
+    for name in told:
+        if name not in signature(ask).parameters:
             raise ParameterError(name, f"expected none, since it does nothing with {kind}")
-    if split is not None and heard is not None:
-        raise ParameterError("split", "expected none, since it does nothing beside what was heard")
-    if level is not None:
-        require_within(-LEVEL_MOST, LEVEL_MOST, "dB", level=level)
-        if heard is None:
-            raise ParameterError(
-                "level", "expected none, since it does nothing without received powers that were heard"
-            )
-    known, box, ahead = _read(model_or_dataset, kind), _box(region), _direction(boresight)
-    if isinstance(known, Dataset) and kind == "received powers":
-        question = of_powers(known, heard, split or "files", level)
-    elif isinstance(known, Dataset) and kind == "channels":
-        question = of_channels(known, heard, split or "files")
-    elif isinstance(known, list):
-        if isinstance(heard, str | PathLike):
-            heard = [heard]
-        if heard is not None and (not isinstance(heard, list | tuple) or len(heard) != len(known)):
-            found = f"{len(heard)} of them" if isinstance(heard, list | tuple | np.ndarray) else shown(heard)
-            raise ParameterError(
-                "heard", f"expected pictures or a folder for each of the {len(known)} runs, found {found}"
-            )
-        question = of_runs(known, heard)
-    elif isinstance(known, Dataset):
-        if heard is not None:
-            raise ParameterError("heard", f"expected none with {known.folder}, whose own tags are located")
-        question = of_track(known, box, ahead)
-    else:
-        require_flag(round_trip=round_trip)
-        question = _of_positions(known, heard, box, ahead, frequency, round_trip)
-    return question.answered(report)
-
-
-KINDS = {"power": "received powers", "channel": "channels"}
+        if (name == "split" and heard is not None) or (name == "level" and heard is None):
+            where = "without anything heard" if heard is None else "beside what was heard"
+            raise ParameterError(name, f"expected none, since it does nothing {where}")
+    folder = isinstance(model_or_dataset, str | PathLike)
+    known = read(model_or_dataset) if folder or kind in (RUN, POSITIONS) else model_or_dataset
+    return ask(known, heard, **told).answered(report)
 
 
 def _kind(given: Any) -> str:
-    """What is known, as a key of ``TAKES``; nothing is read yet."""
+    """What is known, as a key of ``KINDS``; nothing is read yet."""
     if isinstance(given, str | PathLike):
         folder = Path(given)
-        if (quantity := quantity_of(folder)) in KINDS:
-            return KINDS[quantity]
-        return "a dataset" if (folder / "spectrum").is_dir() and not (folder / "config.json").exists() else "a run"
+        quantity = quantity_of(folder)
+        if quantity in ("power", "channel"):
+            return POWERS if quantity == "power" else CHANNELS
+        return TRACK if (folder / "spectrum").is_dir() and not (folder / "config.json").exists() else RUN
+    if isinstance(given, list | tuple) and given and all(isinstance(each, Run | str | PathLike) for each in given):
+        return RUN
     if isinstance(given, Dataset):
-        return KINDS.get(given.quantities[0], "a dataset")
-    runs = given if isinstance(given, list | tuple) and given else [given]
-    return "a run" if all(isinstance(each, Run | str | PathLike) for each in runs) else "positions of an antenna"
+        return {"power": POWERS, "channel": CHANNELS}.get(given.quantities[0], TRACK)
+    return RUN if isinstance(given, Run) else POSITIONS
 
 
-def _read(given: Any, kind: str) -> list[Run] | Dataset | Float[np.ndarray, "N 3"]:
-    """Runs, a dataset, or positions of an antenna; read, if a folder was given."""
-    if kind == "a run":
-        each = given if isinstance(given, list | tuple) else [given]
-        runs = [run if isinstance(run, Run) else load_run(run) for run in each]
-        folder, times = Counter(run.folder.resolve() for run in runs).most_common(1)[0]
-        if times > 1:
-            raise ParameterError("model_or_dataset", f"expected a run for each gateway, found {folder} twice")
-        return runs
-    if kind != "positions of an antenna":
-        return given if isinstance(given, Dataset) else read_dataset(given)
+def _runs(given: Any) -> list[Run]:
+    each = given if isinstance(given, list | tuple) else [given]
+    runs = [run if isinstance(run, Run) else load_run(run) for run in each]
+    folder, times = Counter(run.folder.resolve() for run in runs).most_common(1)[0]
+    if times > 1:
+        raise ParameterError("model_or_dataset", f"expected a run for each gateway, found {folder} twice")
+    return runs
+
+
+def _positions(given: Any) -> Float[ArrayLike, "N 3"]:
     positions = check_points(given, "model_or_dataset")
     if len(positions) > MOST_ANTENNAS:
         raise ParameterError("model_or_dataset", f"expected at most {MOST_ANTENNAS} positions, found {len(positions)}")
     return positions
 
 
-def _box(region: Any) -> Float[np.ndarray, "2 3"] | None:
-    if region is None:
-        return None
-    box = check_array("region", region, (2, 3), "corners (min, max) of a box")
-    if (box[0] > box[1]).any():
-        raise ParameterError("region", f"expected corners (min, max), found {box.tolist()}")
-    return box
+RUN, POWERS, CHANNELS, TRACK = "a run", "received powers", "channels", "a dataset whose antenna moved"
+POSITIONS = "positions of an antenna"
 
-
-def _direction(boresight: Any) -> Float[np.ndarray, " 3"] | None:
-    if boresight is None:
-        return None
-    ahead = check_array("boresight", boresight, (3,), "a direction x, y, z")
-    if not ahead.any():
-        raise ParameterError("boresight", "expected a direction, found a vector of length 0")
-    return ahead / np.linalg.norm(ahead)
-
-
-def _of_positions(
-    track: Float[np.ndarray, "N 3"], heard: Any, box: Any, ahead: Any, frequency: Any, round_trip: bool
-) -> Question:
-    """The question by responses at the positions of a moving antenna."""
-    what = f"responses of tags at {len(track)} antenna positions"
-    responses = check_array("heard", heard, (None, len(track)), what, "c", finite=False)
-    if box is None or frequency is None:
-        missing = "region" if box is None else "frequency"
-        raise ParameterError(missing, "expected it with the positions of an antenna, found none")
-    for row in responses if round_trip else ():
-        read = np.isfinite(row) & (row != 0)
-        row[read] = one_way(row[read][None], [])[0]
-    evidence = TrackEvidence(responses, track, box, SPEED_OF_LIGHT / read_frequency(frequency), ahead)
-    names = [str(number) for number in range(len(responses))]
-    return Question(evidence, names, [NEW] * len(names))
+KINDS: dict[str, tuple[Callable[[Any], Any], Callable[..., Question]]] = {
+    RUN: (_runs, of_runs),
+    POWERS: (read_dataset, of_powers),
+    CHANNELS: (read_dataset, of_channels),
+    TRACK: (read_dataset, of_track),
+    POSITIONS: (_positions, of_positions),
+}
+"""What is known: how it is read, and the question that it is for; the options that do something are its parameters."""

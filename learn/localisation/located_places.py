@@ -64,6 +64,12 @@ class Located(Sequence[list[Place]]):
         parts: the part of the split that each transmitter is of: train, validation, test, or new.
         truth: [K, 3] true positions, metres; None where they are not known.
         copied: [K, 3] positions by copying those of the most similar known rows, metres, by the name of the method.
+
+    Example:
+        >>> place = Place(np.array([1.0, 2, 1]), 0.04 * np.eye(3), 1.0, 0.0)
+        >>> found = Located([[place], []], ["00001", "00002"], [NEW, NEW], np.array([[1, 2, 1.3], [0, 0, 0]]))
+        >>> len(found), found[0][0].probability, found.errors["locate"].round(2).tolist(), found.share_in_region
+        (2, 1.0, [0.3], 1.0)
     """
 
     places: list[list[Place]]

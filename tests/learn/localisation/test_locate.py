@@ -18,8 +18,6 @@ from learn.localisation import search as search_module
 from learn.localisation.located_places import HEADER
 from learn.localisation.picture_evidence import Fingerprints, PictureEvidence
 from learn.localisation.picture_folders import observed_pictures
-from learn.localisation.search import MODES
-from learn.reports.evaluation_report import write_locations
 from learn.training import run_folder
 from learn.training.conformal_deviation import Deviation
 from learn.training.run_files import TrainingFile
@@ -67,25 +65,6 @@ def test_a_gateway_counts_by_the_deviation_that_its_run_states(runs, monkeypatch
     pictures = np.random.default_rng(0).integers(0, 255, (1, 90, 360), np.uint8)
     together = PictureEvidence(runs, [pictures, pictures], np.zeros((2, 3)), np.zeros((1, 3))).heard[0]
     np.testing.assert_allclose([(half**2).sum() for half in np.split(together, 2)], expected, rtol=1e-4)
-
-
-@pytest.mark.slow
-def test_places_are_sorted_and_their_probabilities_add_up(found):
-    for places in found[0].found:
-        shares = [place.probability for place in places]
-        assert shares == sorted(shares, reverse=True) and 1 <= len(shares) <= MODES
-        assert sum(shares) == pytest.approx(1, abs=0.04)  # improbable places are left out
-        for place in places:
-            assert (np.linalg.eigvalsh(place.covariance) > 0).all()
-
-
-@pytest.mark.slow
-def test_report(found, tmp_path):
-    write_locations(found[0], tmp_path)
-    assert json.loads((tmp_path / "locations.json").read_text()) == found[0].metrics()
-    rows = list(csv.DictReader((tmp_path / "locations.csv").open()))
-    assert tuple(rows[0]) == HEADER and len({row["name"] for row in rows}) == 30
-    assert (tmp_path / "location_errors.png").stat().st_size > 1000
 
 
 def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypatch):
@@ -204,17 +183,6 @@ def test_pictures_that_the_runs_array_does_not_explain_are_warned_of(runs, tmp_p
     assert "warning: " in said and "4 × 4 elements" in said
 
 
-def test_evaluate_adds_the_locations_to_the_scores(runs, monkeypatch, capsys):
-    monkeypatch.setattr(search_module, "STEPS", 1)
-    evaluate_command(runs[0].folder, json=True, ceiling=False)
-    scores = json.loads(capsys.readouterr().out)
-    evaluate_command(runs[0].folder, locate=True, json=True, ceiling=False)
-    both = json.loads(capsys.readouterr().out)
-    locations = both.pop("locations")
-    assert set(both) == set(scores)
-    assert locations == json.loads((runs[0].folder / "evaluation" / "locations.json").read_text())
-
-
 def test_a_run_that_learned_the_test_part_of_the_first_is_refused(folder, runs, tmp_path, monkeypatch):
     other = bisplat.train(bisplat.read_dataset(folder / "two"), tmp_path / "run", split="random", model="mlp", steps=1)
     monkeypatch.setattr("learn.evaluation.evaluate.evaluate", lambda *_: pytest.fail("scored"))
@@ -231,3 +199,17 @@ def test_fingerprints_do_not_depend_on_scale_and_offset():
         fingerprints.of_pictures(pictures), fingerprints.of_pictures(2 * pictures + 40), atol=1e-5
     )
     np.testing.assert_allclose(np.linalg.norm(fingerprints.of_pictures(pictures), axis=1), 1, rtol=1e-5)
+
+
+def test_evaluate_adds_the_locations_to_the_scores(runs, monkeypatch, capsys):
+    monkeypatch.setattr(search_module, "STEPS", 1)
+    evaluate_command(runs[0].folder, json=True, ceiling=False)
+    scores = json.loads(capsys.readouterr().out)
+    evaluate_command(runs[0].folder, locate=True, json=True, ceiling=False)
+    both = json.loads(capsys.readouterr().out)
+    locations, folder = both.pop("locations"), runs[0].folder / "evaluation"
+    assert set(both) == set(scores)
+    assert locations == json.loads((folder / "locations.json").read_text())
+    rows = list(csv.DictReader((folder / "locations.csv").open()))
+    assert tuple(rows[0]) == HEADER and len({row["name"] for row in rows}) == 30
+    assert (folder / "location_errors.png").stat().st_size > 1000

@@ -181,15 +181,6 @@ def test_level_phase_and_timing_of_channels_do_not_count(csi):
         np.testing.assert_allclose(one[0].position, same[0].position, atol=0.05)
 
 
-def test_positions_at_one_height_stay_there(csi, tmp_path):
-    places = csi.positions[:40].copy()
-    places[:, 2] = 1.2
-    write_links(tmp_path / "flat", np.concatenate([csi.uplink, csi.downlink], axis=2)[:40])
-    write_positions(tmp_path / "flat" / "tx_pos.csv", places)
-    [found] = bisplat.locate(tmp_path / "flat", csi.uplink[50:51])[0]
-    assert found.position[2] == pytest.approx(1.2, abs=1e-6) and abs(found.covariance[2]).max() < 1e-9
-
-
 def test_channels_without_positions_or_with_few_rows_are_refused(csi, tmp_path):
     write_links(tmp_path / "unplaced", np.ones((12, 8, 52), complex))
     with pytest.raises(InputError, match=r"tx_pos\.csv"):
