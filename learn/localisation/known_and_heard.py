@@ -1,13 +1,12 @@
-"""What is known and what was heard, from runs, datasets, folders and arrays: questions that the search answers."""
+"""What is known and what was heard, from datasets, folders and arrays, as questions that the search answers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float, Int, UInt8
+from jaxtyping import Complex, Float, Int
 from scipy.spatial.transform import Rotation
 
 from learn.data.same_receiver import other_frequency
@@ -15,16 +14,12 @@ from learn.data.splits import SplitKind
 from learn.data.splits import split as split_rows
 from learn.localisation.channel_evidence import ChannelEvidence
 from learn.localisation.evidence import Evidence
-from learn.localisation.located_places import NEW, Located, copied_positions
-from learn.localisation.picture_evidence import PictureEvidence
-from learn.localisation.picture_folders import is_own, observed_pictures
+from learn.localisation.located_places import NEW
 from learn.localisation.power_evidence import PowerEvidence
-from learn.localisation.search import grid_warning, search
+from learn.localisation.search import Question
 from learn.localisation.track_evidence import LEAST_READS, TrackEvidence
-from learn.models.base import Report
 from learn.powers.fit_powers import fit_powers
-from learn.training.run_folder import Run
-from scenes.files.errors import InputError, ParameterError, check_array, named, require_flag, require_within, shown
+from scenes.files.errors import InputError, ParameterError, check_array, named, require_flag, require_within
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
@@ -33,7 +28,7 @@ from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_kinds import NOT_RECEIVED
 from simulate.dataset.powers_files import fault_of_powers, read_power_table
 from simulate.exchange.recorded_responses import one_way
-from simulate.spectra.spectrum import check_pictures, evenly
+from simulate.spectra.spectrum import evenly
 
 SAME_STATED_PLACE = 0.1
 """Metres. Gateways and antennas whose stated positions differ by more are other ones."""
@@ -43,23 +38,6 @@ MOST_KNOWN, LEAST_KNOWN = 2000, 10  # Numbers of known rows of channels; of more
 LEVEL_MOST = 60.0  # Largest level that can be stated, dB
 
 MOST_ANTENNAS = 1000  # Largest number of antenna positions of a track; the time grows with its square
-
-
-class Question(NamedTuple):
-    """K transmitters to be located."""
-
-    evidence: Evidence
-    names: Sequence[str]
-    parts: Sequence[str]
-    truth: Float[np.ndarray, "K 3"] | None = None
-
-    def answered(self, report: Report = lambda phase, done, total: None) -> Located:
-        """Where the transmitters may be, beside copied positions where the true ones are known."""
-        evidence, copied = self.evidence, None
-        places = search(evidence, report)
-        if self.truth is not None and evidence.known is not None and (unlike := evidence.unlike()) is not None:
-            copied = copied_positions(unlike, evidence.known)
-        return Located(places, self.names, self.parts, self.truth, copied)
 
 
 def of_powers(survey: Dataset, heard: Any, *, split: SplitKind = "files", level: float | None = None) -> Question:
@@ -197,95 +175,6 @@ def _require_same(
     away = float(np.linalg.norm(found - expected, axis=1).max())
     if away > SAME_STATED_PLACE:
         raise InputError(f"{path}: expected the {what} where they are in {folder}, found one {away:.3g} m away")
-
-
-def of_runs(runs: Sequence[Run], heard: Any, most: int | None = None) -> Question:
-    """The question by a run for each gateway: of pictures or folders of them, or of the test part of their datasets.
-
-    The runs' own datasets stand for their test part, of which ``most`` are located, since known pictures are found at
-    their own places.
-    """
-    heard = [heard] if isinstance(heard, str | Path) else heard
-    if heard is not None and (not isinstance(heard, list | tuple) or len(heard) != len(runs)):
-        found = f"{len(heard)} of them" if isinstance(heard, list | tuple | np.ndarray) else shown(heard)
-        raise ParameterError("heard", f"expected pictures or a folder for each of the {len(runs)} runs, found {found}")
-    if heard is not None and all(isinstance(each, str | Path) for each in heard):
-        folders = [Path(each) for each in heard]
-        own = [is_own(folder, run) for folder, run in zip(folders, runs, strict=True)]
-        if any(own) and not all(own):
-            found = f"{folders[own.index(False)]} beside {folders[own.index(True)]}"
-            raise ParameterError("heard", f"expected the datasets of all runs or of none, found {found}")
-        seen = [observed_pictures(folder, run) for folder, run in zip(folders, runs, strict=True)]
-        names, pictures = seen[0][0], [each for _, each in seen]
-        for folder, (other, _) in zip(folders, seen, strict=True):
-            if other != names:
-                raise InputError(f"{folder}: expected pictures of the same names as in {folders[0]}, found other ones")
-        heard = None if all(own) else heard
-    elif heard is not None:
-        pictures = _checked_pictures(heard)
-        names = [str(number) for number in range(len(pictures[0]))]
-    if heard is None:
-        return _of_test_part(runs, most)
-    data = runs[0].dataset()
-    return Question(_evidence(runs, pictures, data.positions[runs[0].split(data).known]), names, [NEW] * len(names))
-
-
-def _of_test_part(runs: Sequence[Run], most: int | None) -> Question:
-    datasets = [run.dataset() for run in runs]
-    first, parts = datasets[0], runs[0].split(datasets[0])
-    test, known = parts.test if most is None else evenly(parts.test, most), parts.known
-    for run, dataset in zip(runs[1:], datasets[1:], strict=True):
-        if first.names != dataset.names or not np.allclose(first.positions, dataset.positions, atol=1e-6):
-            raise InputError(
-                f"{dataset.folder}: expected spectra of the same transmitters as in {first.folder}, found other names "
-                "or other positions"
-            )
-        learned = np.intersect1d(run.split(dataset).known, parts.test)
-        if len(learned):
-            raise InputError(
-                f"{run.folder}: expected a run that was not trained on test spectra of {runs[0].folder}, found one "
-                f"trained on {len(learned)}, such as {dataset.names[learned[0]]}; train both with the same split and "
-                "seed"
-            )
-    positions = first.positions
-    evidence = _evidence(
-        runs, [each.pictures[test] for each in datasets], positions[known], [(each, known) for each in datasets]
-    )
-    if not evidence.told.any():
-        raise InputError(f"{first.folder}: expected test spectra of several grey levels, found none in {len(test)}")
-    return Question(evidence, [first.names[each] for each in test], ["test"] * len(test), positions[test])
-
-
-def _evidence(
-    runs: Sequence[Run],
-    pictures: list[UInt8[np.ndarray, "K 90 360"]],
-    known: Float[np.ndarray, "n 3"],
-    copies: list[tuple[Dataset, Int[np.ndarray, " n"]]] | None = None,
-) -> PictureEvidence:
-    boxes = np.stack([run.model.region.double().cpu().numpy() for run in runs])
-    region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
-    if (region[0] > region[1]).any():
-        raise InputError(
-            f"{runs[-1].folder}: expected runs that were trained in one region, found no place that the regions of all "
-            "runs share"
-        )
-    again = None if copies is None else lambda: [dataset.pictures[rows] for dataset, rows in copies]
-    evidence = PictureEvidence(runs, pictures, region, known, again)
-    for run in runs:
-        if (unseen_side := run.beamformer.array.cannot_tell) is not None:
-            say(f"warning: {run.folder}: of the array, {unseen_side}; places on both sides may be given")
-    if (warning := grid_warning(evidence)) is not None:
-        say(f"warning: {warning}")
-    return evidence
-
-
-def _checked_pictures(pictures: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Stacks of pictures, all of the same number of transmitters."""
-    checked = [check_pictures("heard", each) for each in pictures]
-    if len({len(each) for each in checked}) > 1:
-        found = " and ".join(str(len(each)) for each in checked)
-        raise ParameterError("heard", f"expected pictures of the same transmitters, found {found}")
-    return checked
 
 
 def of_track(dataset: Dataset, heard: Any = None, *, region: Any = None, boresight: Any = None) -> Question:

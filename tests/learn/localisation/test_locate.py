@@ -15,9 +15,9 @@ from bisplat.commands.locate_command import locate as locate_command
 from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.localisation import picture_evidence
 from learn.localisation import search as search_module
+from learn.localisation.heard_pictures import observed_pictures
 from learn.localisation.located_places import HEADER
 from learn.localisation.picture_evidence import Fingerprints, PictureEvidence
-from learn.localisation.picture_folders import observed_pictures
 from learn.training import run_folder
 from learn.training.conformal_deviation import Deviation
 from learn.training.run_files import TrainingFile
