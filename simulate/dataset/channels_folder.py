@@ -20,7 +20,7 @@ from scenes.files.schema import conform
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import stated_frequency
 from simulate.dataset.dataset_kinds import CHANNELS, TAKE_CHANNELS, TAKE_PLACED_CHANNELS
-from simulate.dataset.index_files import numbered_split
+from simulate.dataset.index_files import read_split
 from simulate.dataset.inspection import Coordinate, Inspection
 from simulate.dataset.metadata import band_of, write_metadata
 from simulate.dataset.receivers import Antennas
@@ -72,10 +72,11 @@ def read_channels(found: Inspection, wanted: float | None) -> Dataset | None:
                 band.frequencies(frequency.hertz)
         except ParameterError as error:
             problems.append(f"{path}: band.{error}")
-    train, test = numbered_split(found, count)
+    rows = [str(number) for number in range(count)]
+    train, test = read_split(found, rows, "rows")
     if problems or antennas is None:
         return None
-    rows, at = [str(number) for number in range(count)], Antennas([str(number) for number in range(elements)], antennas)
+    at = Antennas([str(number) for number in range(elements)], antennas)
     return Dataset(folder, rows, {"channel": channels}, at, positions, train, test, band, metadata, frequency)
 
 

@@ -22,7 +22,7 @@ from scenes.files.schema import conform
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import stated_frequency
 from simulate.dataset.dataset_kinds import NOT_RECEIVED, POWERS, STRONGEST, TAKE_POWERS
-from simulate.dataset.index_files import numbered_split, write_drawn_split
+from simulate.dataset.index_files import read_split, write_drawn_split
 from simulate.dataset.inspection import Inspection
 from simulate.dataset.metadata import write_metadata
 from simulate.dataset.powers_files import fault_of_powers, read_gateway_positions, read_power_table
@@ -80,7 +80,8 @@ def read_powers(found: Inspection, wanted: float | None) -> Dataset | None:
         if fault is not None:
             problems.append(f"{folder / POWERS}: {fault}")
     frequency = stated_frequency(folder, metadata, wanted, problems)
-    train, test = numbered_split(found, 0 if positions is None else len(positions))
+    rows = [str(number) for number in range(0 if positions is None else len(positions))]
+    train, test = read_split(found, rows, "positions")
     if problems or positions is None:
         return None
     if list(places) != names:
@@ -90,7 +91,6 @@ def read_powers(found: Inspection, wanted: float | None) -> Dataset | None:
         )
     found.note_changed_places(metadata, tx_pos=positions)
     at = Antennas(names, np.array([places[name] for name in names]))
-    rows = [str(number) for number in range(len(positions))]
     return Dataset(folder, rows, {"power": powers}, at, positions, train, test, None, metadata, frequency)
 
 

@@ -67,7 +67,10 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
     rows_of_positions = None if positions is None else len(positions)
     receivers = _receivers(found, metadata.get("moving", "transmitter"), rows_of_positions)
     array, grid = stated_array(metadata), stated_grid(metadata)
-    train, test = read_split(folder, names, metadata, problems, found.warnings)
+    simulated = "scene_file" in metadata  # if it has no index files, it is unfinished
+    train, test = read_split(found, names, "spectra", needed=simulated)
+    if not (simulated or len(train) or len(test)):
+        found.warnings.append("there are no index files: use the split random (or blocked, from 21 spectra on)")
 
     numbers = np.array([int(name) for name in names], dtype=int)
     rows_known = rows_of_positions
@@ -88,7 +91,7 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
         frequency, chosen = frequency_of(folder, metadata, rows, problems, wanted)
         if len(chosen) < len(rows) and not problems:
             place = {old: new for new, old in enumerate(chosen.tolist())}
-            train, test = ([place[each] for each in part if each in place] for part in (train, test))
+            train, test = (np.array([place[each] for each in part if each in place], int) for part in (train, test))
             rows, names, pictures = rows[chosen], [names[each] for each in chosen], pictures[chosen]
         if isinstance(array, PlanarArray) and "frequencies_hz" in metadata:  # the array is that of metres
             ratio = frequency.hertz / read_frequency(metadata["frequency_hz"])
@@ -123,8 +126,8 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
         values={"spectrum": pictures, **of_rows},
         receiver=ArrayReceiver(gateway_position, gateway_orientation, known, moving),
         places=positions[rows],
-        train=np.array(train, dtype=int),
-        test=np.array(test, dtype=int),
+        train=train,
+        test=test,
         band=band if any(each.ndim == 3 for each in of_rows.values()) else None,
         metadata=metadata,
         frequency=frequency,

@@ -138,7 +138,7 @@ def test_no_content_ends_in_a_traceback(name, kind, folder):
         (_saved(lambda values: values[..., :8]), "26 subcarriers"),
         (_saved(lambda values: np.tile(values[..., :26], 2)), "the downlink equals the uplink"),
         (_saved(lambda values: values * (np.arange(6) > 1)[:, None, None]), "2 of 6 rows have a link of zeros alone"),
-        (_written("test_index.txt", "3\n"), "1 positions are in neither train_index.txt nor test_index.txt"),
+        (_written("test_index.txt", "3\n"), "1 rows are in neither train_index.txt nor test_index.txt"),
     ],
 )
 def test_check_warns_of_oddities(change, warning, folder):
