@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -10,21 +11,24 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float
 from msgspec import Struct
+from numpy.typing import ArrayLike
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, shown
+from scenes.files.errors import InputError, ParameterError, check_array, shown
 from scenes.files.input_file import MEGABYTE
 from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.npz_file import Expected, read_npy
 from scenes.files.schema import conform
+from scenes.scene.frequency import read_bandwidth
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import stated_frequency
 from simulate.dataset.dataset_kinds import CHANNELS, TAKE_CHANNELS, TAKE_PLACED_CHANNELS
-from simulate.dataset.index_files import read_split
+from simulate.dataset.index_files import read_split, write_drawn_split
 from simulate.dataset.inspection import Coordinate, Inspection
-from simulate.dataset.metadata import band_of, write_metadata
+from simulate.dataset.metadata import band_of, made_here, write_metadata
 from simulate.dataset.receivers import Antennas
-from simulate.positions.positions import box_in_words, write_positions
+from simulate.positions.positions import box_in_words, check_points, write_positions
+from simulate.spectra.band import Band
 
 STATION = "base-station.yml"
 
@@ -126,6 +130,41 @@ def write_channels(
     if positions is not None:
         write_positions(folder / "tx_pos.csv", positions)
     write_metadata(folder / "metadata.json", metadata)
+
+
+def write_given_channels(
+    folder: Path,
+    positions: Float[np.ndarray, "K 3"] | None,
+    channels: Complex[ArrayLike, "K A subcarriers"],
+    antennas: Float[ArrayLike, "A 3"] | None,
+    hertz: float,
+    bandwidth: float | str | None,
+) -> None:
+    """Write the files of channels from Python into an empty folder."""
+    if antennas is None:
+        raise ParameterError("antennas", "expected the positions of the antennas beside channels, found none")
+    at = check_points(antennas, "antennas")
+    count = None if positions is None else len(positions)
+    what = f"channels of {'some' if count is None else count} positions × {len(at)} antennas × subcarriers"
+    found = check_array("channels", channels, (count, len(at), None), what, "c").astype(np.complex64)
+    if found.shape[2] % 2:
+        raise ParameterError("channels", f"expected an even number of subcarriers, found {found.shape[2]}")
+    band = given_band(found.shape, "channels", bandwidth, hertz)
+    stated = {"kind": "csi", **({} if band is None else {"band": asdict(band)}), "frequency_hz": hertz}
+    write_channels(folder, positions, at, found, made_here() | stated)
+    write_drawn_split(folder, len(found), 0)
+
+
+def given_band(shape: tuple[int, ...], name: str, bandwidth: float | str | None, hertz: float) -> Band | None:
+    """The band of responses or channels; None if no bandwidth is given."""
+    if bandwidth is None:
+        return None
+    if len(shape) != 3:
+        wrong = f"expected subcarriers along the third axis beside a bandwidth, found shape {shape}"
+        raise ParameterError(name, wrong)
+    band = Band(read_bandwidth(bandwidth), shape[2])
+    band.frequencies(hertz)  # refuses one that is too wide
+    return band
 
 
 def assumptions_of_channels(dataset: Dataset) -> list[str]:

@@ -14,18 +14,26 @@ import numpy as np
 import yaml
 from jaxtyping import Float
 from msgspec import Meta, Struct
+from numpy.typing import ArrayLike
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import named
+from scenes.files.errors import named, require_within
 from scenes.files.json_yaml_xml import PlainDumper
+from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import stated_frequency
 from simulate.dataset.dataset_kinds import NOT_RECEIVED, POWERS, STRONGEST, TAKE_POWERS
 from simulate.dataset.index_files import read_split, write_drawn_split
 from simulate.dataset.inspection import Inspection
-from simulate.dataset.metadata import write_metadata
-from simulate.dataset.powers_files import fault_of_powers, read_gateway_positions, read_power_table
+from simulate.dataset.metadata import made_here, write_metadata
+from simulate.dataset.powers_files import (
+    fault_of_powers,
+    own_gateways,
+    own_powers,
+    read_gateway_positions,
+    read_power_table,
+)
 from simulate.dataset.receivers import Antennas
 from simulate.positions.positions import write_positions
 
@@ -130,6 +138,26 @@ def write_powers(
     write_atomically(folder / POWERS, table.getvalue().encode())
     write_metadata(folder / "metadata.json", metadata)
     write_drawn_split(folder, len(positions), seed)
+
+
+def write_given_powers(
+    folder: Path,
+    positions: Float[np.ndarray, "K 3"],
+    powers: Float[ArrayLike, "K G"],
+    gateways: Mapping[str, Sequence[float]] | None,
+    hertz: float,
+    floor_dbm: float,
+    called: str,
+) -> None:
+    """Write the files of received powers from Python into an empty folder."""
+    at = own_gateways(gateways)
+    levels = own_powers(powers, len(positions), len(at))
+    require_within(NOT_RECEIVED, STRONGEST, "a power in dBm", floor_dbm=floor_dbm)
+    stated = {"kind": "rssi", "frequency_hz": hertz, "receiver": {"floor_dbm": float(floor_dbm)}}
+    write_powers(folder, positions, at, levels, made_here() | stated)
+    weak = int((levels <= NOT_RECEIVED).sum())
+    if weak:
+        say(f"{called}: {weak} powers of {NOT_RECEIVED:g} dBm or less count as not received")
 
 
 @dataclass(frozen=True)

@@ -17,22 +17,18 @@ from scenes.files.errors import (
     check_array,
     require_instance,
     require_path,
-    require_within,
     require_word,
     shown,
 )
 from scenes.files.output_folder import new_folder
-from scenes.files.plain_text import say
 from scenes.scene.antennas import Gateway
-from scenes.scene.frequency import read_bandwidth, read_frequency
-from simulate.dataset.channels_folder import write_channels
+from scenes.scene.frequency import read_frequency
+from simulate.dataset.channels_folder import given_band, write_given_channels
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset, require_written
-from simulate.dataset.dataset_kinds import NOT_RECEIVED, STRONGEST, Moving, Phases
-from simulate.dataset.index_files import write_drawn_split
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, Moving, Phases
 from simulate.dataset.metadata import made_here
-from simulate.dataset.powers_files import own_gateways, own_powers
-from simulate.dataset.powers_folder import write_powers
+from simulate.dataset.powers_folder import write_given_powers
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES, write_responses
 from simulate.dataset.spectra_folder import write_spectra
 from simulate.positions.positions import check_points
@@ -162,9 +158,9 @@ def write_dataset(
     places = np.zeros((0, 3)) if unplaced else check_points(positions)  # type: ignore[arg-type]  # refuses None, too
     with new_folder(Path(folder)) as unfinished:
         if channels is not None:
-            _fill_channels(unfinished, None if unplaced else places, channels, antennas, hertz, bandwidth)
+            write_given_channels(unfinished, None if unplaced else places, channels, antennas, hertz, bandwidth)
         elif powers is not None:
-            _fill_powers(unfinished, places, powers, gateways, hertz, floor_dbm, str(folder))
+            write_given_powers(unfinished, places, powers, gateways, hertz, floor_dbm, str(folder))
         else:
             require_instance(AngularGrid, grid=grid)
             require_word(get_args(Phases), phases=phases)
@@ -182,7 +178,7 @@ def write_dataset(
                 assert spectra is not None
                 _fill_spectra(unfinished, Path(folder), places, spectra, *ends, stated=array is not None)
             else:
-                band = _band(np.shape(responses), "responses", bandwidth, hertz)
+                band = given_band(np.shape(responses), "responses", bandwidth, hertz)
                 own = own_responses(responses, len(places), array_of(gateway, hertz).elements, band)
                 fill_dataset(unfinished, Path(folder), places, own, *ends, phases=phases, band=band)
         require_written(unfinished, Path(folder))
@@ -197,61 +193,6 @@ def _of_gateway(array: Array | None, hertz: float) -> dict[str, Any]:
     if stated not in (None, hertz):
         raise ParameterError("frequency", f"expected the frequency of the array, {stated:g} Hz, found {hertz:g} Hz")
     return array.of_gateway()
-
-
-def _band(shape: tuple[int, ...], name: str, bandwidth: float | str | None, hertz: float) -> Band | None:
-    """The band of responses or channels; None if no bandwidth is given."""
-    if bandwidth is None:
-        return None
-    if len(shape) != 3:
-        wrong = f"expected subcarriers along the third axis beside a bandwidth, found shape {shape}"
-        raise ParameterError(name, wrong)
-    band = Band(read_bandwidth(bandwidth), shape[2])
-    band.frequencies(hertz)  # refuses one that is too wide
-    return band
-
-
-def _fill_powers(
-    folder: Path,
-    positions: Float[np.ndarray, "K 3"],
-    powers: Float[ArrayLike, "K G"],
-    gateways: Mapping[str, Sequence[float]] | None,
-    hertz: float,
-    floor_dbm: float,
-    called: str,
-) -> None:
-    """Write the files of received powers into an empty folder."""
-    at = own_gateways(gateways)
-    levels = own_powers(powers, len(positions), len(at))
-    require_within(NOT_RECEIVED, STRONGEST, "a power in dBm", floor_dbm=floor_dbm)
-    stated = {"kind": "rssi", "frequency_hz": hertz, "receiver": {"floor_dbm": float(floor_dbm)}}
-    write_powers(folder, positions, at, levels, made_here() | stated)
-    weak = int((levels <= NOT_RECEIVED).sum())
-    if weak:
-        say(f"{called}: {weak} powers of {NOT_RECEIVED:g} dBm or less count as not received")
-
-
-def _fill_channels(
-    folder: Path,
-    positions: Float[np.ndarray, "K 3"] | None,
-    channels: Complex[ArrayLike, "K A subcarriers"],
-    antennas: Float[ArrayLike, "A 3"] | None,
-    hertz: float,
-    bandwidth: float | str | None,
-) -> None:
-    """Write the files of channels into an empty folder."""
-    if antennas is None:
-        raise ParameterError("antennas", "expected the positions of the antennas beside channels, found none")
-    at = check_points(antennas, "antennas")
-    count = None if positions is None else len(positions)
-    what = f"channels of {'some' if count is None else count} positions × {len(at)} antennas × subcarriers"
-    found = check_array("channels", channels, (count, len(at), None), what, "c").astype(np.complex64)
-    if found.shape[2] % 2:
-        raise ParameterError("channels", f"expected an even number of subcarriers, found {found.shape[2]}")
-    band = _band(found.shape, "channels", bandwidth, hertz)
-    stated = {"kind": "csi", **({} if band is None else {"band": asdict(band)}), "frequency_hz": hertz}
-    write_channels(folder, positions, at, found, made_here() | stated)
-    write_drawn_split(folder, len(found), 0)
 
 
 def _fill_spectra(
