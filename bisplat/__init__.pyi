@@ -12,9 +12,7 @@ from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
 from learn.localisation.locate import locate as locate
-from learn.localisation.locate_channels import locate_channels as locate_channels
-from learn.localisation.locate_powers import locate_powers as locate_powers
-from learn.localisation.locate_tags import locate_tags as locate_tags
+from learn.localisation.located_places import Located as Located
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan

@@ -15,12 +15,7 @@ MODULES = [
 ]
 
 
-LONG = "learn.localisation.locate"  # trains and locates on the workplace's data
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(each, marks=pytest.mark.slow if each == LONG else ()) for each in MODULES]
-)
+@pytest.mark.parametrize("name", MODULES)
 @pytest.mark.usefixtures("quick_fits")
 def test_examples_are_true(name, workplace, monkeypatch):
     monkeypatch.chdir(workplace)

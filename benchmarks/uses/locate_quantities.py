@@ -5,12 +5,13 @@ python -m benchmarks.uses.locate_quantities --json > runs/locate_quantities.json
 Test transmitters are located from the powers of six gateways in the office, and from the channels over 20 MHz of the
 lab's uplink, both by rays. The numbers of known positions are those of the training part; as usual the validation part
 is known, too. Errors are distances in metres. ``fingerprint`` copies the position of the known row whose powers are
-nearest in dB, or whose channels are most correlated; trilateration by the log-distance law is for powers alone.
+nearest in dB, or whose channels are most correlated.
 """
 
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,21 +32,10 @@ SIZES, SPLITS = (50, 200, 800), ("random", "blocked")
 
 def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> dict[str, Any]:
     """Errors of all methods for one split and one number of training positions."""
-    from learn.localisation.baseline_positions import by_channels, by_powers, error_rows
-    from learn.localisation.locate_channels import locate_channels
-    from learn.localisation.locate_powers import locate_powers
+    from learn.localisation.locate import locate
 
     parts = split(dataset, kind, 0, size)
-    assert dataset.positions is not None
-    if isinstance(dataset, RssiDataset):
-        heard = dataset.rssi_dbm[parts.test]
-        places = locate_powers(dataset, heard, known=parts.known, level=0.0)
-        simpler = by_powers(dataset, parts.known, heard, 0)
-    else:
-        heard = dataset.uplink[parts.test]
-        places = locate_channels(dataset, heard, known=parts.known)
-        simpler = by_channels(dataset, parts.known, heard, 0)
-    rows = error_rows(places, dataset.positions[parts.test], simpler, dataset.positions[parts.known])
+    rows = locate(replace(dataset, train=parts.known, test=parts.test)).rows()
     figures = {f"{row['method']}, {key}": row[key] for row in rows for key in ("median, m", "90 %, m")}
     return figures | {"within 90 % region": rows[0]["within 90 % region"]}
 

@@ -3,7 +3,7 @@
 python -m benchmarks.uses.moving_antenna data/adarf-d1 --json > runs/moving_antenna.json
 
 The data are measured: an RFID reader's antenna moves along a metre and reads five tags at 50 stops (data set D1 of
-AdaRF, at 920.625 MHz). Tags are located by the hologram of free space and by ``bisplat.locate_tags``, which know
+AdaRF, at 920.625 MHz). Tags are located by the hologram of free space and by ``bisplat.locate``, which know
 nothing else, and from places of the same tag that are known. Responses are predicted at stops that are held out, and
 of places of the tag that are held out with all their runs. A split is "random" (a fifth) or "blocked" (ten stops, 20
 cm; or ten places, about 10 cm of the distance from the track). Each stop and each place is held out once.
@@ -14,6 +14,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -24,7 +25,7 @@ from tyro.conf import Positional
 
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.response_methods import METHODS, Known, Predict
-from learn.localisation.locate_tags import locate_tags
+from learn.localisation.locate import locate
 from learn.quantities.complex_scores import correlation, snr_db
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.exchange.recorded_responses import one_way
@@ -36,10 +37,6 @@ REGION = np.array([[-0.1, 0.2, 0.0], [1.1, 1.3, 0.0]])
 
 AHEAD = (0.0, 1.0, 0.0)
 FOLDS, BLOCK = 5, 10
-CHI_SQUARE = 4.605
-"""Squared deviation within which a normal distribution of two coordinates has 90 % of its probability."""
-
-
 LOCATES = ("nearest", "helmholtz", "kriged gain of free space")
 """Methods by whose predictions tags are located among known places."""
 
@@ -103,22 +100,12 @@ def located(reads: Reads) -> Iterator[tuple[str, dict[str, Any]]]:
     yield "located by the hologram of free space", errors(hologram(reads), reads.places)
     for name, boresight in (("", None), (", looking ahead", AHEAD)):
         begun = time.perf_counter()
-        places = locate_tags(reads.responses, reads.stops, FREQUENCY, REGION, round_trip=True, boresight=boresight)
-        each = (time.perf_counter() - begun) / len(places)
-        first = [of_one[0] for of_one in places]
-        within = []
-        for place, truth in zip(first, reads.places, strict=True):
-            off = (place.position - truth)[:2]
-            within.append(off @ np.linalg.solve(place.covariance[:2, :2], off) <= CHI_SQUARE)
-        row = errors(np.array([place.position for place in first]), reads.places)
-        yield (
-            f"located by locate_tags{name}",
-            row
-            | {
-                "in 90 % region": round(float(np.mean(within)), 3),
-                "seconds a tag": float(f"{each:.2g}"),
-            },
-        )
+        told = {"region": REGION, "frequency": FREQUENCY, "boresight": boresight, "round_trip": True}
+        found = replace(locate(reads.stops, reads.responses, **told), truth=reads.places)  # type: ignore[arg-type]
+        each = (time.perf_counter() - begun) / len(found)
+        row = errors(np.array([places[0].position for places in found]), reads.places)
+        within, seconds = found.share_in_region or 0.0, float(f"{each:.2g}")
+        yield f"located by locate{name}", row | {"in 90 % region": round(within, 3), "seconds a tag": seconds}
 
 
 def folds(count: int, split: str) -> list[Int[np.ndarray, " n"]]:

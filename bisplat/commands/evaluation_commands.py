@@ -119,7 +119,7 @@ def evaluate(
             )
             print_table("by the distance to the nearest known position", metrics["interval_bands"])
         if located is not None:
-            print_table(f"{len(located.truth)} located transmitters", {"": located.metrics()})
+            print_table(f"{len(located.found)} located transmitters", {"": located.metrics()})
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 

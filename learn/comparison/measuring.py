@@ -52,6 +52,7 @@ class Measuring:
                     source, name = source_of(label, method, self.ours), average_name(key)
                     if self.kept.is_measured(key, name, is_own(method), source):
                         continue
+                    doing("")
                     say(f"{name}, seed {seed} ({number} of {total})")
                     if learned is None and hasattr(method, "learn"):
                         with named(label, method, "learn to learn from rooms"):
@@ -158,6 +159,7 @@ class Measuring:
             return
         doing(f"the bound of all methods in {len(test):,} tests")
         bound = self.quantity.bound(dataset, test)
+        doing("")
         if bound is None:
             return
         label, prediction, rows = bound

@@ -1,213 +1,158 @@
-"""Locate transmitters from their spectra: compare with a field over a grid, then refine the best positions."""
+"""Locate transmitters and tags from what was heard of them: spectra, received powers, channels, or a moving antenna."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Callable
+from inspect import signature
+from os import PathLike
+from pathlib import Path
+from typing import Any
 
-import numpy as np
-from jaxtyping import Float, UInt8
-from scipy.spatial import cKDTree
-from scipy.special import logsumexp
+from jaxtyping import Float
+from numpy.typing import ArrayLike
 
-from learn.localisation.fingerprints import Field
-from learn.localisation.located_places import LEAST_PROBABILITY, Place
-from learn.localisation.refine import FARTHEST, MODES, Refined, candidate_points, grid_in, refine
+from learn.data.splits import SplitKind
+from learn.localisation.known_and_heard import (
+    MOST_ANTENNAS,
+    Question,
+    of_channels,
+    of_positions,
+    of_powers,
+    of_runs,
+    of_track,
+)
+from learn.localisation.located_places import Located
 from learn.models.base import Report
-from learn.training.run_folder import Run
-from scenes.files.errors import InputError, ParameterError, shown
+from learn.training.run_folder import Run, load_run
+from scenes.files.errors import ParameterError
+from simulate.csi.csi_dataset import CsiDataset, read_csi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import is_csi, is_rssi
 from simulate.positions.positions import check_points
-from simulate.spectra.spectrum import check_pictures, evenly
-
-SPACING = 0.125
-"""Wavelengths between the grid's points. Fingerprints change completely within a quarter of a wavelength."""
-
-MOST_POINTS = 60_000  # Largest number of points of the grid; in a larger region they are farther apart
-
-APART = 0.5
-"""Least distance of two starting points of a transmitter, wavelengths. Refined positions closer than half of it count
-as one."""
-
-TOLD = 1 / 4
-"""Share of the spectra's numbers whose errors are independent; errors of neighbouring elements are similar."""
-
-LEAST_MISFIT = 1e-4  # Misfit that rounding the pictures causes
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 
 def locate(
-    runs: Sequence[Run],
-    pictures: Sequence[UInt8[np.ndarray, "K 90 360"]],
+    model_or_dataset: Any,
+    heard: Any = None,
+    *,
+    split: SplitKind | None = None,
+    level: float | None = None,
+    region: Float[ArrayLike, "2 3"] | None = None,
+    boresight: Float[ArrayLike, " 3"] | None = None,
+    frequency: float | str | None = None,
+    round_trip: bool = False,
     report: Report = lambda phase, done, total: None,
-    known: Float[np.ndarray, "n 3"] | None = None,
-) -> list[list[Place]]:
-    """Locate transmitters from their spectra.
+) -> Located:
+    """Locate transmitters or tags from what was heard of them, by what is known.
 
-    Each run predicts spectra over a grid in the region of its training positions, and at these positions. The positions
-    with the most similar spectra are then refined (Levenberg–Marquardt). The comparison uses fingerprints: spectra
-    whose scale and offset are removed, so that only their shape counts.
+    - *Spectra*, by a trained run for each gateway: places where the runs predict the most similar spectra, up to scale
+      and offset, weighted with the density of training positions.
+    - *Received powers* (RSSI), by a survey: ``helmholtz`` predicts the powers everywhere, with intervals. A power that
+      was not received is one below the survey's floor.
+    - *Channels* (CSI), by channels with positions: a Gaussian process from channels to positions [rasmussen2006], which
+      ignores level, common phase and timing.
+    - *Responses along the track of an antenna* (synthetic aperture), without anything else that is known: the direct
+      path, a gain that changes smoothly, multipath and noise. Each tag has an unknown phase and magnitude. A straight
+      track tells neither side nor height, so that ``region`` must leave one side of a plane.
 
-    The probability of a place is proportional to ``misfit^(−n/2)`` times the density of training positions, where n is
-    the number of independent numbers in the spectra. This is the likelihood of normal errors of unknown size.
+    Each gives a likelihood over places. It is computed on a grid in the region of the known positions. A place is the
+    mean of an area or, where the likelihood is narrower than the grid, its maximum.
 
     Args:
-        runs: a trained run for each gateway, all in one world frame.
-        pictures: for each gateway its pictures [K, 90, 360] of the same K transmitters, grey levels 0…255 or spectra
-            0…1.
-        report: called with the phase, the number of positions done, and the number of all positions.
-        known: [n, 3] training positions of the first run, metres, world frame. None: they are read from its dataset.
+        model_or_dataset: a run, or a list with a run for each gateway, all in one world frame; received powers or
+            channels with positions; a dataset whose antenna moved, or whose elements are the stops of one; or the
+            positions [N, 3] of a moving antenna, metres, world frame. Folders of these may be given, too.
+        heard: of K transmitters: for each run an array of pictures [K, 90, 360] (grey levels 0…255, or spectra 0…1), or
+            their folder; powers [K, G] in dBm in the order of the gateways, NaN or −100 where nothing was received, or
+            their CSV or folder; channels [K, A, S] of the uplink, or their folder; responses [K, N] at the antenna
+            positions in any unit, NaN where a tag was not read, whose phase falls with the distance. None: the test
+            part of the run's dataset or of the known rows, or the dataset's own tags.
+        split: choice of the test part of powers or channels, as for ``compare``. None: "files".
+        level: how much stronger the heard device is than that of the survey, dB. None: it is estimated, for all powers
+            are taken for those of one device, and printed.
+        region: corners (min, max) of the box in which tags are, metres, world frame; it may be flat. None: around the
+            dataset's positions.
+        boresight: direction in which a moving antenna looks, world frame, if it has a broad main lobe, as a reader's
+            patch has: its pattern is then the cosine of the angle. None: it looks in all directions alike.
+        frequency: of positions of a moving antenna: hertz, or a text with a unit such as "915 MHz".
+        round_trip: of positions of a moving antenna: the responses are those of the way to the tag and back, as of an
+            RFID reader. Their roots are taken; the phase must change by less than half a turn from stop to stop.
+        report: called with the phase, the number of transmitters or positions done, and the number of all.
 
     Returns:
-        The places of each transmitter, the most probable one first. A transmitter whose pictures have a single grey
-        level has none.
+        For each transmitter a list of its places, the most probable one first, and the errors where true positions are
+        known. A transmitter of which nothing was heard has none: its picture has a single grey level, no gateway
+        received it, its channels are zero, or it was read at fewer than 4 antenna positions.
 
     Raises:
-        ParameterError: there are no runs, one twice, or not as many arrays of pictures; or pictures are not stacks of
-            the same number of pictures.
-        InputError: the training positions of the runs have no region in common, or the first run's dataset, which has
-            these positions, cannot be read.
+        InputError: a folder cannot be read or is of another receiver, or too little is known.
+        ParameterError: an argument has another shape or is out of its range, or does nothing here.
 
     Example:
-        >>> import bisplat
-        >>> run, data = bisplat.load_run("runs/lab"), bisplat.read_dataset("data/lab")
-        >>> places = locate([run], [data.pictures[data.test[:2]]])
-        >>> len(places), places[0][0].position.shape
-        (2, (3,))
+        >>> import numpy as np
+        >>> track = np.stack([np.linspace(0, 1, 50), np.zeros(50), np.zeros(50)], axis=1)
+        >>> distance = np.linalg.norm(track - [0.3, 0.7, 0], axis=1)
+        >>> read = np.exp(-4j * np.pi * distance / 0.325) / distance**2  # the way to the tag and back
+        >>> box = [[0, 0.2, 0], [1, 1.2, 0]]
+        >>> found = locate(track, [read], region=box, frequency="922.438 MHz", round_trip=True)
+        >>> found[0][0].position.round(2).tolist()
+        [0.3, 0.7, 0.0]
     """
-    runs = _checked_runs(runs)
-    pictures = _checked_pictures(pictures, len(runs))
-    if known is not None:
-        known = check_points(known, "known")
-    region, wavelength = common_region(runs), float(runs[0].model.wavelength)
-    field = Field(runs)
-    numbers = TOLD * field.numbers
-    if known is None:
-        data = runs[0].dataset()
-        known = data.positions[runs[0].split(data).known]
-    prior = Prior(known, wavelength)
-    seen = field.of_pictures(pictures)
-    inside = ((known >= region[0]) & (known <= region[1])).all(axis=1)
-    points = np.concatenate([grid_in(region, SPACING * wavelength, MOST_POINTS), evenly(known[inside], MOST_POINTS)])
-    there = field.predicted(points, partial(report, "field on a grid"))
-    density = prior(points)
-
-    def likely(fingerprint: Float[np.ndarray, " F"]) -> Float[np.ndarray, " n"]:
-        misfit = np.maximum(0, 2 - 2 * there @ fingerprint)
-        return density - numbers / 2 * np.log(LEAST_MISFIT + misfit)
-
-    found: list[list[Place]] = []
-    for number, fingerprint in enumerate(seen):
-        report("positions", number, len(seen))
-        if not fingerprint.any():
-            found.append([])
-            continue
-        starts = candidate_points(points, likely(fingerprint), APART * wavelength)
-        refined = refine(field.predicted, np.tile(fingerprint, (MODES, 1)), starts, region, wavelength)
-        found.append(_places(refined, prior, numbers, region, wavelength))
-    return found
+    kind = _kind(model_or_dataset)
+    read, ask = KINDS[kind]
+    given = {"split": split, "level": level, "region": region, "boresight": boresight, "frequency": frequency}
+    told = {name: each for name, each in (given | {"round_trip": round_trip or None}).items() if each is not None}
+    for name in told:
+        if name not in signature(ask).parameters:
+            raise ParameterError(name, f"expected none, since it does nothing with {kind}")
+        if (name == "split" and heard is not None) or (name == "level" and heard is None):
+            where = "without anything heard" if heard is None else "beside what was heard"
+            raise ParameterError(name, f"expected none, since it does nothing {where}")
+    folder = isinstance(model_or_dataset, str | PathLike)
+    known = read(model_or_dataset) if folder or kind in (RUN, POSITIONS) else model_or_dataset
+    return ask(known, heard, **told).answered(report)
 
 
-def _checked_runs(runs: Sequence[Run]) -> list[Run]:
-    if not isinstance(runs, Sequence) or not runs or not all(isinstance(run, Run) for run in runs):
-        raise ParameterError("runs", f"expected a list with a run for each gateway, found {shown(runs)}")
-    folders = [run.folder.resolve() for run in runs]
-    if len(set(folders)) < len(folders):
-        twice = Counter(folders).most_common(1)[0][0]
-        raise ParameterError("runs", f"expected a run for each gateway, found {twice} twice")
-    return list(runs)
+def _kind(given: Any) -> str:
+    """What is known, as a key of ``KINDS``; nothing is read yet."""
+    if isinstance(given, str | PathLike):
+        folder = Path(given)
+        if is_rssi(folder) or is_csi(folder):
+            return POWERS if is_rssi(folder) else CHANNELS
+        return TRACK if (folder / "spectrum").is_dir() and not (folder / "config.json").exists() else RUN
+    if isinstance(given, list | tuple) and given and all(isinstance(each, Run | str | PathLike) for each in given):
+        return RUN
+    of_types = {RssiDataset: POWERS, CsiDataset: CHANNELS, Dataset: TRACK, Run: RUN}
+    return of_types.get(type(given), POSITIONS)
 
 
-def _checked_pictures(pictures: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
-    """A stack of pictures for each of ``count`` gateways, all of the same number of transmitters."""
-    if not isinstance(pictures, Sequence) or len(pictures) != count:
-        found = f"{len(pictures)} of them" if isinstance(pictures, Sequence | np.ndarray) else shown(pictures)
-        raise ParameterError("pictures", f"expected a list with an array for each of the {count} runs, found {found}")
-    checked = [check_pictures("pictures", each) for each in pictures]
-    if len({len(each) for each in checked}) > 1:
-        found = " and ".join(str(len(each)) for each in checked)
-        raise ParameterError("pictures", f"expected pictures of the same transmitters, found {found}")
-    return checked
+def _runs(given: Any) -> list[Run]:
+    each = given if isinstance(given, list | tuple) else [given]
+    runs = [run if isinstance(run, Run) else load_run(run) for run in each]
+    folder, times = Counter(run.folder.resolve() for run in runs).most_common(1)[0]
+    if times > 1:
+        raise ParameterError("model_or_dataset", f"expected a run for each gateway, found {folder} twice")
+    return runs
 
 
-def grid_warning(runs: Sequence[Run]) -> str | None:
-    """A warning about a region so large that the grid may miss a transmitter. None: there is no such risk."""
-    region, wavelength = common_region(runs), float(runs[0].model.wavelength)
-    points = grid_in(region, SPACING * wavelength, MOST_POINTS)
-    widest = max(float(np.diff(np.unique(axis)).max(initial=0)) for axis in points.T) / wavelength
-    if widest <= FARTHEST:
-        return None
-    return (
-        f"the {len(points)} grid points in this large region are {widest:.2g} wavelengths apart; beyond {FARTHEST:g}, "
-        "transmitters between them may be missed unless they are near training positions"
-    )
+def _positions(given: Any) -> Float[ArrayLike, "N 3"]:
+    positions = check_points(given, "model_or_dataset")
+    if len(positions) > MOST_ANTENNAS:
+        raise ParameterError("model_or_dataset", f"expected at most {MOST_ANTENNAS} positions, found {len(positions)}")
+    return positions
 
 
-def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
-    """Corners (min, max) of the box that the training positions of all runs share, metres, world frame."""
-    boxes = np.stack([run.model.region.double().cpu().numpy() for run in runs])
-    region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
-    if (region[0] > region[1]).any():
-        raise InputError(
-            f"{runs[-1].folder}: expected runs that were trained in one region, found no place that the regions of all "
-            "runs share"
-        )
-    return region
+RUN, POWERS, CHANNELS, TRACK = "a run", "received powers", "channels", "a dataset whose antenna moved"
+POSITIONS = "positions of an antenna"
 
-
-def _places(
-    refined: Refined, prior: Prior, numbers: float, region: Float[np.ndarray, "2 3"], wavelength: float
-) -> list[Place]:
-    """The distinct places among the refined positions of a transmitter, the most probable one first."""
-    positions, misfit, normal = refined
-    order = [int(each) for each in misfit.argsort()]
-    kept: list[int] = []
-    for each in order:
-        if all(np.linalg.norm(positions[each] - positions[other]) > APART * wavelength / 2 for other in kept):
-            kept.append(each)
-    # The derivatives say nothing about places more than a wavelength away, so no deviation is larger than that.
-    variance = (LEAST_MISFIT + misfit[kept]) / max(numbers - 3, 1)
-    precision = normal[kept] / variance[:, None, None] + np.eye(3) / wavelength**2
-    free = np.flatnonzero(region[1] > region[0])
-    covariance = np.zeros_like(precision)
-    covariance[:, free[:, None], free] = np.linalg.inv(precision[:, free[:, None], free])
-    # The volume that a place's covariance spans would be a further factor. Measured data are located worse with it,
-    # since the field is flat where it is wrong.
-    likelihood = -numbers / 2 * np.log(LEAST_MISFIT + misfit[kept])
-    likelihood += prior(positions[kept])
-    probability = np.exp(likelihood - likelihood.max())
-    probability /= probability.sum()
-    places = [
-        Place(positions[each], covariance[row], float(probability[row]), float(misfit[each]))
-        for row, each in enumerate(kept)
-        if probability[row] >= LEAST_PROBABILITY
-    ]
-    return sorted(places, key=lambda place: -place.probability)
-
-
-WIDTH = 0.125
-"""Least standard deviation of a transmitter's distance from a training position, wavelengths. If training positions are
-farther apart, it is the distance of neighbours."""
-
-NEIGHBOURS = 16  # Number of nearest training positions in the sum
-
-ELSEWHERE = 1e-6  # Density far from all training positions, relative to that at one of them
-
-
-class Prior:
-    """Density of transmitters: normal distributions around the training positions."""
-
-    def __init__(self, known: Float[np.ndarray, "n 3"], wavelength: float):
-        self._tree, self._count = cKDTree(known), min(NEIGHBOURS, len(known))
-        apart = self._tree.query(known, k=min(2, len(known)))[0].reshape(len(known), -1)[:, -1]
-        self._width = max(WIDTH * wavelength, float(np.median(apart)))
-
-    def __call__(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
-        """Logarithm of the density at positions (metres, world frame), up to a constant.
-
-        >>> density = Prior(np.zeros((1, 3)), 0.32)
-        >>> density(np.array([[0.0, 0, 0], [0.04, 0, 0], [9, 0, 0]])).round(1).tolist()
-        [0.0, -0.5, -13.8]
-        """
-        distance = self._tree.query(positions, k=self._count)[0].reshape(len(positions), -1)
-        near = logsumexp(-((distance / self._width) ** 2) / 2, axis=1)
-        return np.logaddexp(near, np.log(ELSEWHERE))
+KINDS: dict[str, tuple[Callable[[Any], Any], Callable[..., Question]]] = {
+    RUN: (_runs, of_runs),
+    POWERS: (read_rssi, of_powers),
+    CHANNELS: (read_csi, of_channels),
+    TRACK: (read_dataset, of_track),
+    POSITIONS: (_positions, of_positions),
+}
+"""What is known: how it is read, and the question that it is for; the options that do something are its parameters."""

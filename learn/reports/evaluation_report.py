@@ -156,16 +156,14 @@ def crossvalidation_values(fresh: CrossValidation, folder: Path) -> dict[str, An
 @at_paper_size()
 def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
     """Write locations.json, locations.csv and location_errors.png (and .pdf)."""
-    from learn.localisation.located_places import write_places
-
     folder.mkdir(parents=True, exist_ok=True)
     facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})
     write_atomically(folder / "locations.json", (json.dumps(facts, indent=2) + "\n").encode())
-    write_places(folder / "locations.csv", locations.names, locations.places, ["test"] * len(locations.names))
+    locations.found.write(folder / "locations.csv")
     figure = Figure(figsize=(COLUMN, 2.7), layout="constrained")
     axis = figure.subplots()
     model = "model" if made is None else f"{made.model}{THIS_RUN}"
-    named = {model if name == "model" else name: errors for name, errors in locations.errors.items()}
+    named = {model if name == "locate" else name: errors for name, errors in locations.found.errors.items()}
     styles = line_styles(named)
     for name, errors in named.items():
         share = np.arange(1, len(errors) + 1) / len(errors)
@@ -181,4 +179,4 @@ def write_locations(locations: Locations, folder: Path, made: Provenance | None 
 def _of(locations: Locations) -> str:
     """How many test spectra were located, and with which further runs, in words."""
     with_others = f" with the runs of further gateways {', '.join(locations.further_runs)}"
-    return f"{len(locations.names)} of them located{with_others if locations.further_runs else ''}"
+    return f"{len(locations.found.errors['locate'])} of them located{with_others if locations.further_runs else ''}"

@@ -1,7 +1,8 @@
 """Starting values of a calibration: of many poses drawn from the prior, the most likely one.
 
 They need no tracing. Behind a reflection or a transmission the transmitter appears at an image, which stays where it is
-if the gateway moves, so that a path's length is the distance to this image as long as the path exists.
+if the gateway moves, so that a path's length is the distance to this image as long as the path exists. Nearby, the
+length changes in proportion to the displacement.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ class Draws:
         guesses = np.zeros((GUESSES, len(self.which)))
         drawn = np.random.default_rng(0).normal(size=(GUESSES - 1, len(of_pose)))
         guesses[1:, of_pose] = drawn * self._prior[of_pose]
-        return self._best(tracer, guesses)
+        return self._best(tracer, guesses, first_order=True)
 
     def far_away(self, tracer: Tracer) -> Float[np.ndarray, " n"]:
         """The same from far away, where other paths exist: at the best draws the scene is traced again.
@@ -86,15 +87,19 @@ class Draws:
                 best, least = guess, value
         return best
 
-    def _best(self, traced: Tracer, guesses: Float[np.ndarray, "G n"]) -> Float[np.ndarray, " n"]:
+    def _best(
+        self, traced: Tracer, guesses: Float[np.ndarray, "G n"], first_order: bool = False
+    ) -> Float[np.ndarray, " n"]:
         """The most likely guess that is a valid scene; the first one if none is."""
-        order = guesses[self._unlikely(traced, guesses).argsort(kind="stable")]
+        order = guesses[self._unlikely(traced, guesses, first_order).argsort(kind="stable")]
         return next((guess for guess in order if self._is_valid(guess)), guesses[0])
 
-    def _unlikely(self, traced: Tracer, guesses: Float[np.ndarray, "G n"]) -> Float[np.ndarray, " G"]:
+    def _unlikely(
+        self, traced: Tracer, guesses: Float[np.ndarray, "G n"], first_order: bool = False
+    ) -> Float[np.ndarray, " G"]:
         """−2 log of the posterior of guesses, by the paths of a tracer at a pose near them."""
         elements = elements_of(self.scene, self.which, guesses)
-        batches = responses_of(over_band(traced, self.ratios), self.positions, elements)
+        batches = responses_of(over_band(traced, self.ratios), self.positions, elements, first_order)
         unlikely = np.concatenate([self.unlikely(found) for found in batches])
         return unlikely + ((guesses / self._prior) ** 2).sum(axis=1)
 
@@ -163,7 +168,10 @@ def elements_of(
 
 
 def responses_of(
-    band: Sequence[Tracer], positions: Float[np.ndarray, "K 3"], elements: Float[np.ndarray, "G M 3"]
+    band: Sequence[Tracer],
+    positions: Float[np.ndarray, "K 3"],
+    elements: Float[np.ndarray, "G M 3"],
+    first_order: bool = False,
 ) -> Iterator[Complex[np.ndarray, "g K M*used"]]:
     """Responses at positions for each guess of the elements' places, in batches of guesses."""
     number = elements.shape[1]
@@ -172,18 +180,22 @@ def responses_of(
     for column, tracer in enumerate(band):
         wavenumber = 2 * np.pi / tracer.scene.wavelength
         for batch in tracer.multipath(positions):
-            lengths, (by_element, _) = batch.lengths(), batch.length_derivatives()
-            images = batch.vertices[:, 0] - lengths[:, None] * by_element
-            amplitudes = batch.responses * lengths * np.exp(1j * wavenumber * lengths)
             place = (batch.targets * len(band) + column) * number + batch.sources
-            paths.append((batch.sources, images, amplitudes, np.full(len(place), wavenumber), place))
+            ends = batch.vertices[:, 0], batch.length_derivatives()[0]
+            paths.append(
+                (batch.sources, *ends, batch.lengths(), batch.responses, np.full(len(place), wavenumber), place)
+            )
     if not paths:
         yield np.zeros((len(elements), *shape), complex)
         return
-    sources, images, amplitudes, wavenumbers, place = (np.concatenate(each) for each in zip(*paths, strict=True))
-    sums = csr_array((amplitudes, (place, np.arange(len(place)))), shape=(shape[0] * shape[1], len(place)))
+    sources, starts, units, lengths, responses, wavenumbers, place = map(np.concatenate, zip(*paths, strict=True))
+    sums = csr_array((responses, (place, np.arange(len(place)))), shape=(shape[0] * shape[1], len(place)))
     step = max(1, AT_ONCE // max(1, 3 * len(place)))
     for start in range(0, len(elements), step):
-        lengths = np.linalg.norm(elements[start : start + step, sources] - images, axis=-1)
-        found = sums @ (np.exp(-1j * wavenumbers * lengths) / lengths).T
-        yield found.T.reshape(-1, *shape)
+        shifts = elements[start : start + step, sources] - starts
+        if first_order:
+            longer, weaker = np.einsum("gpi,pi->gp", shifts, units), 1.0
+        else:
+            there = np.linalg.norm(shifts + lengths[:, None] * units, axis=-1)
+            longer, weaker = there - lengths, lengths / there
+        yield (sums @ (weaker * np.exp(-1j * wavenumbers * longer)).T).T.reshape(-1, *shape)

@@ -40,9 +40,11 @@ def told() -> Iterator[None]:
     ended = threading.Event()
 
     def watch() -> None:
+        before = ""
         while not ended.wait(AFTER / 8):
-            if _now:
+            if _now and _now == before:  # not what takes a moment
                 tell(_now, AFTER)
+            before = _now
 
     threading.Thread(target=watch, daemon=True).start()
     try:

@@ -32,7 +32,7 @@ class RateColumn(ProgressColumn):
 
 
 class ProgressLines(Progress):
-    """Progress where there is no terminal: a line for each tenth of a task, or for what is said of one without end."""
+    """Progress where there is no terminal: lines for the tenths of a task, or for what is said of one without end."""
 
     def __init__(self) -> None:
         super().__init__(disable=True, console=plain_console(stderr=True, width=UNLIMITED))
@@ -59,7 +59,7 @@ class ProgressLines(Progress):
             self._said[task_id] = part
             doing("")
             left = task.time_remaining if (task.elapsed or 0) > AFTER else None
-            tell(f"{sentence}{about(left or 0, ' left')}")
+            tell(f"{sentence}{about(left or 0, ' left')}", AFTER if part < LINES else 0.0)
         elif not task.total:
             doing(sentence)  # it is told later if it is not told now
             tell(sentence, AFTER)

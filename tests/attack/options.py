@@ -32,7 +32,7 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "coverage": ("nowhere", ()),
     "plan": ("kriged -n 3", ("data", "kriged")),
     "rooms": ("-n 0", ()),
-    "locate": ("kriged --pictures data", ("data", "kriged")),
+    "locate": ("kriged data", ("data", "kriged")),
 }
 """Of each command: arguments, and the files that these need. Where the work takes long, it has no files to work on."""
 

@@ -75,6 +75,13 @@ def of_type(parameter: inspect.Parameter) -> tuple:
     return tuple(each for each in values if each is not None) if "None" in declared else values
 
 
+IDLE_IN_LOCATE = {
+    "split": ("random",), "level": (1.0,), "region": (np.eye(2, 3),), "boresight": ((1, 0, 0),), "frequency": (9e8,),
+    "round_trip": (True,),
+}  # fmt: skip
+"""Values of options of ``locate`` that do nothing with some kinds of what is known."""
+
+
 @dataclass(frozen=True)
 class Call:
     """A public callable with valid arguments, and values that it must refuse, by parameter."""
@@ -318,48 +325,52 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "variants": Call(bisplat.variants, {"models": ["bisplat"]}, {"models": NAMES, "primitives": WHOLE[:6]}),
         "locate": Call(
             bisplat.locate,
-            {"runs": [run], "pictures": [dataset.pictures[:1]]},
-            {
-                "runs": (run, "x", None, [], ["x"], [run, run]), "known": POINTS[:1] + POINTS[2:],
-                "pictures": (
-                    "x", None, [], dataset.pictures[:1], [dataset.pictures[0]], [dataset.pictures[:1, :45]],
+            {"model_or_dataset": [run], "heard": [dataset.pictures[:1]]},
+            IDLE_IN_LOCATE
+            | {
+                "model_or_dataset": ("x", None, [], ["x"], [run, run], POINTS[0]),
+                "heard": (
+                    "x", [], dataset.pictures[:1], [dataset.pictures[0]], [dataset.pictures[:1, :45]],
                     [dataset.pictures[:0]], [dataset.pictures[:1]] * 2, [np.ma.masked_array(dataset.pictures[:1])],
                     [dataset.pictures[:1].astype(complex)],
                 ),
             },
         ),
-        "locate_powers": Call(
-            bisplat.locate_powers,
-            {"dataset": powers, "heard": [[-60.0]]},
-            {
-                "dataset": other,
+        "locate by powers": Call(
+            bisplat.locate,
+            {"model_or_dataset": powers, "heard": [[-60.0]]},
+            IDLE_IN_LOCATE
+            | {
+                "model_or_dataset": other,
                 "heard": (
-                    "x", None, [], [-60.0], [[-60.0, -50.0]], [[INF]], [[90.0]], [[1e-6]], [[1j]], [[1], [1, 2]],
+                    "x", [], [-60.0], [[-60.0, -50.0]], [[INF]], [[90.0]], [[1e-6]], [[1j]], [[1], [1, 2]],
                     np.ma.masked_array([[-60.0]]),
                 ),
-                "known": ("x", [], [0.5], [-1], [9999], [[0]]), "level": ("x", NAN, 100, [1.0]),
+                "level": ("x", NAN, 100, [1.0]), "split": ("random",),
             },
         ),
-        "locate_channels": Call(
-            bisplat.locate_channels,
-            {"dataset": file.with_name("placed_links"), "heard": np.ones((1, 2, 4))},
-            {
-                "dataset": (*other, links),
+        "locate by channels": Call(
+            bisplat.locate,
+            {"model_or_dataset": file.with_name("placed_links"), "heard": np.ones((1, 2, 4))},
+            IDLE_IN_LOCATE
+            | {
+                "model_or_dataset": (*other, links),
                 "heard": (
-                    "x", None, [], np.ones((2, 4)), np.ones((1, 4, 2)), np.full((1, 2, 4), NAN), [[1], [1, 2]],
+                    "x", [], np.ones((2, 4)), np.ones((1, 4, 2)), np.full((1, 2, 4), NAN), [[1], [1, 2]],
                     np.ma.masked_array(np.ones((1, 2, 4))),
                 ),
-                "known": ("x", [], [0.5], [-1], [9999], [[0]], [0, 1]),
             },
         ),
-        "locate_tags": Call(
-            bisplat.locate_tags,
+        "locate by a track": Call(
+            bisplat.locate,
             {
-                "responses": np.ones((1, 5), complex), "antennas": np.eye(5, 3), "frequency": 9e8,
+                "model_or_dataset": np.eye(5, 3), "heard": np.ones((1, 5), complex), "frequency": 9e8,
                 "region": [[0, 1, 0], [1, 2, 0]],
             },
-            {
-                "responses": ("x", None, [], np.ones((1, 4), complex), np.ones(5, complex)), "antennas": POINTS,
+            IDLE_IN_LOCATE
+            | {
+                "model_or_dataset": POINTS,
+                "heard": ("x", None, [], np.ones((1, 4), complex), np.ones(5, complex)), "round_trip": ("x",),
                 "frequency": ("x", None, 0, -1, NAN), "boresight": ("x", [1, 2], [0, 0, 0], [NAN] * 3),
                 "region": ("x", None, [], [[0, 1, 0]], [[1, 1, 0], [0, 2, 0]], [[0, 1, NAN], [1, 2, 0]]),
             },
@@ -448,6 +459,7 @@ NOT_CALLED = {
     "Prediction": "what a method returns, checked where it is used",
     "Quantity": "a base class",
     "Run": "made by train and load_run",
+    "Located": "made by locate",
     "Dataset": "made by simulate and read_dataset",
     "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
     "CsiDataset": "made by read_csi",

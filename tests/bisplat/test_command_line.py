@@ -165,7 +165,7 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
         ("export", "nowhere", "--hdf5", "file/out.h5"),
         ("export", "nowhere", "--deepmimo", "file/out"),
         ("scene", "lab", "-o", "file/out.png"),
-        ("locate", "nowhere", "--pictures", "nowhere", "-o", "file/out.csv"),
+        ("locate", "nowhere", "nowhere", "-o", "file/out.csv"),
         ("plan", "nowhere", "-o", "file/out.csv"),
         ("calibrate", "nowhere", "nowhere", "-o", "file/out"),
         ("convert", "nowhere", "-o", "file/out"),

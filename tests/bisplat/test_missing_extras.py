@@ -50,7 +50,7 @@ LONGER_WORK = (
     "evaluate default",
     "export default -o default.pt2",
     "plan default -o next.csv -n 3",
-    "locate default --pictures data -o where.csv",
+    "locate default data -o where.csv",
     "train data -o mlp --model mlp --steps 1",
     "train data -o bisplat --model bisplat --steps 1 --batch-size 1",
     "scene sheet.obj -o sheet --default-material wood --gateway 0 0 1 --boresight 1 0 0 "

@@ -14,15 +14,11 @@ import bisplat
 from bisplat.commands.evaluation_commands import evaluate as evaluate_command
 from bisplat.commands.locate_command import locate as locate_command
 from learn.evaluation.locations import evaluate_locations, heard_by
-from learn.localisation import fingerprints
-from learn.localisation import locate as locate_module
-from learn.localisation import refine as refine_module
-from learn.localisation.fingerprints import Field, Fingerprints
-from learn.localisation.locate import _places, grid_warning
+from learn.localisation import picture_evidence
+from learn.localisation import search as search_module
 from learn.localisation.located_places import HEADER
-from learn.localisation.observations import observed_pictures
-from learn.localisation.refine import FARTHEST, MODES, candidate_points, grid_in, refine
-from learn.reports.evaluation_report import write_locations
+from learn.localisation.picture_evidence import Fingerprints, PictureEvidence
+from learn.localisation.picture_folders import observed_pictures
 from learn.training import run_folder
 from learn.training.conformal_deviation import Deviation
 from learn.training.run_files import TrainingFile
@@ -65,131 +61,76 @@ def test_a_gateway_counts_by_the_deviation_that_its_run_states(runs, monkeypatch
         constant = stated[folder]
         return TrainingFile(0, 0.0, None if constant is None else Deviation(constant, 0.0, spectra))
 
-    for module in (fingerprints, run_folder):
+    for module in (picture_evidence, run_folder):
         monkeypatch.setattr(module, "read_training", training)
     pictures = np.random.default_rng(0).integers(0, 255, (1, 90, 360), np.uint8)
-    together = Field(runs).of_pictures([pictures, pictures])[0]
+    together = PictureEvidence(runs, [pictures, pictures], np.zeros((2, 3)), np.zeros((1, 3))).heard[0]
     np.testing.assert_allclose([(half**2).sum() for half in np.split(together, 2)], expected, rtol=1e-4)
 
 
-@pytest.mark.slow
-def test_places_are_sorted_and_their_probabilities_add_up(found):
-    for places in found[0].places:
-        shares = [place.probability for place in places]
-        assert shares == sorted(shares, reverse=True) and 1 <= len(shares) <= MODES
-        assert sum(shares) == pytest.approx(1, abs=0.04)  # improbable places are left out
-        for place in places:
-            assert (np.linalg.eigvalsh(place.covariance) > 0).all()
-
-
-@pytest.mark.slow
-def test_report(found, tmp_path):
-    write_locations(found[0], tmp_path)
-    assert json.loads((tmp_path / "locations.json").read_text()) == found[0].metrics()
-    rows = list(csv.DictReader((tmp_path / "locations.csv").open()))
-    assert tuple(rows[0]) == HEADER and len({row["name"] for row in rows}) == 30
-    assert (tmp_path / "location_errors.png").stat().st_size > 1000
-
-
 def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypatch):
-    monkeypatch.setattr(refine_module, "STEPS", 2)
+    monkeypatch.setattr(search_module, "STEPS", 2)
     (tmp_path / "seen").mkdir()
     for number in (1, 2, 3):
         shutil.copy(folder / "one" / "spectrum" / f"{number:05d}.png", tmp_path / "seen")
-    output = tmp_path / "places.csv"
-    locate_command((runs[0].folder,), output, (tmp_path / "seen",))
-    rows = [row for row in csv.DictReader(output.open()) if row["place"] == "1"]
+    output, both = tmp_path / "places.csv", (runs[0].folder, tmp_path / "seen")
+    locate_command(both, output)
+    rows = list(csv.DictReader(output.open()))
     expected = bisplat.locate([runs[0]], [bisplat.read_dataset(folder / "one").pictures[:3]])
+    assert {row["part"] for row in rows} == {"new"}
+    rows = [row for row in rows if row["place"] == "1"]
     assert [row["name"] for row in rows] == ["00001", "00002", "00003"]
     for row, places in zip(rows, expected, strict=True):
         np.testing.assert_allclose([float(row[axis]) for axis in "xyz"], places[0].position, atol=1e-4)
     with pytest.raises(InputError, match="--force"):
-        locate_command((runs[0].folder,), output, (tmp_path / "seen",))
+        locate_command(both, output)
 
 
-def test_of_the_runs_own_dataset_the_test_part_is_located(folder, runs, tmp_path, monkeypatch):
-    monkeypatch.setattr(refine_module, "STEPS", 1)
+def test_of_the_runs_own_dataset_the_test_part_is_located(folder, runs, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(search_module, "STEPS", 1)
     data = bisplat.read_dataset(folder / "one")
-    split = runs[0].split(data)
-    locate_command((runs[0].folder,), tmp_path / "test.csv", (folder / "one",))
-    rows = list(csv.DictReader((tmp_path / "test.csv").open()))
-    assert {row["name"] for row in rows} == {data.names[each] for each in split.test}
-    assert {row["part"] for row in rows} == {"test"}
-    locate_command((runs[0].folder,), tmp_path / "all.csv", (folder / "one" / "spectrum",))
-    part = {row["name"]: row["part"] for row in csv.DictReader((tmp_path / "all.csv").open())}
-    for kind in ("train", "validation", "test"):
-        assert {name for name in part if part[name] == kind} == {data.names[each] for each in getattr(split, kind)}
-
-
-def test_a_known_picture_is_found_at_its_own_place_with_a_small_deviation():
-    """Interpolation by inverse distances is flat at each known position, but steep around it."""
-    known = 0.16 * (np.stack(np.meshgrid(*[np.arange(3)] * 3), axis=-1).reshape(-1, 3) - 1.0)
-
-    def predicted(positions):
-        weights = 1 / np.maximum(((positions[:, None] - known) ** 2).sum(axis=2), 1e-12)
-        return weights / weights.sum(axis=1, keepdims=True)
-
-    wavelength = 0.32
-    region = np.array([[-1.0] * 3, [1.0] * 3])
-    refined = refine(predicted, np.eye(27)[[13]], np.zeros((1, 3)), region, wavelength)
-    (place,) = _places(refined, lambda positions: np.zeros(len(positions)), 8.0, region, wavelength)
-    assert np.linalg.norm(place.position) < 1e-6
-    assert np.sqrt(np.trace(place.covariance)) < 0.02  # no wavelength, as a flat field alone would say
-
-
-def test_in_a_flat_region_the_height_is_no_unknown():
-    """The fingerprint says as much of x + z as of y. At the known height, x is told as exactly as y."""
-    goal = np.array([[0.03, -0.02, 0.0]])
-
-    def predicted(positions):
-        return np.stack([positions[:, 0] + positions[:, 2], positions[:, 1]], axis=1)
-
-    region = np.array([[-1.0, -1, 0], [1, 1, 0]])
-    refined = refine(predicted, predicted(goal), np.zeros((1, 3)), region, 0.32)
-    np.testing.assert_allclose(refined.positions, goal, atol=1e-6)
-    (place,) = _places(refined, lambda positions: np.zeros(len(positions)), 8.0, region, 0.32)
-    assert not place.covariance[2].any() and not place.covariance[:, 2].any()
-    assert place.covariance[0, 0] == pytest.approx(place.covariance[1, 1]) and abs(place.covariance[0, 1]) < 1e-9
+    for number, heard in enumerate(((), (folder / "one",), (folder / "one" / "spectrum",))):
+        locate_command((runs[0].folder, *heard), tmp_path / f"{number}.csv")
+        rows = list(csv.DictReader((tmp_path / f"{number}.csv").open()))
+        assert {row["name"] for row in rows} == {data.names[each] for each in runs[0].split(data).test}
+        assert {row["part"] for row in rows} == {"test"} and "fingerprint, mean of 4" in capsys.readouterr().out
 
 
 def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(refine_module, "STEPS", 1)
+    monkeypatch.setattr(search_module, "STEPS", 1)
     pictures = tmp_path / "seen"
     pictures.mkdir()
     for number, one in enumerate((bisplat.read_dataset(folder / "one").pictures[0], np.zeros((90, 360))), start=1):
         imsave(pictures / f"{number:05d}.png", one.astype(np.uint8), check_contrast=False)
-    locate_command((runs[0].folder,), tmp_path / "places.csv", (pictures,))
+    locate_command((runs[0].folder, pictures), tmp_path / "places.csv")
     assert {row["name"] for row in csv.DictReader((tmp_path / "places.csv").open())} == {"00001"}
-    assert "1 with pictures that tell nothing" in capsys.readouterr().out
+    assert "1 of which nothing was heard" in capsys.readouterr().out
 
 
 def test_black_test_spectra_are_not_located(runs, monkeypatch):
-    monkeypatch.setattr(refine_module, "STEPS", 1)
+    monkeypatch.setattr(search_module, "STEPS", 1)
     data = runs[0].dataset()
     test = runs[0].split(data).test
     pictures = data.pictures.copy()
     pictures[test[2:]] = 0
     monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
-    assert evaluate_locations(heard_by([runs[0]])).names == [data.names[each] for each in test[:2]]
+    assert evaluate_locations(heard_by([runs[0]])).metrics()["located"] == 2
     pictures[test] = 0
     with pytest.raises(InputError, match="found none in 30"):
         evaluate_locations(heard_by([runs[0]]))
 
 
-def test_a_large_region_is_warned_of(runs, monkeypatch):
-    assert grid_warning(runs[:1]) is None
-    monkeypatch.setattr(locate_module, "MOST_POINTS", 50)
-    assert "wavelengths apart" in grid_warning(runs[:1])
-
-
 def test_bad_input_is_refused(folder, runs, tmp_path):
-    for pictures, output, message in (
-        ((folder / "one",) * 2, "a.csv", "expected a folder for each"),
-        ((folder / "one",), "a.txt", ".csv"),
-        ((tmp_path,), "a.csv", "expected pictures 00001.png"),
+    run, heard = runs[0].folder, folder / "one"
+    for folders, output, message in (
+        ((run, heard, run), "a.csv", "expected a folder, or pairs"),
+        ((run, heard, run, heard), "a.csv", "found .* twice"),
+        ((run, heard), "a.txt", ".csv"),
+        ((run, tmp_path), "a.csv", "expected pictures 00001.png"),
+        ((run, heard, runs[1].folder, tmp_path), "a.csv", "of all runs or of none"),
     ):
         with pytest.raises(InputError, match=message):
-            locate_command((runs[0].folder,), tmp_path / output, pictures)
+            locate_command(folders, tmp_path / output)
     assert not list(tmp_path.iterdir())
 
 
@@ -218,7 +159,7 @@ def test_pictures_of_another_receiver_are_refused(change, words, folder, runs, t
     (heard / "channels.npz").unlink()
     change(heard)
     with pytest.raises(InputError, match=words):
-        locate_command((runs[0].folder,), tmp_path / "places.csv", (heard,))
+        locate_command((runs[0].folder, heard), tmp_path / "places.csv")
     assert not (tmp_path / "places.csv").exists()
 
 
@@ -243,24 +184,13 @@ def test_pictures_that_the_runs_array_does_not_explain_are_warned_of(runs, tmp_p
     assert "warning: " in said and "4 × 4 elements" in said
 
 
-def test_evaluate_adds_the_locations_to_the_scores(runs, monkeypatch, capsys):
-    monkeypatch.setattr(refine_module, "STEPS", 1)
-    evaluate_command(runs[0].folder, json=True, ceiling=False)
-    scores = json.loads(capsys.readouterr().out)
-    evaluate_command(runs[0].folder, locate=True, json=True, ceiling=False)
-    both = json.loads(capsys.readouterr().out)
-    locations = both.pop("locations")
-    assert set(both) == set(scores)
-    assert locations == json.loads((runs[0].folder / "evaluation" / "locations.json").read_text())
-
-
 def test_a_run_that_learned_the_test_part_of_the_first_is_refused(folder, runs, tmp_path, monkeypatch):
     other = bisplat.train(bisplat.read_dataset(folder / "two"), tmp_path / "run", split="random", model="mlp", steps=1)
     monkeypatch.setattr("learn.evaluation.evaluate.evaluate", lambda *_: pytest.fail("scored"))
     with pytest.raises(InputError, match="not trained on test spectra"):
         evaluate_command(runs[0].folder, locate=True, further_gateways=(other.folder,))
     with pytest.raises(InputError, match="not trained on test spectra"):
-        locate_command((runs[0].folder, other.folder), tmp_path / "a.csv", (folder / "one", folder / "two"))
+        locate_command((runs[0].folder, folder / "one", other.folder, folder / "two"), tmp_path / "a.csv")
 
 
 def test_fingerprints_do_not_depend_on_scale_and_offset():
@@ -272,28 +202,15 @@ def test_fingerprints_do_not_depend_on_scale_and_offset():
     np.testing.assert_allclose(np.linalg.norm(fingerprints.of_pictures(pictures), axis=1), 1, rtol=1e-5)
 
 
-def test_refined_positions_are_those_of_a_known_minimum_nearby():
-    goal = np.array([[0.02, -0.03, 0.01], [5.0, 5.0, 5.0]])
-    seen = np.concatenate([goal, goal**2], axis=1)
-    region = np.array([[-9.0, -9, -9], [9, 9, 9]])
-    refined = refine(lambda at: np.concatenate([at, at**2], axis=1), seen, np.zeros((2, 3)), region, 0.32)
-    np.testing.assert_allclose(refined.positions[0], goal[0], atol=1e-6)
-    assert np.linalg.norm(refined.positions[1]) <= FARTHEST * 0.32 + 1e-9  # the other is too far away
-    np.testing.assert_allclose(refined.normal[0], np.eye(3) + 4 * np.diag(goal[0] ** 2), atol=1e-6)
-
-
-def test_grid_holds_the_corners_of_its_region_and_is_bounded():
-    region = np.array([[0.0, 0, 0], [1, 2, 0.001]])
-    grid = grid_in(region, 0.04, 10**6)
-    assert {tuple(point) for point in region} <= {tuple(point) for point in grid}
-    steps = [np.diff(np.unique(grid[:, axis])).max() for axis in range(3)]
-    assert max(steps) < 0.0401
-    assert len(grid_in(np.array([[0.0, 0, 0], [1e4, 1e4, 1e-3]]), 0.04, 1000)) < 1501
-
-
-def test_starts_are_apart():
-    points = grid_in(np.array([[0.0, 0, 0], [1, 1, 1]]), 0.1, 2000)
-    starts = candidate_points(points, -np.linalg.norm(points - 0.5, axis=1), 0.3)
-    np.testing.assert_allclose(starts[0], [0.5, 0.5, 0.5])
-    apart = np.linalg.norm(starts[:, None] - starts, axis=-1) + 9 * np.eye(MODES)
-    assert apart.min() >= 0.3
+def test_evaluate_adds_the_locations_to_the_scores(runs, monkeypatch, capsys):
+    monkeypatch.setattr(search_module, "STEPS", 1)
+    evaluate_command(runs[0].folder, json=True, ceiling=False)
+    scores = json.loads(capsys.readouterr().out)
+    evaluate_command(runs[0].folder, locate=True, json=True, ceiling=False)
+    both = json.loads(capsys.readouterr().out)
+    locations, folder = both.pop("locations"), runs[0].folder / "evaluation"
+    assert set(both) == set(scores)
+    assert locations == json.loads((folder / "locations.json").read_text())
+    rows = list(csv.DictReader((folder / "locations.csv").open()))
+    assert tuple(rows[0]) == HEADER and len({row["name"] for row in rows}) == 30
+    assert (folder / "location_errors.png").stat().st_size > 1000

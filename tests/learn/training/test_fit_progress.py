@@ -5,6 +5,7 @@ import re
 import pytest
 
 from learn.training.fit_progress import FitProgress
+from scenes.files import progress
 
 
 def fit(report):
@@ -13,7 +14,8 @@ def fit(report):
             report(phase, done, most)
 
 
-def test_a_pipe_gets_a_line_for_each_tenth(capsys):
+def test_a_pipe_gets_a_line_for_each_tenth(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "AFTER", 0.0)  # seconds between lines
     with FitProgress("fit to 7 spectra") as report:
         fit(report)
     out, err = capsys.readouterr()

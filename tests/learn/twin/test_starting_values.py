@@ -61,17 +61,17 @@ def far():
 
 
 def test_responses_far_away_are_those_of_paths_to_the_same_images():
-    """They match what is traced there, up to amplitudes; those of the described place do not."""
+    """They match what is traced there, up to amplitudes; lengths to first order do not."""
     scene, which = small_scene(), unknowns(small_scene(), FAR)
     expected = Tracer(vary(scene, which, OFF), PROPAGATION).responses(POSITIONS)
     tracer = Tracer(scene, PROPAGATION)
-    (found,) = responses_of([tracer], POSITIONS, elements_of(scene, which, np.stack([OFF, 0 * OFF])))
+    there = elements_of(scene, which, OFF[None])
+    found, nearby = (np.concatenate(list(responses_of([tracer], POSITIONS, there, near))) for near in (False, True))
 
     def alike(responses):
         return abs(np.vdot(responses, expected)) / np.linalg.norm(responses) / np.linalg.norm(expected)
 
-    assert alike(found[0]) > 0.998 and alike(found[1]) < 0.9
-    np.testing.assert_allclose(found[1], tracer.responses(POSITIONS), rtol=1e-4, atol=1e-9)
+    assert alike(found) > 0.998 and alike(nearby) < 0.97
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.localisation.located_places import Place, read_places, write_places
+from learn.localisation.located_places import NEW, Located, Place, read_places
 from learn.view.room_layers import CLOUD, LOCATIONS, cloud, located
 from learn.view.subject import subject
 from scenes.files.errors import InputError
@@ -45,7 +45,7 @@ def test_lines_go_from_true_to_located_positions(run):
     ]
     path = run.folder / LOCATIONS
     path.parent.mkdir()
-    write_places(path, ["00003", "00008"], places)
+    Located(places, ["00003", "00008"], [NEW] * 2).write(path)
     lines = located(shown)
     np.testing.assert_allclose(lines[:, 0], shown.dataset.positions[[2, 7]])
     np.testing.assert_allclose(lines[:, 1], [[1, 2, 0], [1, 2, 1]])
@@ -60,7 +60,7 @@ def test_lines_go_from_true_to_located_positions(run):
 )
 def test_damaged_places_are_refused(changed, message, tmp_path):
     path = tmp_path / "places.csv"
-    write_places(path, ["00001"], [[Place(np.array([1.0, 2.0, 3.0]), np.eye(3), 1.0, 0.0)]])
+    Located([[Place(np.array([1.0, 2.0, 3.0]), np.eye(3), 1.0, 0.0)]], ["00001"], [NEW]).write(path)
     np.testing.assert_allclose(read_places(path)["00001"], [1, 2, 3])
     path.write_text(changed(path.read_text()))
     with pytest.raises(InputError, match=message):

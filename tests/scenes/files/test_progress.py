@@ -3,12 +3,13 @@
 import time
 
 from scenes.files import long_work
+from scenes.files import progress as progress_module
 from scenes.files.long_work import doing, told
 from scenes.files.progress import progress_bar
 
 
-def test_a_line_for_each_tenth_and_none_is_cut(capsys, monkeypatch):
-    monkeypatch.setattr(long_work, "_when", 0.0)  # as if nothing had been told
+def test_a_line_for_each_tenth_that_takes_long_and_none_is_cut(capsys, monkeypatch):
+    monkeypatch.setattr(progress_module, "AFTER", 0.0)  # seconds between lines
     long = "finding paths, " + "28 edges " * 20
     with progress_bar() as progress:
         search = progress.add_task("search", total=None)

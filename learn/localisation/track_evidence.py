@@ -1,14 +1,16 @@
-"""Likelihood of a tag's responses along an antenna's track, if the tag stands at a point, and its maxima."""
+"""Responses along the track of a moving antenna as evidence of a tag's place (synthetic aperture)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float
 from scipy.linalg import solve_triangular
+
+from learn.localisation.evidence import Evidence
 
 AT_ONCE = 2**22  # Numbers of the largest array that is held at a time
 
@@ -20,7 +22,7 @@ LEAST_COSINE = 0.05
 """Least factor of the antenna's pattern; none receives nothing from beside and behind."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DirectPath:
     """A Gaussian model of the one-way responses h_n of a tag at r, at antennas r_n along a track.
 
@@ -48,9 +50,11 @@ class DirectPath:
     multipath: float = 0.06  # power of m
     noise: float = 0.001  # power of w
 
-    def quieter(self, factor: float) -> DirectPath:
-        """The model with this factor on the variances of g, m and w."""
-        return replace(self, gain=factor * self.gain, multipath=factor * self.multipath, noise=factor * self.noise)
+    @cached_property
+    def quieter(self) -> list[DirectPath]:
+        """The model with smaller variances of g, m and w."""
+        each = ({name: factor * getattr(self, name) for name in ("gain", "multipath", "noise")} for factor in QUIETER)
+        return [replace(self, **variances) for variances in each]
 
     def log_likelihood(
         self, points: Float[np.ndarray, "G 3"], responses: Complex[np.ndarray, "K N"]
@@ -66,19 +70,6 @@ class DirectPath:
             parts, inner = self._parts(points[some])
             seen = (parts.reshape(-1, len(whitened)) @ whitened).reshape(*inner.shape[:2], -1)
             found[:, some] = self._likelihood(energy, np.linalg.solve(inner, seen), inner).T
-        return found
-
-    def log_likelihood_at(
-        self, points: Float[np.ndarray, "M 3"], responses: Complex[np.ndarray, "M N"]
-    ) -> Float[np.ndarray, " M"]:
-        """As ``log_likelihood``, of one point for each tag."""
-        whitened = self._whiten(responses.T)
-        energy = np.square(np.abs(whitened)).sum(axis=0)
-        found = np.empty(len(points))
-        for some in self._blocks(len(points)):
-            parts, inner = self._parts(points[some])
-            seen = parts @ whitened[:, some].T[:, :, None]
-            found[some] = self._likelihood(energy[some, None], np.linalg.solve(inner, seen), inner)[:, 0]
         return found
 
     def unexplained(
@@ -147,86 +138,65 @@ class DirectPath:
         return solve_triangular(self._root, columns, lower=True)
 
 
-STEPS, STEP = 12, 0.01
-"""Newton's steps, and the first distance of the points that show the derivatives, wavelengths."""
+LEAST_READS = 4  # Least number of antenna positions at which a tag must be read
+
+PLAIN = 0.1
+"""A tag whose magnitudes lie between 1 − PLAIN and 1, on average and at most, has phases alone: means of unit phasors,
+as of several reads at a stop, are so long."""
+
+CLEAN, QUIETER = 1e-3, (1e-2, 1e-4)
+"""Largest share of the power that the direct path leaves open somewhere, for which the model's variances may be smaller
+by a factor. A single reflection that leaves more changes the phases as a wrong place does."""
 
 
-class Maxima(NamedTuple):
-    """Maxima of the likelihood: positions, covariances, and the logarithm of the probability in each maximum."""
+class TrackEvidence(Evidence):
+    """Responses of K tags at N antenna positions, NaN where a tag was not read."""
 
-    positions: Float[np.ndarray, "M 3"]
-    covariances: Float[np.ndarray, "M 3 3"]
-    evidence: Float[np.ndarray, " M"]
+    clean = 0.05
 
-    def apart(self, least: float) -> Maxima:
-        """The maxima at least so far apart, in metres, the most probable one first."""
-        kept: list[int] = []
-        for each in np.argsort(-self.evidence):
-            if all(np.linalg.norm(self.positions[each] - self.positions[other]) > least for other in kept):
-                kept.append(int(each))
-        return Maxima(*(each[kept] for each in self))
+    def __init__(
+        self,
+        responses: Complex[np.ndarray, "K N"],
+        antennas: Float[np.ndarray, "N 3"],
+        region: Float[np.ndarray, "2 3"],
+        wavelength: float,
+        boresight: Float[np.ndarray, " 3"] | None = None,
+    ):
+        super().__init__(np.where(responses == 0, np.nan, responses), region, wavelength)
+        self._antennas, self._boresight = antennas, boresight
+        self._models: dict[tuple[bytes, bool], DirectPath] = {}
 
+    @property
+    def told(self) -> Bool[np.ndarray, " K"]:
+        """Tags that were read at enough antenna positions."""
+        return np.isfinite(self.heard).sum(axis=1) >= LEAST_READS
 
-def maximise(
-    model: DirectPath, rows: Complex[np.ndarray, "M N"], starts: Float[np.ndarray, "M 3"], box: Float[np.ndarray, "2 3"]
-) -> Maxima:
-    """Newton's steps from the starts, and the covariances from the curvature at their ends."""
-    free = np.flatnonzero(box[1] > box[0])
-    positions, value = starts.copy(), model.log_likelihood_at(starts, rows)
-    step = np.full((len(starts), len(free)), STEP * model.wavelength)
-    damping = np.ones(len(starts))
-    for _ in range(STEPS):
-        slope, curvature = _derivatives(model, rows, positions, free, step)
-        shares, axes = _eigen(curvature, model.wavelength)
-        ahead = np.einsum("mij,mj->mi", axes, np.einsum("mij,mi->mj", axes, slope) / (shares * damping[:, None]))
-        length = np.linalg.norm(ahead, axis=1, keepdims=True)
-        ahead *= np.minimum(1, model.wavelength / 8 / np.maximum(length, 1e-12))
-        moved = positions.copy()
-        moved[:, free] += ahead
-        away = moved - starts
-        away *= np.minimum(1, model.wavelength / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12) / 2)
-        moved = np.clip(starts + away, *box)
-        after = model.log_likelihood_at(moved, rows)
-        better = after > value
-        positions[better], value[better] = moved[better], after[better]
-        damping = np.where(better, np.maximum(damping / 4, 1), damping * 4)
-        deviation = 1 / np.sqrt(np.maximum(np.einsum("mii->mi", curvature), 1e-12))
-        step = np.clip(deviation / 4, 1e-5 * model.wavelength, STEP * model.wavelength)
-    shares, axes = _eigen(_derivatives(model, rows, positions, free, step)[1], model.wavelength)
-    covariances = np.zeros((len(starts), 3, 3))
-    covariances[:, free[:, None], free] = (axes / shares[:, None]) @ axes.transpose(0, 2, 1)
-    return Maxima(positions, covariances, value - np.log(shares).sum(axis=1) / 2)
+    def log_likelihood(
+        self, points: Float[np.ndarray, "n 3"], heard: Complex[np.ndarray, "k N"]
+    ) -> Iterator[Float[np.ndarray, " n"]]:
+        """By the direct path from each point; all tags that were read at the same antenna positions together."""
+        found = np.empty((len(heard), len(points)))
+        models = [self._model(row) for row in heard]
+        for model in set(models):
+            rows = np.array([each is model for each in models])
+            seen = heard[np.ix_(rows, np.isfinite(heard[rows][0]))]
+            found[rows] = model.log_likelihood(points, seen)
+            for number, row in zip(np.flatnonzero(rows), seen, strict=True):
+                if model.unexplained(points, row).min() < CLEAN:
+                    each = [other.log_likelihood(points, row[None])[0] for other in model.quieter]
+                    found[number] = np.max([found[number], *each], axis=0)
+        yield from found
 
+    def misfit(self, points: Float[np.ndarray, "n 3"], row: Complex[np.ndarray, " N"]) -> Float[np.ndarray, " n"]:
+        """Share of the power that the direct path alone does not explain."""
+        return self._model(row).unexplained(points, row[np.isfinite(row)])
 
-def _derivatives(
-    model: DirectPath,
-    rows: Complex[np.ndarray, "M N"],
-    positions: Float[np.ndarray, "M 3"],
-    free: np.ndarray,
-    step: Float[np.ndarray, "M F"],
-) -> tuple[Float[np.ndarray, "M F"], Float[np.ndarray, "M F F"]]:
-    """Gradient of the log-likelihood, and minus its second derivatives, by central differences."""
-    count = len(free)
-    axes = np.eye(count)
-    signs = np.array([np.zeros(count), *axes, *-axes, *(a + b for i, a in enumerate(axes) for b in axes[i + 1 :])])
-    points = np.repeat(positions[:, None], len(signs), axis=1)
-    points[..., free] += signs * step[:, None]
-    values = model.log_likelihood_at(points.reshape(-1, 3), np.repeat(rows, len(signs), axis=0))
-    values = values.reshape(len(rows), len(signs))
-    middle, ahead, behind = values[:, :1], values[:, 1 : count + 1], values[:, count + 1 : 2 * count + 1]
-    curvature = np.empty((len(rows), count, count))
-    curvature[:, range(count), range(count)] = (2 * middle - ahead - behind) / step**2
-    pairs = [(i, j) for i in range(count) for j in range(i + 1, count)]
-    for both, (i, j) in zip(values[:, 2 * count + 1 :].T, pairs, strict=True):
-        # f(a + b) − f(a) − f(b) + f(0) has the mixed derivative, and third ones that one more point would remove.
-        mixed = (both - ahead[:, i] - ahead[:, j] + middle[:, 0]) / (step[:, i] * step[:, j])
-        curvature[:, i, j] = curvature[:, j, i] = -mixed
-    return (ahead - behind) / (2 * step), curvature
-
-
-def _eigen(
-    curvature: Float[np.ndarray, "M F F"], wavelength: float
-) -> tuple[Float[np.ndarray, "M F"], Float[np.ndarray, "M F F"]]:
-    """Eigenvalues of the curvature, and its axes."""
-    shares, axes = np.linalg.eigh(curvature)
-    return np.maximum(np.abs(shares), 1 / wavelength**2), axes
+    def _model(self, row: Complex[np.ndarray, " N"]) -> DirectPath:
+        """The model of the antenna positions at which a tag was read."""
+        read = np.isfinite(row)
+        magnitudes = np.abs(row[read])
+        plain = bool(magnitudes.mean() > 1 - PLAIN and magnitudes.max() < 1 + 1e-6)
+        key = (read.tobytes(), plain)
+        if key not in self._models:
+            self._models[key] = DirectPath(self._antennas[read], self.wavelength, self._boresight, plain)
+        return self._models[key]
