@@ -15,8 +15,8 @@ PARTS = "parts"
 
 ROOMS = "rooms.json"  # The file that describes a folder of rooms, each of which is a dataset folder
 
-TAKE_POWERS = "compare, sweep, evaluate, locate, plan, coverage, calibrate, view and export --hdf5"
-TAKE_CHANNELS = "compare, sweep and evaluate"
+TAKE_POWERS = "compare, evaluate, locate, plan, coverage, calibrate, view and export --hdf5"
+TAKE_CHANNELS = "compare and evaluate"
 TAKE_PLACED_CHANNELS = "locate and view"
 """The commands that take received powers, channels, and channels whose positions are known."""
 
