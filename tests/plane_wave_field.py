@@ -3,6 +3,7 @@
 import numpy as np
 
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 
@@ -24,12 +25,13 @@ def dataset_of(positions: np.ndarray, responses: np.ndarray, keep_responses: boo
     return Dataset(
         folder=None,  # type: ignore[arg-type]
         names=[f"{i + 1:05d}" for i in range(count)],
-        pictures=picture(BEAMFORMER.spectrum(responses)),
-        positions=positions,
-        gateway_position=np.zeros(3),
-        gateway_orientation=np.array([0, 0, 0, 1.0]),
+        values={
+            "spectrum": picture(BEAMFORMER.spectrum(responses)),
+            **({"response": responses.astype(np.complex64)} if keep_responses else {}),
+        },
+        receiver=ArrayReceiver(np.zeros(3), np.array([0, 0, 0, 1.0])),
+        places=positions,
         train=np.arange(count),
         test=np.arange(0),
-        responses=responses.astype(np.complex64) if keep_responses else None,
         metadata={"frequency_hz": 299_792_458 / WAVELENGTH},
     )

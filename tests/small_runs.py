@@ -13,14 +13,12 @@ import pytest
 from learn.models.model_settings import Steps
 from learn.training.config import Config
 from learn.training.registry import MODELS
-from simulate.dataset.dataset_writer import (
-    encode_picture,
-    write_gateway,
-    write_index,
-    write_metadata,
-    write_positions,
-    write_responses,
-)
+from simulate.dataset.index_files import write_index
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.picture_files import encode_picture
+from simulate.dataset.responses_file import write_responses
+from simulate.dataset.spectra_folder import write_gateway
+from simulate.positions.positions import write_positions
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 

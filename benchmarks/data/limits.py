@@ -82,7 +82,7 @@ def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
 
 def law(dataset: Dataset, kind: SplitKind, most: int | None) -> str:
     """The likeliest parameters of ``helmholtz``, given the known spectra, at most ``most`` of them."""
-    of = "spectra" if dataset.responses is None else "responses"
+    of = "spectra" if "response" not in dataset.values else "responses"
     field = KrigedField(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength, of)
     known = split(dataset, kind, 0).known
     field.fit(dataset, known if most is None else evenly(known, most))

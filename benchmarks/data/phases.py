@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -84,7 +83,7 @@ def main(
             of_responses.fit(closet, known)
             result[f"closet, {size}"] = row | {"responses known": scored(of_responses, closet, test)}
     if measured is not None and not smallest:
-        sample = replace(read_dataset(measured), responses=None)
+        sample = read_dataset(measured).with_values(response=None)
         for kind in ("files", "blocked"):
             parts: Any = split(sample, kind, 0)  # type: ignore[arg-type]
             model = HelmholtzField(np.zeros((2, 3)), sample.beamformer, sample.wavelength)

@@ -90,7 +90,6 @@ def regions(whole: Float[np.ndarray, "2 3"]) -> dict[tuple[Shape, str], Float[np
 
 def first(dataset: Dataset, count: int) -> Dataset:
     """The first spectra of a dataset."""
-    assert dataset.responses is not None
     return replace(
         dataset,
         names=dataset.names[:count],

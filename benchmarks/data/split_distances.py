@@ -22,6 +22,7 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_frequency import Frequency
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.positions.placement import place
 from simulate.spectra.spectrum import evenly
 
@@ -38,10 +39,9 @@ def of_positions(name: str, placement: str, count: int) -> Dataset:
     return Dataset(
         folder=Path(name),
         names=[f"{number:05d}" for number in range(1, len(positions) + 1)],
-        pictures=np.broadcast_to(np.uint8(0), (len(positions), 90, 360)),
-        positions=positions,
-        gateway_position=np.asarray(scene.gateway.position),
-        gateway_orientation=np.asarray(scene.gateway.orientation),
+        values={"spectrum": np.broadcast_to(np.uint8(0), (len(positions), 90, 360))},
+        receiver=ArrayReceiver(np.asarray(scene.gateway.position), np.asarray(scene.gateway.orientation)),
+        places=positions,
         train=np.arange(0),
         test=np.arange(0),
         frequency=Frequency(scene.frequency, "metadata"),

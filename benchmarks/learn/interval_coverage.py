@@ -35,7 +35,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_index
+from simulate.dataset.index_files import write_index
 from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -115,8 +114,8 @@ def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, fl
         "nearest": median(nearest(known_positions, spectra, positions)),
         "inverse-distance": median(inverse_distance(known_positions, spectra, positions)),
     }
-    of: dict[str, Dataset] = {"pictures": replace(dataset, responses=None)}
-    if dataset.responses is not None:
+    of: dict[str, Dataset] = {"pictures": dataset.with_values(response=None)}
+    if "response" in dataset.values:
         of["responses"] = dataset
     for kind, data in of.items():
         for name, law in LADDER.items():
@@ -128,7 +127,7 @@ def predicted(
     law: Callable[..., KrigedField], dataset: Dataset, known: np.ndarray, positions: np.ndarray
 ) -> np.ndarray:
     """Spectra [K, 90, 360] at positions [K, 3]."""
-    of = "spectra" if dataset.responses is None else "responses"
+    of = "spectra" if "response" not in dataset.values else "responses"
     field = law(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength, of)
     field.fit(dataset, known)
     return predict(field, positions).spectra

@@ -41,12 +41,12 @@ def score(dataset: Dataset, folder: Path, model: str, split: Any, steps: int, fi
 
 def row(dataset: Dataset, folder: Path, model: str, split: str, steps: int) -> dict[str, Any]:
     """Scores of one model on one dataset."""
-    pictures = replace(dataset, responses=None)
+    pictures = dataset.with_values(response=None)
     figures = {
         "pictures": score(pictures, folder / "pictures", model, split, steps, False),
         "found": score(pictures, folder / "found", model, split, steps, True),
     }
-    if dataset.responses is not None:
+    if "response" in dataset.values:
         figures["responses known"] = score(dataset, folder / "known", model, split, steps, True)
     return figures
 
@@ -72,7 +72,7 @@ def main(
                 some = replace(closet, train=known, test=np.sort(order[:tested]))
                 result[f"{model}, closet, {size}"] = row(some, folder / f"{model}-{size}", model, "files", steps)
             if measured is not None and not smallest:
-                sample = replace(read_dataset(measured), responses=None)
+                sample = read_dataset(measured).with_values(response=None)
                 for split in ("files", "blocked"):
                     name = f"{model}, measured, {split}"
                     result[name] = row(sample, folder / f"{model}-{split}", model, split, steps)

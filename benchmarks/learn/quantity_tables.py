@@ -67,8 +67,8 @@ def main(
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Make a dataset, and compare the methods on it."""
+    from simulate.generation.simulated_powers import simulate_rssi
     from simulate.rays.core.propagation import Propagation
-    from simulate.rssi.rssi_simulation import simulate_rssi
 
     make: dict[str, Callable[[Path], Any]]
     make = {"powers": powers_in_office, "channels": channels_in_lab, "receiver": receiver_in_bedroom}

@@ -80,7 +80,7 @@ def scores(dataset: Dataset, kind: SplitKind, size: int | None) -> dict[str, flo
 
     found: dict[str, float | str] = {}
     for name, make in methods_of("spectrum").items():
-        if name not in METHODS or (name == "kriging-responses" and dataset.responses is None):
+        if name not in METHODS or (name == "kriging-responses" and "response" not in dataset.values):
             continue  # a model, or one that needs recorded responses
         method = make()
         method.fit(task)

@@ -21,7 +21,6 @@ import json
 import tempfile
 import time
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 from unittest.mock import patch
@@ -114,7 +113,7 @@ def trained(name: str, dataset: Any, label: str, **settings: Any) -> dict[str, f
     """Validation SSIM and seconds of a training on pictures alone."""
     from learn.training.train import train
 
-    pictures = replace(dataset, responses=None)
+    pictures = dataset.with_values(response=None)
     with tempfile.TemporaryDirectory() as folder:
         run = Path(folder) / "run"
         train(pictures, run, model=name, batch_size=BATCH, find_phases=False, **settings)

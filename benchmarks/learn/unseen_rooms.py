@@ -39,8 +39,8 @@ from learn.comparison.cases import GIVEN
 from learn.comparison.compare import compare
 from learn.methods.method_table import methods_of, usual_names
 from learn.reports.method_styles import line_styles
-from simulate.dataset.dataset_folder import Rooms
 from simulate.dataset.dataset_kinds import Setting
+from simulate.dataset.rooms_folder import Rooms
 from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
 from simulate.rays.core.propagation import Propagation
 

@@ -22,7 +22,8 @@ from learn.reports.provenance import Provenance
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import at_its_frequency, read_dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.rooms_folder import at_its_frequency
 from simulate.engines.engine import Setting
 from simulate.engines.fullwave_engine import FullWave
 from simulate.rays.core.propagation import Propagation
@@ -74,7 +75,6 @@ def compare_responses(
     dataset: Dataset, chosen: Int[np.ndarray, " K"], rays: Complex[np.ndarray, "K elements"]
 ) -> EngineComparison:
     """Compare responses by rays with those of a full-wave dataset."""
-    assert dataset.responses is not None
     traced = spectrum_of(picture(dataset.beamformer.spectrum(rays)))
     scores = score(traced, spectrum_of(dataset.pictures[chosen]), dataset.grid, dataset.array)
     return EngineComparison(rays, dataset.responses[chosen], scores)

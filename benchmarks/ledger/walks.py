@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -12,14 +11,13 @@ from jaxtyping import Float
 from learn.data.splits import SplitKind, split
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.exchange.csi_export import export_csi
 from simulate.generation.reciprocity import element_offsets
+from simulate.generation.simulated_powers import simulate_rssi
 from simulate.generation.simulation import simulate
 from simulate.positions.placement import AT_IT, place
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
-from simulate.rssi.rssi_simulation import simulate_rssi
 from simulate.spectra.measurement import Measurement
 
 STRIDE = 4
@@ -35,8 +33,6 @@ GATEWAYS = {
 }
 """Of the office, metres."""
 
-Walked = TypeVar("Walked", Dataset, RssiDataset, CsiDataset)
-
 
 def walk(scene: Scene, count: int, moving: str = "transmitter") -> Float[np.ndarray, "count 3"]:
     """Positions on the walk, metres, in whole millimetres so that no rounding changes them."""
@@ -44,15 +40,15 @@ def walk(scene: Scene, count: int, moving: str = "transmitter") -> Float[np.ndar
     return place(scene, "path", STRIDE * count, 0, offsets)[::STRIDE].round(3)
 
 
-def powers_in_office(folder: Path) -> RssiDataset:
+def powers_in_office(folder: Path) -> Dataset:
     """Powers (RSSI) at six gateways, 915 MHz, 2,200 positions; simulated where the folder lacks them."""
     scene = load_scene("office")
     if not folder.exists():
         simulate_rssi(scene, folder, GATEWAYS, positions=walk(scene, 2200), seed=0)
-    return read_rssi(folder)
+    return read_dataset(folder)
 
 
-def channels_in_lab(folder: Path) -> CsiDataset:
+def channels_in_lab(folder: Path) -> Dataset:
     """Channels of 8 antennas and 26 + 26 subcarriers over 20 MHz, 2.4 GHz, SNR 25 dB, 1,400 positions.
 
     The responses that they are exported from are in the folder ``band``.
@@ -60,7 +56,7 @@ def channels_in_lab(folder: Path) -> CsiDataset:
     scene = load_scene("lab").at_frequency(2.4e9).with_array(1, 8)
     band = {"bandwidth": 20e6, "subcarriers": 52, "measurement": Measurement(snr_db=25.0)}
     export_csi(simulate(scene, folder / "band", positions=walk(scene, 1400), seed=0, **band), folder, force=True)
-    return read_csi(folder)
+    return read_dataset(folder)
 
 
 def receiver_in_bedroom(folder: Path) -> Dataset:
@@ -70,7 +66,7 @@ def receiver_in_bedroom(folder: Path) -> Dataset:
     return simulate(scene, folder, positions=positions, seed=0, moving="receiver")
 
 
-def with_known(dataset: Walked, kind: SplitKind, known: int) -> Walked:
+def with_known(dataset: Dataset, kind: SplitKind, known: int) -> Dataset:
     """The dataset with the test part of a split, and so many of the other rows known; fewer are among more."""
     parts = split(dataset, kind, 0)
     drawn = np.random.default_rng(0).permutation(parts.known)

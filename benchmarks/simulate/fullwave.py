@@ -130,7 +130,6 @@ def main(
     finer, coarser = (with_four(f"cells-{ratio}", scene, ratio * cell) for ratio in (0.75, 1.25))
     shell = tuple(item for item in scene.objects if item.name not in FURNITURE)
     empty = with_four("empty", replace(scene, name="empty", objects=shell), cell)
-    assert truth.responses is not None and finer.responses is not None and coarser.responses is not None
     middle = truth.responses if smallest else truth.responses[:, MIDDLE]
     converged, coarse = agreement(finer.responses, middle), agreement(coarser.responses, middle)
 

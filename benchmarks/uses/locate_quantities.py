@@ -21,8 +21,8 @@ from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.smallest_room import smallest_room
 from benchmarks.ledger.walks import channels_in_lab, powers_in_office
 from learn.data.splits import SplitKind, split
-from simulate.csi.csi_dataset import CsiDataset, read_csi
-from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
 
 GATEWAYS = {"door": (0.5, 0.5, 1.5), "window": (1.0, 0.8, 1.2)}
 """Of the smallest room, metres."""
@@ -30,7 +30,7 @@ GATEWAYS = {"door": (0.5, 0.5, 1.5), "window": (1.0, 0.8, 1.2)}
 SIZES, SPLITS = (50, 200, 800), ("random", "blocked")
 
 
-def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> dict[str, Any]:
+def rows_of(dataset: Dataset, kind: SplitKind, size: int) -> dict[str, Any]:
     """Errors of all methods for one split and one number of training positions."""
     from learn.localisation.locate import locate
 
@@ -40,18 +40,18 @@ def rows_of(dataset: RssiDataset | CsiDataset, kind: SplitKind, size: int) -> di
     return figures | {"within 90 % region": rows[0]["within 90 % region"]}
 
 
-def small_datasets(folder: Path) -> dict[str, RssiDataset | CsiDataset]:
+def small_datasets(folder: Path) -> dict[str, Dataset]:
     """Powers and channels of a few positions, made in seconds."""
     from simulate.exchange.csi_export import export_csi
+    from simulate.generation.simulated_powers import simulate_rssi
     from simulate.generation.simulation import simulate
     from simulate.rays.core.propagation import Propagation
-    from simulate.rssi.rssi_simulation import simulate_rssi
 
     room, sight = smallest_room(), Propagation(max_depth=0, diffraction=False)
     powers = simulate_rssi(room, folder / "powers", GATEWAYS, n=40, propagation=sight)
     simulate(room, folder / "wide", n=40, bandwidth=20e6, subcarriers=52, propagation=sight)
     export_csi(folder / "wide", folder / "channels")
-    return {"powers": powers, "channels": read_csi(folder / "channels")}
+    return {"powers": powers, "channels": read_dataset(folder / "channels")}
 
 
 def main(

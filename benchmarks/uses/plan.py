@@ -35,6 +35,7 @@ from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_frequency import Frequency
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.positions.placement import place
@@ -58,14 +59,18 @@ def dataset_at(positions: Points, scene: Scene, field: Tracer | StoredField) -> 
     return Dataset(
         folder=Path(scene.name),
         names=[f"{number:05d}" for number in range(1, len(positions) + 1)],
-        pictures=np.stack([picture(beamformer.spectrum(each)) for each in responses]),
-        positions=positions,
-        gateway_position=np.array(scene.gateway.position),
-        gateway_orientation=np.array(scene.gateway.orientation),
+        values={
+            "spectrum": np.stack([picture(beamformer.spectrum(each)) for each in responses]),
+            "response": responses,
+        },
+        receiver=ArrayReceiver(
+            np.array(scene.gateway.position),
+            np.array(scene.gateway.orientation),
+            Identification(beamformer, "metadata", "metadata"),
+        ),
+        places=positions,
         train=np.arange(0),
         test=np.arange(0),
-        responses=responses,
-        identification=Identification(beamformer, "metadata", "metadata"),
         frequency=Frequency(scene.frequency, "metadata"),
     )
 

@@ -89,13 +89,13 @@ class Truth:
 
     def seen(self, kind: str) -> Dataset:
         """The measured spectra with or without their responses."""
-        return self.measured if kind == "responses" else replace(self.measured, responses=None)
+        return self.measured if kind == "responses" else self.measured.with_values(response=None)
 
     def scores(self, model: SpectrumModel, name: str) -> Figures:
         """SSIM, and correlation of the responses if the model predicts any."""
         found = predict(model, self.tested.positions)
         figures = {f"SSIM, {name}": float(np.median(ssim(found.spectra, self.tested.spectra)))}
-        if found.responses is not None and self.tested.responses is not None:
+        if found.responses is not None and "response" in self.tested.values:
             true = self.tested.responses
             product_ = np.abs((found.responses.conj() * true).sum(axis=1))
             size = np.linalg.norm(found.responses, axis=1) * np.linalg.norm(true, axis=1)

@@ -43,12 +43,11 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import gateway_antennas
 from simulate.rays.tracer import Tracer
-from simulate.rssi.rssi_dataset import RssiDataset
-from simulate.rssi.rssi_writer import write_rssi
 from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
 
@@ -95,12 +94,11 @@ LEAST = Propagation(max_depth=0, rays=1000, diffraction=False)
 SMALLEST = Study(5, 4, 1, ((0.1, 2, 1, 1), (0.1, 2, 4, 1)), ((0.1, 2, 4, 1),), LEAST, LEAST)
 
 
-def measured_powers(work: Path, study: Study) -> tuple[RssiDataset, Float[np.ndarray, "G 3"]]:
+def measured_powers(work: Path, study: Study) -> tuple[Dataset, Float[np.ndarray, "G 3"]]:
     """Powers of the corner elements in full wave, with the true places of these."""
     count = study.known + study.tested
     field: Any = {"engine": "fullwave", "field": Path("tests/data/closet")}
     data = simulate("closet", work / "fullwave", count, seed=1, **field)
-    assert data.responses is not None
     places = gateway_antennas(load_scene("closet")).positions[list(CORNERS)]
     gains = 20 * np.log10(np.abs(data.responses[:, CORNERS]))
     powers = np.round(gains + np.random.default_rng(7).normal(size=gains.shape))
@@ -112,22 +110,22 @@ def described(
     positions: Float[np.ndarray, "K 3"],
     powers: Float[np.ndarray, "K G"],
     places: Float[np.ndarray, "G 3"],
-) -> RssiDataset:
+) -> Dataset:
     """A folder of powers whose gateways are described to be at some places."""
     gateways = {f"corner{number}": tuple(place) for number, place in enumerate(places.tolist())}
-    return write_rssi(folder, positions, powers, gateways, load_scene("closet").frequency)
+    return write_dataset(folder, positions, powers=powers, gateways=gateways, frequency=load_scene("closet").frequency)
 
 
 def errors(
-    scene: Scene, gateways: dict[str, Gateway], data: RssiDataset, known: int, tested: int, propagation: Propagation
+    scene: Scene, gateways: dict[str, Gateway], data: Dataset, known: int, tested: int, propagation: Propagation
 ) -> Figures:
     """Absolute errors of rays' powers at tested positions, with the levels and the fading that fit the known ones."""
     box = bounding_box(data.positions)
     tracers = [Tracer(each, propagation, box) for each in alone(scene, gateways).values()]
     gains, scales = path_powers(tracers, data.positions[:known])
-    judged = PowerResidual(data.rssi_dbm[:known], data.floor_dbm, scales, np.ones(known))
+    judged = PowerResidual(data.powers[:known], data.floor_dbm, scales, np.ones(known))
     predicted = judged.best(gains).predicted(tracers, data.positions[-tested:])
-    return scores(predicted - data.rssi_dbm[-tested:])
+    return scores(predicted - data.powers[-tested:])
 
 
 def scores(off: Float[np.ndarray, "K G"]) -> Figures:
@@ -144,12 +142,12 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
     data, places = measured_powers(work, study)
     known, tested, followed = study.known, study.tested, study.propagation
     yield "powers, true description", [errors(scene, described_gateways(data), data, known, tested, followed)]
-    wrongs: list[tuple[Scene, RssiDataset, Float[np.ndarray, " n"]]] = []
+    wrongs: list[tuple[Scene, Dataset, Float[np.ndarray, " n"]]] = []
     which = of_gateways(scene, data.gateway_names, WRONG)
     count = places.size
     for draw in range(study.wrong):
         off = np.random.default_rng(draw).normal(size=len(which)) * [each.tolerance for each in which]
-        wrong = described(work / f"wrong{draw}", data.positions, data.rssi_dbm, places + off[:count].reshape(-1, 3))
+        wrong = described(work / f"wrong{draw}", data.positions, data.powers, places + off[:count].reshape(-1, 3))
         wrongs.append((vary(scene, which[count:], off[count:]), wrong, off))
     before = [errors(place, described_gateways(wrong), wrong, known, tested, followed) for place, wrong, _ in wrongs]
     away = [{"gateways off, mm": 1e3 * distance(off[:count])} for _, _, off in wrongs]
@@ -170,7 +168,7 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
         begun = time.perf_counter()
         twin = TwinPowers(place, wrong, WRONG, study.by_twin)
         twin.fit(Known.of(wrong, Powers(), np.arange(known)))
-        found_by = score_powers(twin.predict(data.positions[-tested:]), data.rssi_dbm[-tested:], data.floor_dbm)
+        found_by = score_powers(twin.predict(data.positions[-tested:]), data.powers[-tested:], data.floor_dbm)
         of_twins.append(
             {key: found_by[name] for key, name in OF_TWINS.items()} | {"seconds": time.perf_counter() - begun}
         )
@@ -179,7 +177,7 @@ def of_powers(work: Path, study: Study) -> Iterator[tuple[str, list[Figures]]]:
         method = methods_of("power")[name]()
         method.fit(Known.of(data, Powers(), np.arange(known)))
         predicted = method.predict(data.positions[-tested:]).value
-        yield f"powers, {name}, {known}", [scores(predicted - data.rssi_dbm[-tested:])]
+        yield f"powers, {name}, {known}", [scores(predicted - data.powers[-tested:])]
 
 
 def distance(off: Float[np.ndarray, " 3*G"]) -> float:
@@ -218,7 +216,7 @@ def of_pose(
     which = unknowns(scene, tolerances)
     off = wrong_poses(scene, which, far, draw + 1)[draw]
     if subcarriers == 1:
-        data = replace(data, band=None, band_responses=None)
+        data = data.with_values(response=data.responses)
     begun = time.perf_counter()
     found = correct(vary(scene, which, off), data, np.arange(spectra), tolerances, followed)
     left = np.linalg.norm(np.subtract(found.scene.gateway.position, scene.gateway.position))

@@ -15,7 +15,7 @@ from learn.data.splits import SplitKind
 from learn.quantities.quantity_table import QuantityName
 from scenes.files.errors import printable
 from scenes.files.plain_text import print_rows, say
-from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
+from simulate.dataset.dataset_kinds import is_rooms, quantity_of
 
 if TYPE_CHECKING:
     from learn.comparison.comparison import Comparison
@@ -116,8 +116,7 @@ def compare(
 
 def kind_of(folder: Path) -> str:
     """What a folder holds, by the name of the quantity, or rooms; spectra if nothing tells otherwise."""
-    found = {"room": is_rooms, "power": is_rssi, "channel": is_csi}
-    return next((kind for kind, holds in found.items() if holds(folder)), "spectrum")
+    return "room" if is_rooms(folder) else quantity_of(folder) or "spectrum"
 
 
 def is_trained(kind: str, methods: Sequence[str], output: Path | None) -> bool:

@@ -16,9 +16,9 @@ from scenes.files.atomic import require_writable
 from scenes.files.errors import ParameterError, printable
 from scenes.files.options import changed, checked, unchecked
 from simulate.exchange.reading_options import Conversion, Recording
+from simulate.generation.power_receiver import PowerReceiver
 from simulate.positions.positions import Places
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.power_receiver import PowerReceiver
 
 
 def dataset(
@@ -100,8 +100,8 @@ def responses(dataset: Positional[Path], json: bool = False, force: Force = Fals
     from simulate.spectra.phase_retrieval import GOOD
 
     given = read_dataset(dataset)
-    recorded = given.phases_recorded_per_position and given.retrieved is not None
-    if given.responses is None and not recorded:  # recorded ones are never replaced
+    recorded = given.phases_recorded_per_position and "retrieved" in given.values
+    if "response" not in given.values and not recorded:  # recorded ones are never replaced
         require_new(dataset / "channels.npz", force=force)
     residual = retrieve(given).residual
     good = residual < GOOD
@@ -153,7 +153,7 @@ def rssi(
     """
     from scenes.storage.scene_yaml import load_scene
     from simulate.engines.rays_engine import Rays
-    from simulate.rssi.rssi_simulation import make_rssi
+    from simulate.generation.simulated_powers import make_rssi
 
     wanted, heard = checked(Places, content), checked(PowerReceiver, receiver)
     followed = checked(Propagation, propagation)

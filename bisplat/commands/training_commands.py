@@ -60,27 +60,15 @@ def check(
         json: print the result as JSON.
     """
     options = given_options(check, locals())
+
     from learn.evaluation.check import check as check_folder
-    from simulate.csi.csi_check import CsiCheck
-    from simulate.rssi.rssi_check import RssiCheck
 
     if split is None:
         refuse_idle(options, ["guard", "seed"], "without --split")
     found = check_folder(dataset, split, guard, seed)
     if json:
-        common = {"problems": found.problems, "warnings": found.warnings}
-        if isinstance(found, RssiCheck | CsiCheck):
-            result = {"valid": found.valid, **common, **found.figures()}
-        else:
-            result = {
-                "valid": found.valid,
-                "spectra": 0 if found.dataset is None else len(found.dataset.names),
-                "fingerprint": None if found.dataset is None else found.dataset.fingerprint,
-                **common,
-                "split": found.split_figures(),
-                **found.beamformer(),
-            }
-        print(json_format.dumps(result, indent=2))
+        common = {"valid": found.valid, "problems": found.problems, "warnings": found.warnings}
+        print(json_format.dumps(common | found.figures(), indent=2))
     else:
         if found.dataset is not None:
             print_table(str(dataset), {"": found.description()})
@@ -188,7 +176,7 @@ def _refuse_idle_settings(settings: dict[str, Any], model: str, dataset: Path) -
     kind = model_class(model)
     if not issubclass(kind, PredictsResponses):
         refuse_idle(settings, ["find_phases"], f"for {model}, which predicts no responses")
-    elif read_dataset(dataset).responses is not None:
+    elif "response" in read_dataset(dataset).values:
         refuse_idle(settings, ["find_phases", "full_resolution"], f"for {dataset}, from whose responses {model} learns")
     if issubclass(kind, HasOwnLoss):
         refuse_idle(settings, ["full_resolution"], f"for {model}, which cannot train on a few pixels")

@@ -17,7 +17,7 @@ from scenes.files.options import changed, checked, unchecked
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import print_rows, say
 from scenes.scene.tolerances import Tolerances
-from simulate.dataset.dataset_kinds import is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
@@ -56,7 +56,7 @@ def calibrate(
     from simulate.positions.positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
-    if is_rssi(dataset):
+    if quantity_of(dataset) == "power":
         idle = ["rotation", "carrier", "array"]
         refuse_idle(changed(changes) | changed(tolerances), idle, "for received powers of single antennas")
     followed, allowed = checked(Propagation, propagation), checked(Tolerances, tolerances)
@@ -120,11 +120,11 @@ def plan(
     from learn.planning.next_positions import plan as plan_positions
     from learn.training.fit_progress import FitProgress
     from scenes.storage.scene_yaml import load_scene
-    from simulate.dataset.dataset_writer import write_positions
+    from simulate.positions.positions import write_positions
 
     followed = checked(Propagation, propagation)
     if Path(run_or_scene).is_dir():
-        powers = is_rssi(Path(run_or_scene))
+        powers = quantity_of(Path(run_or_scene)) == "power"
         what = "received powers of" if powers else "run"
         refuse_idle(changed(propagation), vars(propagation), f"for the {what} {run_or_scene}, which traces nothing")
     refuse_idle_propagation(followed, [load_scene(run_or_scene)] if followed.diffuse else [])

@@ -9,7 +9,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from scenes.files.optional_packages import require_extra
-from simulate.dataset.dataset_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 
 
 def view(
@@ -32,7 +32,7 @@ def view(
     from simulate.positions.positions import read_points
 
     planned = None if positions is None else read_points(positions)
-    if is_rssi(Path(what)):
+    if quantity_of(Path(what)) == "power":
         from learn.view.power_subject import PowerSubject
         from learn.view.power_tab import PowerTab
 
@@ -40,11 +40,11 @@ def view(
         powers.planned = planned
         serve(f"bisplat: {powers.name}", port, lambda client: PowerTab(client, powers).close)
         return
-    if is_csi(Path(what)):
+    if quantity_of(Path(what)) == "channel":
         from learn.view.channel_tab import ChannelTab, require_places_and_band
-        from simulate.csi.csi_dataset import read_csi
+        from simulate.dataset.dataset_folder import read_dataset
 
-        channels = read_csi(what)
+        channels = read_dataset(what)
         require_places_and_band(channels)
         serve(
             f"bisplat: {channels.folder.resolve().name}",

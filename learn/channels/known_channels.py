@@ -58,8 +58,7 @@ class KnownChannels:
     def of(cls, known: Known) -> KnownChannels:
         """The channels that a method of a comparison learns from."""
         dataset = known.dataset
-        wavelength = USUAL_WAVELENGTH if dataset.frequency is None else dataset.frequency.wavelength
-        places = (known.positions, known.seed, known.minutes, dataset.antenna_positions, wavelength)
+        places = (known.positions, known.seed, known.minutes, dataset.gateway_positions, dataset.wavelength)
         assert known.given is not None
         return cls(known.given, known.values, *places)
 

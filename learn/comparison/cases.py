@@ -14,12 +14,12 @@ from jaxtyping import Int
 
 from learn.data.same_receiver import other_array, other_frequency
 from learn.data.split_distances import SplitDistances
-from learn.data.splits import Split, SplitKind, split
+from learn.data.splits import Split, SplitKind, distances_known, split
 from learn.quantities.known import HowSplit
 from learn.quantities.quantity import Quantity
 from scenes.files.errors import InputError, require_whole
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_folder import Rooms
+from simulate.dataset.rooms_folder import Rooms
 from simulate.spectra.spectrum import evenly
 
 
@@ -75,10 +75,10 @@ class OneDataset:
 
     def distances(self, size: int | None) -> SplitDistances | None:
         """From the test positions to the nearest known ones. None: positions or frequency are not known."""
-        positions, wavelength = self.data.positions, self.data.wavelength
-        if positions is None or wavelength is None:
+        if not distances_known(self.data):
             return None
-        return SplitDistances.between(positions[self.parts(size).known], positions[self.test], wavelength)
+        positions = self.data.positions
+        return SplitDistances.between(positions[self.parts(size).known], positions[self.test], self.data.wavelength)
 
 
 GIVEN = 5, 10, 25, 50, 100  # Numbers of known spectra of a test room

@@ -23,7 +23,7 @@ from learn.data.splits import GUARD_MOST, SPLITS, SplitKind
 from learn.methods.method_table import BASELINES, USUAL_BASELINES, methods_of, require_scene, usual_names
 from learn.methods.trained_model import TrainedModel
 from learn.quantities.known import MakesMethod, Method
-from learn.quantities.quantity_table import QuantityName, quantity_named, quantity_of
+from learn.quantities.quantity_table import QuantityName, quantity_named
 from learn.quantities.spectra import SpectraInRooms
 from learn.training.config import require_untested
 from learn.training.run_files import device_name
@@ -39,12 +39,11 @@ from scenes.files.errors import (
 )
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
-from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import Rooms, read_dataset, read_rooms
-from simulate.dataset.dataset_kinds import is_csi, is_rooms, is_rssi
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import is_rooms
+from simulate.dataset.rooms_folder import Rooms, read_rooms
 from simulate.positions.positions import MOST_POSITIONS
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 Methods = Sequence[str] | Mapping[str, str | Method | MakesMethod]
 """Names of methods, or a dictionary from labels to methods; ``compare`` describes both."""
@@ -141,7 +140,7 @@ def compare(
     if output is not None:
         require_path(output=output)
     given: Any = read_data(data)
-    kind = "room" if isinstance(given, Rooms) else quantity or quantity_of(given)
+    kind = "room" if isinstance(given, Rooms) else quantity or given.quantities[0]
     of = SpectraInRooms() if kind == "room" else quantity_named(kind)
     require_scene(kind, methods, scene)
     known = methods_of(kind, given, scene)
@@ -203,14 +202,11 @@ def compare(
 
 def read_data(data: Any) -> Any:
     """A dataset of any kind or rooms, which may be given as their folder."""
-    require_instance(Dataset, RssiDataset, CsiDataset, Rooms, str, PathLike, data=data)
+    require_instance(Dataset, Rooms, str, PathLike, data=data)
     if not isinstance(data, str | PathLike):
         return data
     folder = Path(data)
-    for holds, read in ((is_rooms, read_rooms), (is_rssi, read_rssi), (is_csi, read_csi)):
-        if holds(folder):
-            return read(folder)
-    return read_dataset(folder)
+    return read_rooms(folder) if is_rooms(folder) else read_dataset(folder)
 
 
 def _continued(run: Run, kind: str) -> dict[str, Callable[[], Any]]:

@@ -86,9 +86,10 @@ class Measuring:
         assert isinstance(self.cases, OneDataset)
         dataset, rows = self.cases.data, self.cases.parts(None).test
         row_of = {index: row for row, index in enumerate(rows.tolist())}
-        names = getattr(dataset, "names", None) or [str(index) for index in range(len(dataset))]
         shape = self.quantity.of(dataset, rows[:1]).shape[1:]
-        method.read(self.quantity, [names[index] for index in row_of], [row_of[row] for row in self.cases.test], shape)
+        method.read(
+            self.quantity, [dataset.names[index] for index in row_of], [row_of[row] for row in self.cases.test], shape
+        )
 
     def _measure(self, key: dict[str, Any], method: Any, source: str | None) -> None:
         label, settings, seed = key["label"], self.settings, key["seed"]
@@ -135,7 +136,7 @@ class Measuring:
 
     def _predict(self, label: str, method: Any, dataset: Any, test: Any, shape: tuple[int, ...]) -> Prediction:
         """What a method predicts of test rows, in pieces if there are many."""
-        positions, given = dataset.positions, self.quantity.given(dataset, test)
+        positions, given = dataset.places, self.quantity.given(dataset, test)
         places = None if positions is None else positions[test]
         at_once = self.quantity.at_once or max(len(test), 1)
         parts = []

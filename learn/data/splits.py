@@ -26,14 +26,11 @@ from scenes.files.errors import (
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_yaml_xml import parse_json
 from scenes.files.schema import conform
+from simulate.dataset.dataset_kinds import QUANTITIES
 from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
-    from simulate.csi.csi_dataset import CsiDataset
     from simulate.dataset.dataset import Dataset
-    from simulate.rssi.rssi_dataset import RssiDataset
-
-    Recorded = Dataset | RssiDataset
 
 SplitKind = Literal["files", "random", "blocked", "area"]
 SPLITS: tuple[str, ...] = get_args(SplitKind)
@@ -79,9 +76,7 @@ class Split:
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
-def split(
-    dataset: Recorded | CsiDataset, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0
-) -> Split:
+def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0) -> Split:
     """Split a dataset into a training, a validation and a test part.
 
     There are four kinds of split:
@@ -123,20 +118,18 @@ def split(
         >>> parts.test.tolist()
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
-    from simulate.csi.csi_dataset import CsiDataset  # these are slow to import
-    from simulate.dataset.dataset import Dataset, require_fixed_end
-    from simulate.rssi.rssi_dataset import RssiDataset
+    from simulate.dataset.dataset import Dataset  # these are slow to import
+    from simulate.dataset.dataset_folder import require_fixed_end
 
-    require_instance(Dataset, RssiDataset, CsiDataset, dataset=dataset)
+    require_instance(Dataset, dataset=dataset)
     require_word(SPLITS, kind=kind)
     require_seed(seed=seed)
     if train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=train_size)
     require_within(0, GUARD_MOST, "wavelengths", guard=guard)
-    if isinstance(dataset, Dataset):
-        require_fixed_end(dataset)  # here, since all that learns or scores splits its dataset first
+    require_fixed_end(dataset)  # here, since all that learns or scores splits its dataset first
     count = len(dataset)
-    things = "spectra" if isinstance(dataset, Dataset) else "rows" if isinstance(dataset, CsiDataset) else "positions"
+    things = QUANTITIES[dataset.quantities[0]].rows
     generator = np.random.default_rng(seed)
     block = np.arange(count) // BLOCK
     if kind == "files":
@@ -164,7 +157,7 @@ def split(
         in_validation = np.isin(unit, chosen)
     train, validation = known[~in_validation], known[in_validation]
     if guard:
-        if dataset.positions is None or dataset.wavelength is None:
+        if not distances_known(dataset):
             raise ParameterError("guard", f"expected 0 for channels without positions or frequency, found {guard:g}")
         train, validation = _guarded(dataset, train, validation, test, guard, kind, things)
     if train_size is not None:
@@ -182,8 +175,14 @@ def split(
     return result
 
 
+def distances_known(dataset: Dataset) -> bool:
+    """Whether positions are known, and how many wavelengths apart they are."""
+    stated = dataset.frequency.source != "assumed" or "channel" not in dataset.values
+    return dataset.places is not None and stated
+
+
 def _guarded(
-    dataset: Recorded | CsiDataset,
+    dataset: Dataset,
     train: Int[np.ndarray, " n_train"],
     validation: Int[np.ndarray, " n_validation"],
     test: Int[np.ndarray, " n_test"],
@@ -194,7 +193,6 @@ def _guarded(
     """The training and the validation spectra that are at least ``guard`` wavelengths from every test position."""
     from scipy.spatial import cKDTree
 
-    assert dataset.positions is not None and dataset.wavelength is not None
     if not (len(train) and len(validation) and len(test)):
         return [train, validation]  # too few spectra, which the caller says
     tested = cKDTree(dataset.positions[test])

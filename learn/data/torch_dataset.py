@@ -60,9 +60,9 @@ class TorchDataset(data.Dataset[dict[str, torch.Tensor]]):
             "position": torch.from_numpy(self.dataset.positions[index].astype(np.float32)),
             "spectrum": torch.from_numpy(spectrum_of(self.dataset.pictures[index])),
         }
-        if self.dataset.moving_receivers is not None:
-            found["receiver"] = torch.from_numpy(self.dataset.moving_receivers[index].astype(np.float32))
-        if self.dataset.responses is not None:
+        if self.dataset.moving == "both":
+            found["receiver"] = torch.from_numpy(self.dataset.receivers[index].astype(np.float32))
+        if "response" in self.dataset.values:
             found["responses"] = torch.from_numpy(self.dataset.responses[index].astype(np.complex64))
         return found
 

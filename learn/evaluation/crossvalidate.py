@@ -25,8 +25,9 @@ from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset, require_fixed_array
-from simulate.dataset.dataset_folder import at_its_frequency
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import require_fixed_array
+from simulate.dataset.rooms_folder import at_its_frequency
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave

@@ -22,8 +22,8 @@ from learn.training.conformal_deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
-from simulate.dataset.dataset import Dataset, require_fixed_end
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import given_dataset, require_fixed_end
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -199,7 +199,7 @@ def evaluate(
     if dataset is None:
         tested_on = run.dataset()
     else:
-        tested_on = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+        tested_on = given_dataset(dataset)
         require_fixed_end(tested_on)
     same = dataset is None or run.is_trained_on(tested_on)
     known_data = tested_on if same else run.dataset()
@@ -246,7 +246,7 @@ def evaluate(
     if ceiling:
         report(CEILING, len(scores), total)
         rows = evenly(np.arange(len(test)), SAMPLES)
-        recorded = None if tested_on.responses is None else tested_on.responses[test[rows]]
+        recorded = None if "response" not in tested_on.values else tested_on.responses[test[rows]]
         scores[CEILING] = score(array_ceiling(truth[rows], tested_on.beamformer, recorded), truth[rows], grid, array)
     return Evaluation(
         run_name=run.name,

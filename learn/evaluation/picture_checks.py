@@ -33,7 +33,7 @@ def picture_doubts(dataset: Dataset) -> list[str]:
     if few is not None:
         return [f"{few}, so they are not scored"]
     found = _of_array(dataset) + _of_azimuths(dataset)
-    return found if dataset.responses is not None else _of_levels(dataset) + found + _of_magnitudes(dataset)
+    return found if "response" in dataset.values else _of_levels(dataset) + found + _of_magnitudes(dataset)
 
 
 def _of_azimuths(dataset: Dataset) -> list[str]:
@@ -42,7 +42,7 @@ def _of_azimuths(dataset: Dataset) -> list[str]:
     doubt = bearing.doubt(dataset.grid)
     if doubt is None or "scene_file" in dataset.metadata:
         return []
-    if dataset.responses is None or bearing.grating is not None:
+    if "response" not in dataset.values or bearing.grating is not None:
         return [doubt]
     of_responses = "have the responses in channels.npz phases of the other sign, or another order of elements?"
     return [f"{doubt.partition(':')[0]}; {of_responses}"]

@@ -15,8 +15,8 @@ from learn.fitted.fit_powers import FittedPowers, fit_powers
 from learn.quantities.quantity import Prediction
 from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
+from simulate.dataset.dataset import Dataset
 from simulate.positions.positions import FARTHEST
-from simulate.rssi.rssi_dataset import RssiDataset
 
 MOST_CELLS = 1_000_000  # Largest number of cells of a map, within its rectangle
 
@@ -48,8 +48,8 @@ class CoverageMap:
 
     Example:
         >>> import bisplat
-        >>> yard = bisplat.write_rssi("yard", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
-        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
+        >>> yard = bisplat.write_dataset("yard", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
         >>> coverage = bisplat.coverage_map(yard, method="inverse-distance", step=0.5)
         >>> coverage.strongest[0].tolist(), coverage.width is None
         ([0, 0, 0, 0, 0, 0], True)
@@ -71,7 +71,7 @@ class CoverageMap:
         return f"CoverageMap({self.fitted.label!r}: {of} at z = {self.height:g} m)"
 
     @property
-    def dataset(self) -> RssiDataset:
+    def dataset(self) -> Dataset:
         """The received powers that the map was made from."""
         return self.fitted.dataset
 
@@ -99,7 +99,7 @@ class CoverageMap:
 
 
 def coverage_map(
-    powers: FittedPowers | RssiDataset | Path | str,
+    powers: FittedPowers | Dataset | Path | str,
     *,
     height: float | None = None,
     step: float = 0.1,
@@ -131,15 +131,15 @@ def coverage_map(
 
     Example:
         >>> import bisplat
-        >>> porch = bisplat.write_rssi("porch", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
-        ...                            {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
+        >>> porch = bisplat.write_dataset("porch", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
         >>> coverage = bisplat.coverage_map(porch, step=0.5, region=(0, 0, 4, 3))
         >>> coverage
         CoverageMap('helmholtz': 1 gateway, 8 × 6 cells of 0.5 m at z = 1 m)
         >>> coverage.median.shape, coverage.x[:2].tolist(), bool(coverage.median[0, 0, 0] > coverage.median[0, 5, 7])
         ((1, 6, 8), [0.25, 0.75], True)
     """
-    require_instance(FittedPowers, RssiDataset, str, Path, powers=powers)
+    require_instance(FittedPowers, Dataset, str, Path, powers=powers)
     require_positive(step=step)
     if height is not None:
         require_within(-FARTHEST, FARTHEST, "a height in metres", height=height)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +12,12 @@ from learn.methods.method_table import methods_of, require_scene
 from learn.quantities.known import Known, Method
 from learn.quantities.quantity import Prediction
 from learn.quantities.quantity_table import quantity_named
-from scenes.files.errors import ParameterError, require_instance, require_seed, require_word, shown
+from scenes.files.errors import ParameterError, require_seed, require_word, shown
 from scenes.files.long_work import doing
 from scenes.scene.description import Scene
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.positions.positions import check_points
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class FittedPowers:
 
     Example:
         >>> import bisplat
-        >>> hall = bisplat.write_rssi("court", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
-        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
+        >>> hall = bisplat.write_dataset("court", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
         >>> fitted = bisplat.fit_powers(hall, "inverse-distance")
         >>> fitted
         FittedPowers('inverse-distance', 3 known positions of 'court')
@@ -41,7 +41,7 @@ class FittedPowers:
         [[-48.0]]
     """
 
-    dataset: RssiDataset
+    dataset: Dataset
     label: str
     known: Int[np.ndarray, " n"]
     method: Method = field(repr=False)
@@ -68,7 +68,7 @@ class FittedPowers:
 
 
 def fit_powers(
-    dataset: RssiDataset | Path | str,
+    dataset: Dataset | Path | str,
     method: str = "helmholtz",
     *,
     known: Int[np.ndarray, " n"] | None = None,
@@ -94,14 +94,13 @@ def fit_powers(
 
     Example:
         >>> import bisplat
-        >>> hall = bisplat.write_rssi("stadium", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
-        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
+        >>> hall = bisplat.write_dataset("stadium", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
         >>> bisplat.fit_powers(hall, "nearest").predict([[4, 2.1, 1]]).value.tolist()
         [[-60.0]]
     """
     require_seed(seed=seed)
-    require_instance(RssiDataset, str, PathLike, dataset=dataset)
-    dataset = dataset if isinstance(dataset, RssiDataset) else read_rssi(dataset)
+    dataset = given_dataset(dataset, "power")
     indices = np.arange(len(dataset)) if known is None else checked_indices(known, len(dataset))
     require_scene("power", [method], scene)
     methods = methods_of("power", dataset, scene)

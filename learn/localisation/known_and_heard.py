@@ -1,13 +1,12 @@
-"""What is known and what was heard, from runs, datasets, folders and arrays: questions that the search answers."""
+"""What is known and what was heard, from datasets, folders and arrays, as questions that the search answers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float, Int, UInt8
+from jaxtyping import Complex, Float, Int
 from scipy.spatial.transform import Rotation
 
 from learn.data.same_receiver import other_frequency
@@ -16,25 +15,20 @@ from learn.data.splits import split as split_rows
 from learn.fitted.fit_powers import fit_powers
 from learn.localisation.channel_evidence import ChannelEvidence
 from learn.localisation.evidence import Evidence
-from learn.localisation.located_places import NEW, Located, copied_positions
-from learn.localisation.picture_evidence import PictureEvidence
-from learn.localisation.picture_folders import is_own, observed_pictures
+from learn.localisation.located_places import NEW
+from learn.localisation.place_search import Question
 from learn.localisation.power_evidence import PowerEvidence
-from learn.localisation.search import grid_warning, search
 from learn.localisation.track_evidence import LEAST_READS, TrackEvidence
-from learn.models.base import Report
-from learn.training.run_folder import Run
-from scenes.files.errors import InputError, ParameterError, check_array, named, require_flag, require_within, shown
+from scenes.files.errors import InputError, ParameterError, check_array, named, require_flag, require_within
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
-from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import NOT_RECEIVED
+from simulate.dataset.powers_files import fault_of_powers, read_power_table
 from simulate.exchange.recorded_responses import one_way
-from simulate.rssi.power_receiver import NOT_RECEIVED, fault_of_powers
-from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset, read_rssi
-from simulate.rssi.rssi_files import read_powers
-from simulate.spectra.spectrum import check_pictures, evenly
+from simulate.spectra.spectrum import evenly
 
 SAME_STATED_PLACE = 0.1
 """Metres. Gateways and antennas whose stated positions differ by more are other ones."""
@@ -46,38 +40,21 @@ LEVEL_MOST = 60.0  # Largest level that can be stated, dB
 MOST_ANTENNAS = 1000  # Largest number of antenna positions of a track; the time grows with its square
 
 
-class Question(NamedTuple):
-    """K transmitters to be located."""
-
-    evidence: Evidence
-    names: Sequence[str]
-    parts: Sequence[str]
-    truth: Float[np.ndarray, "K 3"] | None = None
-
-    def answered(self, report: Report = lambda phase, done, total: None) -> Located:
-        """Where the transmitters may be, beside copied positions where the true ones are known."""
-        evidence, copied = self.evidence, None
-        places = search(evidence, report)
-        if self.truth is not None and evidence.known is not None and (unlike := evidence.unlike()) is not None:
-            copied = copied_positions(unlike, evidence.known)
-        return Located(places, self.names, self.parts, self.truth, copied)
-
-
-def of_powers(survey: RssiDataset, heard: Any, *, split: SplitKind = "files", level: float | None = None) -> Question:
+def of_powers(survey: Dataset, heard: Any, *, split: SplitKind = "files", level: float | None = None) -> Question:
     """The question by a survey of received powers. Without ``heard``, its own test part, of the same level."""
     if level is not None:
         require_within(-LEVEL_MOST, LEVEL_MOST, "dB", level=level)
     known, asked = _parts(survey, split, heard)
     truth: Float[np.ndarray, "K 3"] | None = None
     if heard is None:
-        powers, level = survey.rssi_dbm[asked], level or 0.0
+        powers, level = survey.powers[asked], level or 0.0
         truth = survey.positions[asked]
     elif isinstance(heard, str | Path):
         powers, truth = _read_powers(Path(heard), survey)
     else:
         powers = _checked_powers(heard, len(survey.gateway_names))
     predict = fit_powers(survey, known=known).predict
-    there = survey.positions[known], survey.rssi_dbm[known]
+    there = survey.positions[known], survey.powers[known]
     evidence = PowerEvidence(predict, powers, *there, survey.floor_dbm, survey.wavelength)
     if level is None:
         evidence.estimate_level()
@@ -86,10 +63,8 @@ def of_powers(survey: RssiDataset, heard: Any, *, split: SplitKind = "files", le
     return _of_rows(evidence, asked, truth)
 
 
-def of_channels(dataset: CsiDataset, heard: Any, *, split: SplitKind = "files") -> Question:
+def of_channels(dataset: Dataset, heard: Any, *, split: SplitKind = "files") -> Question:
     """The question by channels with positions. Without ``heard``, their own test part."""
-    if dataset.positions is None:
-        raise InputError(f"{dataset.folder}: expected positions (tx_pos.csv) of known rows, found none")
     known, asked = _parts(dataset, split, heard)
     truth: Float[np.ndarray, "K 3"] | None = None
     if heard is None:
@@ -111,17 +86,16 @@ def of_channels(dataset: CsiDataset, heard: Any, *, split: SplitKind = "files") 
     positions = dataset.positions[known]
     if not np.ptp(positions, axis=0).any():
         raise InputError(f"{dataset.folder}: expected at least two different positions of known rows, found one")
-    if dataset.frequency is None:
-        say(f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed")
-    wavelength = SPEED_OF_LIGHT / (USUAL_FREQUENCY if dataset.frequency is None else dataset.frequency.hertz)
+    if dataset.frequency.source == "assumed":
+        say(f"{dataset.folder}: no frequency is stated, so {dataset.frequency.hertz / 1e6:g} MHz is assumed")
     uplink = dataset.uplink[known].astype(complex)
-    evidence = ChannelEvidence(channels.astype(complex), positions, uplink, dataset.antenna_positions, wavelength)
+    evidence = ChannelEvidence(
+        channels.astype(complex), positions, uplink, dataset.gateway_positions, dataset.wavelength
+    )
     return _of_rows(evidence, asked, truth)
 
 
-def _parts(
-    dataset: RssiDataset | CsiDataset, kind: SplitKind, heard: Any
-) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " K"] | None]:
+def _parts(dataset: Dataset, kind: SplitKind, heard: Any) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " K"] | None]:
     """Known rows, and the rows of the test part; if something else was heard, all rows are known."""
     if heard is not None:
         return np.arange(len(dataset)), None
@@ -147,15 +121,15 @@ def _checked_powers(heard: Any, gateways: int) -> Float[np.ndarray, "K G"]:
     return powers
 
 
-def _read_powers(path: Path, survey: RssiDataset) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K 3"] | None]:
+def _read_powers(path: Path, survey: Dataset) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K 3"] | None]:
     """Powers of transmitters at unknown places, with the survey's gateways in its order, and their true positions."""
     truth, places = None, None
     if path.is_dir():
-        heard = read_rssi(path)
-        names, powers, truth, places = heard.gateway_names, heard.rssi_dbm, heard.positions, heard.gateway_positions
+        heard = read_dataset(path)
+        names, powers, truth, places = heard.gateway_names, heard.powers, heard.positions, heard.gateway_positions
         _require_same_frequency(path, heard, survey)
     else:
-        names, powers = read_powers(path)
+        names, powers = read_power_table(path)
         powers = np.where(powers == NOT_RECEIVED, np.nan, powers)
         if fault := fault_of_powers(powers):
             raise InputError(f"{path}: {fault}")
@@ -174,24 +148,22 @@ def _read_powers(path: Path, survey: RssiDataset) -> tuple[Float[np.ndarray, "K 
     return powers[:, order], truth
 
 
-def _read_channels(
-    path: Path, known: CsiDataset
-) -> tuple[Complex[np.ndarray, "K A S"], Float[np.ndarray, "K 3"] | None]:
+def _read_channels(path: Path, known: Dataset) -> tuple[Complex[np.ndarray, "K A S"], Float[np.ndarray, "K 3"] | None]:
     """Channels of the uplink of transmitters at unknown places, and their true positions."""
-    heard = read_csi(path)
+    heard = read_dataset(path)
     found, expected = heard.uplink.shape[1:], known.uplink.shape[1:]
     if found != expected:
         wanted, other = (f"{each[0]} antennas and {each[1]} subcarriers of the uplink" for each in (expected, found))
         raise InputError(f"{path}: expected {wanted} as in {known.folder}, found {other}")
     _require_same_frequency(path, heard, known)
-    _require_same(path, "antennas", known.folder, heard.antenna_positions, known.antenna_positions)
-    return heard.uplink, heard.positions
+    _require_same(path, "antennas", known.folder, heard.gateway_positions, known.gateway_positions)
+    return heard.uplink, heard.places
 
 
-def _require_same_frequency(path: Path, heard: RssiDataset | CsiDataset, known: RssiDataset | CsiDataset) -> None:
+def _require_same_frequency(path: Path, heard: Dataset, known: Dataset) -> None:
     """Refuse another frequency, if both are stated."""
     found, expected = heard.frequency, known.frequency
-    if found is None or expected is None:
+    if "assumed" in (found.source, expected.source):
         return
     if other_frequency(SPEED_OF_LIGHT / expected.hertz, SPEED_OF_LIGHT / found.hertz):
         raise InputError(f"{path}: expected {expected} as in {known.folder}, found {found}")
@@ -205,95 +177,6 @@ def _require_same(
         raise InputError(f"{path}: expected the {what} where they are in {folder}, found one {away:.3g} m away")
 
 
-def of_runs(runs: Sequence[Run], heard: Any, most: int | None = None) -> Question:
-    """The question by a run for each gateway: of pictures or folders of them, or of the test part of their datasets.
-
-    The runs' own datasets stand for their test part, of which ``most`` are located, since known pictures are found at
-    their own places.
-    """
-    heard = [heard] if isinstance(heard, str | Path) else heard
-    if heard is not None and (not isinstance(heard, list | tuple) or len(heard) != len(runs)):
-        found = f"{len(heard)} of them" if isinstance(heard, list | tuple | np.ndarray) else shown(heard)
-        raise ParameterError("heard", f"expected pictures or a folder for each of the {len(runs)} runs, found {found}")
-    if heard is not None and all(isinstance(each, str | Path) for each in heard):
-        folders = [Path(each) for each in heard]
-        own = [is_own(folder, run) for folder, run in zip(folders, runs, strict=True)]
-        if any(own) and not all(own):
-            found = f"{folders[own.index(False)]} beside {folders[own.index(True)]}"
-            raise ParameterError("heard", f"expected the datasets of all runs or of none, found {found}")
-        seen = [observed_pictures(folder, run) for folder, run in zip(folders, runs, strict=True)]
-        names, pictures = seen[0][0], [each for _, each in seen]
-        for folder, (other, _) in zip(folders, seen, strict=True):
-            if other != names:
-                raise InputError(f"{folder}: expected pictures of the same names as in {folders[0]}, found other ones")
-        heard = None if all(own) else heard
-    elif heard is not None:
-        pictures = _checked_pictures(heard)
-        names = [str(number) for number in range(len(pictures[0]))]
-    if heard is None:
-        return _of_test_part(runs, most)
-    data = runs[0].dataset()
-    return Question(_evidence(runs, pictures, data.positions[runs[0].split(data).known]), names, [NEW] * len(names))
-
-
-def _of_test_part(runs: Sequence[Run], most: int | None) -> Question:
-    datasets = [run.dataset() for run in runs]
-    first, parts = datasets[0], runs[0].split(datasets[0])
-    test, known = parts.test if most is None else evenly(parts.test, most), parts.known
-    for run, dataset in zip(runs[1:], datasets[1:], strict=True):
-        if first.names != dataset.names or not np.allclose(first.positions, dataset.positions, atol=1e-6):
-            raise InputError(
-                f"{dataset.folder}: expected spectra of the same transmitters as in {first.folder}, found other names "
-                "or other positions"
-            )
-        learned = np.intersect1d(run.split(dataset).known, parts.test)
-        if len(learned):
-            raise InputError(
-                f"{run.folder}: expected a run that was not trained on test spectra of {runs[0].folder}, found one "
-                f"trained on {len(learned)}, such as {dataset.names[learned[0]]}; train both with the same split and "
-                "seed"
-            )
-    positions = first.positions
-    evidence = _evidence(
-        runs, [each.pictures[test] for each in datasets], positions[known], [(each, known) for each in datasets]
-    )
-    if not evidence.told.any():
-        raise InputError(f"{first.folder}: expected test spectra of several grey levels, found none in {len(test)}")
-    return Question(evidence, [first.names[each] for each in test], ["test"] * len(test), positions[test])
-
-
-def _evidence(
-    runs: Sequence[Run],
-    pictures: list[UInt8[np.ndarray, "K 90 360"]],
-    known: Float[np.ndarray, "n 3"],
-    copies: list[tuple[Dataset, Int[np.ndarray, " n"]]] | None = None,
-) -> PictureEvidence:
-    boxes = np.stack([run.model.region.double().cpu().numpy() for run in runs])
-    region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
-    if (region[0] > region[1]).any():
-        raise InputError(
-            f"{runs[-1].folder}: expected runs that were trained in one region, found no place that the regions of all "
-            "runs share"
-        )
-    again = None if copies is None else lambda: [dataset.pictures[rows] for dataset, rows in copies]
-    evidence = PictureEvidence(runs, pictures, region, known, again)
-    for run in runs:
-        if (unseen_side := run.beamformer.array.cannot_tell) is not None:
-            say(f"warning: {run.folder}: of the array, {unseen_side}; places on both sides may be given")
-    if (warning := grid_warning(evidence)) is not None:
-        say(f"warning: {warning}")
-    return evidence
-
-
-def _checked_pictures(pictures: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Stacks of pictures, all of the same number of transmitters."""
-    checked = [check_pictures("heard", each) for each in pictures]
-    if len({len(each) for each in checked}) > 1:
-        found = " and ".join(str(len(each)) for each in checked)
-        raise ParameterError("heard", f"expected pictures of the same transmitters, found {found}")
-    return checked
-
-
 def of_track(dataset: Dataset, heard: Any = None, *, region: Any = None, boresight: Any = None) -> Question:
     """The question of a dataset's tags, by their responses along the track of its antenna.
 
@@ -305,12 +188,11 @@ def of_track(dataset: Dataset, heard: Any = None, *, region: Any = None, boresig
         raise ParameterError("heard", f"expected none with {dataset.folder}, whose own tags are located")
     region = None if region is None else _box(region)
     elements = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.wavelength * dataset.array.positions)
-    names, truth, responses = ["1"], None, dataset.responses
+    names, truth, comparable = ["1"], None, "response" in dataset.values
     if dataset.moving == "transmitter":
-        if responses is None and dataset.phases_recorded_per_position:
-            responses = dataset.retrieved
-        if responses is None:
+        if not (comparable or dataset.phases_recorded_per_position):
             raise InputError(f"{dataset.folder}: expected recorded responses, found pictures alone")
+        responses = dataset.responses if comparable else dataset.retrieved
         names, truth, antennas = dataset.names, dataset.positions, dataset.gateway_position + elements
         if region is None:
             low, high = truth.min(axis=0), truth.max(axis=0)
@@ -318,14 +200,14 @@ def of_track(dataset: Dataset, heard: Any = None, *, region: Any = None, boresig
             region = np.stack([low - margin, high + margin])
             corners = " to ".join(str(tuple(corner.round(2).tolist())) for corner in region)
             say(f"{dataset.folder}: tags are searched around its positions, in {corners} m (--region states another)")
-    elif dataset.moving == "both" or responses is None:
+    elif dataset.moving == "both" or not comparable:
         found = "two ends that move" if dataset.moving == "both" else "no phases that can be compared along it"
         raise InputError(f"{dataset.folder}: expected an antenna that moved along a track, found {found}")
     elif region is None:
         found = f"since the receiver of {dataset.folder} moved"
         raise ParameterError("region", f"expected the box in which the transmitter is, {found}")
     else:
-        responses, antennas = responses.reshape(1, -1), (dataset.positions[:, None] + elements).reshape(-1, 3)
+        responses, antennas = dataset.responses.reshape(1, -1), (dataset.positions[:, None] + elements).reshape(-1, 3)
     if len(antennas) < LEAST_READS:
         raise InputError(f"{dataset.folder}: expected at least {LEAST_READS} antenna positions, found {len(antennas)}")
     some = evenly(np.arange(len(antennas)), MOST_ANTENNAS)

@@ -13,25 +13,17 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from learn.data.splits import SplitKind
-from learn.localisation.known_and_heard import (
-    MOST_ANTENNAS,
-    Question,
-    of_channels,
-    of_positions,
-    of_powers,
-    of_runs,
-    of_track,
-)
+from learn.localisation.heard_pictures import of_runs
+from learn.localisation.known_and_heard import MOST_ANTENNAS, of_channels, of_positions, of_powers, of_track
 from learn.localisation.located_places import Located
+from learn.localisation.place_search import Question
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import ParameterError
-from simulate.csi.csi_dataset import CsiDataset, read_csi
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_kinds import is_csi, is_rssi
+from simulate.dataset.dataset_kinds import quantity_of
 from simulate.positions.positions import check_points
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 
 
 def locate(
@@ -120,13 +112,15 @@ def _kind(given: Any) -> str:
     """What is known, as a key of ``KINDS``; nothing is read yet."""
     if isinstance(given, str | PathLike):
         folder = Path(given)
-        if is_rssi(folder) or is_csi(folder):
-            return POWERS if is_rssi(folder) else CHANNELS
+        quantity = quantity_of(folder)
+        if quantity in ("power", "channel"):
+            return POWERS if quantity == "power" else CHANNELS
         return TRACK if (folder / "spectrum").is_dir() and not (folder / "config.json").exists() else RUN
     if isinstance(given, list | tuple) and given and all(isinstance(each, Run | str | PathLike) for each in given):
         return RUN
-    of_types = {RssiDataset: POWERS, CsiDataset: CHANNELS, Dataset: TRACK, Run: RUN}
-    return of_types.get(type(given), POSITIONS)
+    if isinstance(given, Dataset):
+        return {"power": POWERS, "channel": CHANNELS}.get(given.quantities[0], TRACK)
+    return RUN if isinstance(given, Run) else POSITIONS
 
 
 def _runs(given: Any) -> list[Run]:
@@ -150,8 +144,8 @@ POSITIONS = "positions of an antenna"
 
 KINDS: dict[str, tuple[Callable[[Any], Any], Callable[..., Question]]] = {
     RUN: (_runs, of_runs),
-    POWERS: (read_rssi, of_powers),
-    CHANNELS: (read_csi, of_channels),
+    POWERS: (read_dataset, of_powers),
+    CHANNELS: (read_dataset, of_channels),
     TRACK: (read_dataset, of_track),
     POSITIONS: (_positions, of_positions),
 }

@@ -141,7 +141,7 @@ class KrigingResponses:
     @staticmethod
     def unsuited(dataset: Dataset) -> str | None:
         """Why a dataset has no responses to interpolate, for the user. None: it has."""
-        return no_comparable_phases(dataset) if dataset.responses is None else None
+        return no_comparable_phases(dataset) if "response" not in dataset.values else None
 
     def fit(self, known: Known) -> None:
         responses = known.dataset.responses[known.rows]

@@ -231,7 +231,7 @@ def adapt_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"
     if dataset.moving == "receiver" and isinstance(model, SamplesOneField):
         turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()
         model.sample_one_field(torch.from_numpy(turn).float())
-    if dataset.band_responses is not None and isinstance(model, LearnsBand):
+    if dataset.band is not None and isinstance(model, LearnsBand):
         model.learn_band(dataset.band_responses[known])
 
 

@@ -31,10 +31,11 @@ from scenes.files.input_file import what_is_at
 from scenes.places.built_in import BUILT_IN
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import recorded_scene
-from simulate.dataset.dataset_kinds import is_rssi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import quantity_of
+from simulate.dataset.rooms_folder import recorded_scene
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.array import Array
 from simulate.spectra.element_array import array_of
 
@@ -116,7 +117,7 @@ class Plan:
 
 
 def plan(
-    run_or_scene: Run | RssiDataset | Scene | Path | str,
+    run_or_scene: Run | Dataset | Scene | Path | str,
     n: int | None = None,
     *,
     target: float | None = None,
@@ -168,15 +169,16 @@ def plan(
         require_within(0, 1, "a median SSIM", target=target)
     require_seed(seed=seed)
     require_instance(Propagation, propagation=propagation)
-    require_instance(Run, RssiDataset, Scene, str, PathLike, run_or_scene=run_or_scene)
-    subject = run_or_scene if isinstance(run_or_scene, Run | RssiDataset | Scene) else _read(run_or_scene)
+    require_instance(Run, Dataset, Scene, str, PathLike, run_or_scene=run_or_scene)
+    subject = run_or_scene if isinstance(run_or_scene, Run | Dataset | Scene) else _read(run_or_scene)
     scene: Scene | None
     arrays: list[Array] = []
     if isinstance(subject, Scene):
         scene, known, wavelength, source = subject, np.zeros((0, 3)), subject.wavelength, subject.name
         arrays = [array_of(each.gateway, each.frequency) for each in scene.by_gateway().values()]
         fields_of = partial(fields_of_scene, subject, propagation, seed, report)
-    elif isinstance(subject, RssiDataset):
+    elif isinstance(subject, Dataset):
+        subject.require("power")
         if target is not None:
             raise ParameterError("target", f"expected none for received powers, which have no SSIM, found {target:g}")
         scene, known = recorded_scene(subject.folder, subject.metadata), subject.positions
@@ -206,11 +208,11 @@ def plan(
     return Plan(positions, left / sum(field.weight for field in fields), needed)
 
 
-def _read(run_or_scene: Path | str) -> Run | RssiDataset | Scene:
+def _read(run_or_scene: Path | str) -> Run | Dataset | Scene:
     """The run or the received powers of a folder, or the scene of a name or a file."""
     path = Path(run_or_scene)
     if path.is_dir():
-        return read_rssi(path) if is_rssi(path) else load_run(path)
+        return read_dataset(path) if quantity_of(path) == "power" else load_run(path)
     if str(run_or_scene) not in BUILT_IN and not path.is_file():
         places = ", ".join(BUILT_IN)
         raise InputError(

@@ -23,7 +23,6 @@ from learn.training.run_folder import Run
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
 
 TRACED = 300  # Number of positions at which a scene is traced, to fit the covariance of its field
@@ -84,7 +83,7 @@ def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
     return fields_of_model(model)
 
 
-def fields_of_powers(dataset: RssiDataset, seed: int) -> list[Field]:
+def fields_of_powers(dataset: Dataset, seed: int) -> list[Field]:
     """The field of received powers in dB about the law of distance, with the covariance that ``helmholtz`` fits.
 
     Its covariance is the same for all gateways up to a factor, so that one field stands for all. The law is taken for

@@ -29,8 +29,8 @@ from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
-from simulate.rssi.rssi_dataset import RssiDataset
 from simulate.spectra.spectrum import evenly
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class TwinPowers(ExplainedPowers):
     def __init__(
         self,
         scene: Scene,
-        dataset: RssiDataset,
+        dataset: Dataset,
         tolerances: Tolerances = Tolerances(),
         propagation: Propagation = FOLLOWED,
     ):
@@ -69,10 +69,10 @@ class TwinPowers(ExplainedPowers):
         stated = f"{scene_digest(scene)} {tolerances} {propagation}"
         self.source = hashlib.sha256(stated.encode()).hexdigest()[:16]
         # without the powers, some of which are tested
-        self._dataset = replace(dataset, positions=dataset.positions[:0], rssi_dbm=dataset.rssi_dbm[:0])
+        self._dataset = replace(dataset, names=[], values={}, places=None)
 
     @classmethod
-    def of_scene(cls, scene: Scene | Path | str, dataset: RssiDataset) -> Callable[[], TwinPowers]:
+    def of_scene(cls, scene: Scene | Path | str, dataset: Dataset) -> Callable[[], TwinPowers]:
         """A function that makes a new, unfitted one for the scene as described, which is read once."""
         require_instance(Scene, str, PathLike, scene=scene)
         twin = cls(scene if isinstance(scene, Scene) else load_scene(scene), dataset)
@@ -82,7 +82,8 @@ class TwinPowers(ExplainedPowers):
         from learn.twin.calibrate import CALIBRATED_BY, correct
         from learn.twin.power_residual import PowerResidual, independence, path_powers
 
-        taught = replace(self._dataset, positions=known.positions, rssi_dbm=known.powers)
+        names = [str(number) for number in range(len(known.positions))]
+        taught = replace(self._dataset, names=names, values={"power": known.powers}, places=known.positions)
         coarse = replace(self._followed, diffraction=False)
         used = evenly(np.arange(len(known.positions)), CALIBRATED_BY)
         say(f"twin: the powers at {len(used)} positions correct {self._scene.name}, which takes minutes")

@@ -31,7 +31,7 @@ def shown_name(name: str) -> str:
 
 def has_ceiling(dataset: Dataset) -> bool:
     """Whether the ceiling of a dataset's array can be found: it has responses, or a uniform planar array."""
-    return dataset.responses is not None or uniform(dataset.array) is not None
+    return "response" in dataset.values or uniform(dataset.array) is not None
 
 
 def array_ceiling(

@@ -8,7 +8,7 @@ from jaxtyping import Complex, Int
 from learn.quantities.complex_scores import OfComplex
 from learn.quantities.quantity import OfEach, Prediction, Scored
 from scenes.files.npz_file import Expected
-from simulate.csi.csi_dataset import CsiDataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import evenly
 
 EXAMPLES = 1000  # Most test rows whose predictions are kept
@@ -29,16 +29,16 @@ class Channels(OfComplex):
     at_once = 1000
     of_each = OfEach("snr_db", "SNR of the predicted downlink (dB)", "share of rows")
 
-    def of(self, dataset: CsiDataset, rows: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n A S"]:
+    def of(self, dataset: Dataset, rows: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n A S"]:
         return dataset.downlink[rows] / level(dataset)
 
-    def given(self, dataset: CsiDataset, rows: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n A S"]:
+    def given(self, dataset: Dataset, rows: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n A S"]:
         return dataset.uplink[rows] / level(dataset)
 
-    def bandwidth(self, dataset: CsiDataset) -> float | None:
+    def bandwidth(self, dataset: Dataset) -> float | None:
         return None if dataset.band is None else dataset.downlink.shape[2] * dataset.band.spacing
 
-    def score(self, prediction: Prediction, truth: Complex[np.ndarray, "K A S"], dataset: CsiDataset) -> Scored:
+    def score(self, prediction: Prediction, truth: Complex[np.ndarray, "K A S"], dataset: Dataset) -> Scored:
         row, each = super().score(prediction, truth, dataset)
         shown = prediction.value[examples(len(truth))].astype(complex)
         return Scored(row, {**each, "examples": level(dataset) * shown})
@@ -47,13 +47,13 @@ class Channels(OfComplex):
         kept = (len(examples(len(truth))), *truth.shape[1:])
         return {**super().arrays(truth), "examples": Expected("channels", "c", kept)}
 
-    def stated(self, dataset: CsiDataset) -> str | None:
+    def stated(self, dataset: Dataset) -> str | None:
         if dataset.frequencies is not None:
             return None
         return f"{dataset.folder}: assumed that the downlink's subcarriers follow the uplink's at the same distance"
 
 
-def level(dataset: CsiDataset) -> float:
+def level(dataset: Dataset) -> float:
     """The largest absolute real or imaginary part: divided by it, no square of a channel is out of a float's range."""
     links = (dataset.uplink, dataset.downlink)
     return max(SMALLEST, *(float(np.abs(part).max()) for link in links for part in (link.real, link.imag)))

@@ -73,8 +73,8 @@ class Known:
 
     @property
     def positions(self) -> Any:
-        """Known positions [n, 3], metres, world frame. None: the dataset has no positions."""
-        return None if self.dataset.positions is None else self.dataset.positions[self.rows]
+        """Known positions, an array [n, 3] in metres, world frame. None: the dataset has no positions."""
+        return None if self.dataset.places is None else self.dataset.places[self.rows]
 
     @cached_property
     def values(self) -> Num[np.ndarray, "n ..."]:

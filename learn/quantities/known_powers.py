@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import log_ndtr
 
-from simulate.rssi.rssi_dataset import RssiDataset
+from simulate.dataset.dataset import Dataset
 
 LEAST_DISTANCE = 0.01  # Metres; a transmitter at a gateway counts as this far away
 
@@ -111,9 +111,9 @@ class KnownPowers:
     seed: int = 0  # seed of everything that is random in a method
 
     @classmethod
-    def of(cls, dataset: RssiDataset, known: Int[np.ndarray, " n"], seed: int = 0) -> KnownPowers:
+    def of(cls, dataset: Dataset, known: Int[np.ndarray, " n"], seed: int = 0) -> KnownPowers:
         """The powers of a dataset at some of its positions."""
-        positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
+        positions, powers = dataset.positions[known], dataset.powers[known]
         return cls(positions, powers, dataset.gateway_positions, dataset.floor_dbm, dataset.wavelength, seed)
 
     def distances(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K G"]:

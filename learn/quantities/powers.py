@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from learn.quantities.known_powers import KnownPowers
 from learn.quantities.quantity import OfEach, Prediction, Quantity, Scored
 from scenes.files.npz_file import Expected
-from simulate.rssi.rssi_dataset import USUAL_FREQUENCY, RssiDataset
+from simulate.dataset.dataset import Dataset
 
 
 class Powers(Quantity):
@@ -39,20 +39,20 @@ class Powers(Quantity):
     small_is_good = True
     of_each = OfEach("error_db", "absolute error (dB)", "share of received powers")
 
-    def of(self, dataset: RssiDataset, rows: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n G"]:
-        return dataset.rssi_dbm[rows]
+    def of(self, dataset: Dataset, rows: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n G"]:
+        return dataset.powers[rows]
 
-    def whole(self, dataset: RssiDataset, rows: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n G"]:
+    def whole(self, dataset: Dataset, rows: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n G"]:
         return KnownPowers.of(dataset, rows).filled
 
     def trend(
-        self, dataset: RssiDataset, rows: Int[np.ndarray, " n"]
+        self, dataset: Dataset, rows: Int[np.ndarray, " n"]
     ) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K G"]]:
         """The log-distance law of each gateway."""
         known = KnownPowers.of(dataset, rows)
         return lambda positions: known.law(known.distances(positions))
 
-    def score(self, prediction: Prediction, truth: Float[np.ndarray, "K G"], dataset: RssiDataset) -> Scored:
+    def score(self, prediction: Prediction, truth: Float[np.ndarray, "K G"], dataset: Dataset) -> Scored:
         interval = {} if prediction.low is None else {"low": prediction.low, "high": prediction.high}
         error = np.abs(prediction.value - truth)
         each = {"error_db": error, "value": prediction.value, **interval}
@@ -68,10 +68,10 @@ class Powers(Quantity):
             return None
         return f"{silent} powers of the test part were not received; they count in the share alone, not in the errors"
 
-    def stated(self, dataset: RssiDataset) -> str | None:
-        if dataset.frequency is not None:
+    def stated(self, dataset: Dataset) -> str | None:
+        if dataset.frequency.source != "assumed":
             return None
-        return f"{dataset.folder}: no frequency is stated, so {USUAL_FREQUENCY / 1e6:g} MHz is assumed"
+        return f"{dataset.folder}: no frequency is stated, so {dataset.frequency.hertz / 1e6:g} MHz is assumed"
 
 
 def score_powers(prediction: Prediction, truth: Float[np.ndarray, "K G"], floor: float) -> dict[str, Any]:

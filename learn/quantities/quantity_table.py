@@ -1,9 +1,9 @@
-"""The table of quantities, and the one that a dataset is compared by if none is named."""
+"""The table of quantities."""
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from learn.quantities.quantity import Quantity
 from scenes.files.errors import require_word
@@ -27,13 +27,3 @@ def quantity_named(name: str) -> Quantity:
     require_word(tuple(QUANTITIES), quantity=name)
     module, _, attribute = QUANTITIES[name].partition(":")
     return getattr(import_module(module), attribute)()
-
-
-def quantity_of(dataset: Any) -> str:
-    """The name of the quantity that a dataset mainly holds."""
-    from simulate.csi.csi_dataset import CsiDataset
-    from simulate.rssi.rssi_dataset import RssiDataset
-
-    if isinstance(dataset, RssiDataset):
-        return "power"
-    return "channel" if isinstance(dataset, CsiDataset) else "spectrum"

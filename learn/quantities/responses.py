@@ -22,15 +22,15 @@ class Responses(OfComplex):
     of_each = OfEach("snr_db", "SNR of the predicted responses (dB)", "share of positions")
 
     def require(self, dataset: Dataset) -> None:
-        if dataset.band_responses is None:
-            found = "responses at the carrier alone" if dataset.responses is not None else "spectra alone"
+        if dataset.band is None:
+            found = "responses at the carrier alone" if "response" in dataset.values else "spectra alone"
             raise InputError(
                 f"{dataset.folder}: expected responses over a band (bisplat simulate --bandwidth 20MHz --subcarriers "
                 f"32), found {found}"
             )
 
     def of(self, dataset: Dataset, rows: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements subcarriers"]:
-        assert dataset.band_responses is not None
+        assert dataset.band is not None
         return dataset.band_responses[rows]
 
     def bandwidth(self, dataset: Dataset) -> float | None:

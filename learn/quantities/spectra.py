@@ -41,9 +41,6 @@ class Spectra(Quantity):
     def require(self, dataset: Dataset) -> None:
         require_scorable(dataset.array, str(dataset.folder))
 
-    def fingerprint(self, dataset: Dataset) -> str:
-        return dataset.fingerprint
-
     def of(self, dataset: Dataset, rows: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 90 360"]:
         return spectrum_of(dataset.pictures[rows])
 
@@ -66,7 +63,7 @@ class Spectra(Quantity):
             say(f"the array's ceiling is left out: {NO_CEILING}")
             return None
         some = evenly(test, SAMPLES)
-        recorded = None if dataset.responses is None else dataset.responses[some]
+        recorded = None if "response" not in dataset.values else dataset.responses[some]
         return CEILING, Prediction(array_ceiling(self.of(dataset, some), dataset.beamformer, recorded)), some
 
 

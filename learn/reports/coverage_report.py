@@ -26,7 +26,7 @@ from scenes.files.npz_file import write_arrays
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import in_figure, say
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import recorded_scene
+from simulate.dataset.rooms_folder import recorded_scene
 
 
 def write_coverage(
@@ -49,8 +49,8 @@ def write_coverage(
 
     Example:
         >>> import bisplat
-        >>> shop = bisplat.write_rssi("museum", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], [[-48.0], [-60.0], [-57.0]],
-        ...                           {"door": (0, 0, 2)}, "2.4 GHz")
+        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
+        >>> shop = bisplat.write_dataset("museum", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
         >>> coverage = bisplat.coverage_map(shop, step=0.5)
         >>> bisplat.write_coverage(coverage, "museum-map")
         >>> import numpy as np

@@ -24,7 +24,7 @@ from learn.reports.plots import MAGNITUDE
 from learn.reports.provenance import Provenance
 from learn.reports.table_files import as_csv
 from scenes.files.atomic import write_atomically
-from simulate.csi.csi_dataset import CsiDataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.band import delay_spread
 
 
@@ -59,7 +59,7 @@ Section = tuple[dict[str, str], Iterable[Sequence[Any]], dict[str, Any]]
 def _powers(comparison: Comparison, model: str, folder: Path, made: Provenance) -> Section:
     """What the report of powers shows: the scores of each gateway, and how often the intervals hold."""
     dataset, each = comparison.dataset, comparison.each[model]
-    truth = dataset.rssi_dbm[comparison.test]
+    truth = dataset.powers[comparison.test]
     of_gateways = {}
     for number, name in enumerate(dataset.gateway_names):
         of_one: dict[str, Any] = {part: each[part][:, [number]] for part in ("value", "low", "high") if part in each}
@@ -71,7 +71,7 @@ def _powers(comparison: Comparison, model: str, folder: Path, made: Provenance) 
 
 def intervals_by_distance(comparison: Comparison, model: str) -> list[dict[str, Any]]:
     """How often the 90 % intervals hold, by the distance to the nearest known position. Empty: none is stated."""
-    each, truth = comparison.each[model], comparison.dataset.rssi_dbm[comparison.test]
+    each, truth = comparison.each[model], comparison.dataset.powers[comparison.test]
     if "low" not in each or comparison.distances is None:
         return []
     within, width = (each["low"] <= truth) & (truth <= each["high"]), each["high"] - each["low"]
@@ -91,7 +91,7 @@ def _each_power(comparison: Comparison, each: Mapping[str, np.ndarray]) -> Itera
     yield ["position", "x", "y", "z", "gateway", "rssi_dbm", "predicted_dbm", "low_dbm", "high_dbm"]
     for row, index in enumerate(comparison.test):
         for column, gateway in enumerate(dataset.gateway_names):
-            power = dataset.rssi_dbm[index, column]
+            power = dataset.powers[index, column]
             values = ["" if power != power else f"{power:g}"]  # NaN: not received
             values += [f"{each[part][row, column]:.3f}" if part in each else "" for part in ("value", "low", "high")]
             yield [index, *dataset.positions[index], gateway, *values]
@@ -168,7 +168,7 @@ def _draw_channels(comparison: Comparison, model: str, folder: Path, made: Prove
             f"median of {1e9 * np.median(true):.3g} ns. "
             f"Delays are told apart from {1e9 / bandwidth:.0f} ns on."
         )
-    if dataset.positions is not None:
+    if dataset.places is not None:
         low, high = (float(each) for each in np.percentile(snr[heard], (5, 95)))
         score = MapScore(snr[heard], (low, max(high, low + 1)), "SNR of the downlink (dB)")
         known = dataset.positions[comparison.parts.known]
@@ -179,7 +179,7 @@ def _draw_channels(comparison: Comparison, model: str, folder: Path, made: Prove
 
 @at_paper_size()
 def draw_examples_of_channels(
-    dataset: CsiDataset,
+    dataset: Dataset,
     rows: Int[np.ndarray, " E"],
     predicted: Complex[np.ndarray, "E A S"],
     snr: Float[np.ndarray, " E"],
@@ -192,7 +192,7 @@ def draw_examples_of_channels(
     axes = figure.subplots(len(chosen), 1, sharex=True)
     each = dataset.uplink.shape[2]
     places, label = np.arange(2.0 * each), "subcarrier"
-    if dataset.frequencies is not None and dataset.frequency is not None:
+    if dataset.frequencies is not None:
         places, label = (dataset.frequencies - dataset.frequency.hertz) / 1e6, "frequency from the carrier (MHz)"
     for axis, (name, index) in zip(axes, chosen, strict=True):
         both = np.concatenate([dataset.uplink[rows[index]], dataset.downlink[rows[index]]], axis=1)

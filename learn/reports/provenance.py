@@ -100,7 +100,7 @@ class Provenance:
             split=split_words(settings.split, settings.guard or None, settings.seed),
             spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
             distances=_distances(comparison, rows),
-            array=getattr(getattr(comparison.dataset, "array", None), "cannot_tell", None) or "",
+            array=(comparison.dataset.array.cannot_tell or "") if "spectrum" in comparison.dataset.values else "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
             fingerprint=settings.data_sha256,
         )

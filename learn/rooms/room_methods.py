@@ -73,7 +73,7 @@ class HelmholtzOfPictures(HelmholtzInRoom):
     """``helmholtz``, fitted to the pictures of the room alone, as the methods that learn in other rooms see them."""
 
     def fit(self, room: Known) -> None:
-        super().fit(replace(room, dataset=replace(room.dataset, responses=None)))
+        super().fit(replace(room, dataset=room.dataset.with_values(response=None)))
 
 
 class MirrorImagesInRoom(HelmholtzInRoom):

@@ -182,7 +182,7 @@ def errors_over_gaps(model: SpectrumModel, dataset: Dataset, train: Int[np.ndarr
     if not own:
         train = evenly(train, REFERENCE)
         region, beamformer = model.region.cpu().numpy(), dataset.beamformer
-        of: Literal["responses", "spectra"] = "spectra" if dataset.responses is None else "responses"
+        of: Literal["responses", "spectra"] = "spectra" if "response" not in dataset.values else "responses"
         model = KrigedField(region, beamformer, dataset.wavelength, of)
         model.fit(dataset, train)
     positions, wavelength = dataset.positions[train], dataset.wavelength

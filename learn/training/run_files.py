@@ -25,8 +25,7 @@ from scenes.files.json_yaml_xml import read_json
 from scenes.files.schema import conform
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_writer import write_positions
-from simulate.positions.positions import read_points
+from simulate.positions.positions import read_points, write_positions
 from simulate.spectra.beamformer import Beamformer
 
 FILE, KNOWN = "training.json", "known_positions.csv"

@@ -62,7 +62,7 @@ from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def train(
         config = _with_steps_of(place, config)
     elif budget is not None or (preset is not None and not begun):
         processes = _check(config, trainer or {})
-        loaded = loaded or read_dataset(folder)
+        loaded = given_dataset(loaded or folder)
         chosen, learned, minutes = _timed(budget, config, place, loaded, processes)
         config = replace(config, by_steps=chosen)
         if preset is not None:
@@ -228,7 +228,7 @@ def train_run(
     finished = (folder / "weights.safetensors").exists()
     if not finished:
         require_writable(folder / "config.json")
-    dataset = dataset or read_dataset(config.dataset)
+    dataset = given_dataset(dataset or config.dataset)
     why = unsuited(model_class(config.model), dataset)
     if why is not None:
         raise InputError(f"{dataset.folder}: the model {config.model}: {why}")
@@ -256,7 +256,7 @@ def train_run(
                 sizes = f"{len(parts.train)} training, {len(parts.validation)} validation, {len(parts.test)} test"
                 distances = SplitDistances.between(known, tested, dataset.wavelength)
                 say_distances(distances, f"split {config.split}: {sizes} spectra; ")
-                say_expectation(known, dataset.wavelength, dataset.array, dataset.responses is not None)
+                say_expectation(known, dataset.wavelength, dataset.array, "response" in dataset.values)
             unfound = not_retrieved(dataset)
             if unfound is not None:
                 say(unfound)

@@ -135,9 +135,9 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     """
     if not isinstance(model, PredictsResponses):
         return Learned(None)
-    if dataset.band_responses is not None and isinstance(model, LearnsBand):
+    if dataset.band is not None and isinstance(model, LearnsBand):
         return Learned(dataset.band_responses)
-    if dataset.responses is not None:
+    if "response" in dataset.values:
         return Learned(dataset.responses)
     if not (by_steps.find_phases and len(parts.validation) and can_retrieve(dataset, parts.train)):
         return Learned(None)

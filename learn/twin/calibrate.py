@@ -29,13 +29,11 @@ from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset, require_fixed_array
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_kinds import is_rssi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import given_dataset, require_fixed_array
 from simulate.positions.positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.band import Band
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
@@ -59,7 +57,7 @@ Report = Callable[[str], None]
 
 def calibrate(
     scene: Scene | Path | str,
-    dataset: Dataset | RssiDataset | Path | str,
+    dataset: Dataset | Path | str,
     n: int = CALIBRATED_BY,
     *,
     split: SplitKind = "files",
@@ -120,7 +118,8 @@ def calibrate(
         >>> gateways = {"door": (2.0, 0.5, 1.8), "window": (2.5, 0.5, 1.8)}
         >>> heard = bisplat.simulate_rssi("closet", "heard", gateways, n=30, propagation=coarse)
         >>> moved = {"door": (2.03, 0.5, 1.8), "window": (2.5, 0.47, 1.8)}
-        >>> described = bisplat.write_rssi("described", heard.positions, heard.rssi_dbm, moved, heard.frequency.hertz)
+        >>> given = {"powers": heard.powers, "gateways": moved, "frequency": heard.frequency.hertz}
+        >>> described = bisplat.write_dataset("described", heard.positions, **given)
         >>> found = bisplat.calibrate("closet", described, tolerances=pose, split="random", propagation=coarse)
         >>> found.misfit[0] < found.misfit[1]
         True
@@ -133,9 +132,8 @@ def calibrate(
     require_instance(Tolerances, tolerances=tolerances)
     require_instance(Propagation, propagation=propagation)
     require_instance(Scene, str, PathLike, scene=scene)
-    require_instance(Dataset, RssiDataset, str, PathLike, dataset=dataset)
     place = scene if isinstance(scene, Scene) else load_scene(scene)
-    measured = dataset if isinstance(dataset, Dataset | RssiDataset) else _read(Path(dataset))
+    measured = given_dataset(dataset, "spectrum", "power")
     known = evenly(split_dataset(measured, split, seed).known, n)
     box = bounding_box(np.vstack([place.bounds, place.transmitter.region]))
     warning = reach_warning(measured.positions[known], box, "the scene", "were they measured there, in its frame?")
@@ -152,13 +150,9 @@ def calibrate(
     return found
 
 
-def _read(folder: Path) -> Dataset | RssiDataset:
-    return read_rssi(folder) if is_rssi(folder) else read_dataset(folder)
-
-
 def correct(
     scene: Scene,
-    dataset: Dataset | RssiDataset,
+    dataset: Dataset,
     known: Int[np.ndarray, " n"],
     tolerances: Tolerances = Tolerances(),
     propagation: Propagation = Propagation(),
@@ -168,8 +162,8 @@ def correct(
     if propagation.diffuse:
         raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
     doing(f"{scene.name}: correcting it by what was measured at {len(known):,} positions, in rounds")
-    by = _by_powers if isinstance(dataset, RssiDataset) else _by_spectra
-    search = by(scene, dataset, known, tolerances, propagation, report)  # type: ignore[arg-type]
+    by = _by_powers if "power" in dataset.values else _by_spectra
+    search = by(scene, dataset, known, tolerances, propagation, report)
     band = search.over_band(search.tracers.values())
     described = np.concatenate([each.responses(search.positions).astype(complex) for _, each in band], axis=1)
     if not (np.abs(described) ** 2 > NO_PATHS).any():
@@ -191,7 +185,7 @@ def correct(
 
 def _by_powers(
     scene: Scene,
-    dataset: RssiDataset,
+    dataset: Dataset,
     known: Int[np.ndarray, " n"],
     tolerances: Tolerances,
     propagation: Propagation,
@@ -199,11 +193,11 @@ def _by_powers(
 ) -> Search:
     if tolerances.carrier:
         raise ParameterError("carrier", f"expected 0, since powers do not tell it, found {tolerances.carrier:g}")
-    if dataset.frequency is None:
+    if dataset.frequency.source == "assumed":
         say(f"{dataset.folder}: no frequency is stated, so the scene's, {scene.frequency / 1e6:g} MHz, is assumed")
     scenes, which = scenes_with_gateways(scene, dataset), of_gateways(scene, dataset.gateway_names, tolerances)
     _require_some(which, scene)
-    positions, powers = dataset.positions[known], dataset.rssi_dbm[known]
+    positions, powers = dataset.positions[known], dataset.powers[known]
     if np.isnan(powers).all():
         raise InputError(f"{dataset.folder}: expected received powers at the known positions, found none")
     box = bounding_box(positions)
@@ -240,7 +234,7 @@ def _by_spectra(
     positions = dataset.positions[known]
     ratios: Sequence[float] = CARRIER
     # Without recorded responses each spectrum may have a clock of its own, so that the band tells no more.
-    if phases_known and dataset.band is not None and dataset.band_responses is not None:
+    if phases_known and dataset.band is not None and dataset.band is not None:
         measured, ratios = over_subcarriers(dataset.band, dataset.band_responses[known], scene.frequency)
     if not measured.any():
         raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")
@@ -278,7 +272,7 @@ def _require_same_receiver(scene: Scene, dataset: Dataset, tolerances: Tolerance
 
 def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
     """Responses of some of a dataset's spectra, and whether they share phase and scale."""
-    if dataset.responses is not None:
+    if "response" in dataset.values:
         return dataset.responses[known].astype(complex), True
     return retrieved_responses(dataset, known), False
 

@@ -11,11 +11,10 @@ from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
-from simulate.rssi.rssi_dataset import RssiDataset
-from simulate.rssi.rssi_files import gateways_of
+from simulate.generation.listening_gateways import gateways_of
 
 
-def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]:
+def scenes_with_gateways(scene: Scene, dataset: Dataset) -> dict[str, Scene]:
     """The scene as described with each gateway of received powers alone, by the gateway's name."""
     require_same_wavelength(scene, dataset)
     scenes = alone(scene, described_gateways(dataset))
@@ -24,7 +23,7 @@ def scenes_with_gateways(scene: Scene, dataset: RssiDataset) -> dict[str, Scene]
     return scenes
 
 
-def described_gateways(dataset: RssiDataset) -> dict[str, Gateway]:
+def described_gateways(dataset: Dataset) -> dict[str, Gateway]:
     """The gateways of received powers: their places from the folder, all else from its metadata.json if that has it."""
     places = {name: tuple(place) for name, place in zip(dataset.gateway_names, dataset.gateway_positions, strict=True)}
     stated = dataset.metadata.get("gateways", {})
@@ -40,9 +39,9 @@ def alone(scene: Scene, gateways: Mapping[str, Gateway]) -> dict[str, Scene]:
     return {name: replace(scene, gateway=each, further_gateways={}) for name, each in gateways.items()}
 
 
-def require_same_wavelength(scene: Scene, dataset: Dataset | RssiDataset) -> None:
+def require_same_wavelength(scene: Scene, dataset: Dataset) -> None:
     """Refuse a dataset that states another frequency than the scene's."""
-    if dataset.frequency is not None and other_frequency(dataset.wavelength, scene.wavelength):
+    if dataset.frequency.source != "assumed" and other_frequency(dataset.wavelength, scene.wavelength):
         raise InputError(
             f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
             f"found {scene.wavelength:.4g} m"

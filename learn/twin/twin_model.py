@@ -8,7 +8,6 @@ known spectra predict the field better than any description of the place.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -180,7 +179,7 @@ class Twin(PredictsResponses):
             everywhere[known] = values
             field.report = self.report  # type: ignore[method-assign]
             (field.fit if has_weight or field is self.rest else field.keep)(
-                replace(dataset, responses=everywhere), known
+                dataset.with_values(response=everywhere), known
             )
         self.trust = torch.tensor(self._best_trust(_pairs(held_out), dataset.pictures[known]) if has_weight else 1.0)
 

@@ -20,7 +20,7 @@ from scenes.files.errors import InputError, printable
 from scenes.files.plain_text import in_markdown
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.shapes import bounding_box
-from simulate.csi.csi_dataset import CsiDataset
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.band import Band
 
 if TYPE_CHECKING:  # importing it needs the ray tracer
@@ -30,9 +30,9 @@ if TYPE_CHECKING:  # importing it needs the ray tracer
 WIDTH = 500  # Width of the panel, pixels
 
 
-def require_places_and_band(dataset: CsiDataset) -> None:
+def require_places_and_band(dataset: Dataset) -> None:
     """Refuse channels that the viewer cannot show."""
-    if dataset.positions is None:
+    if dataset.places is None:
         raise InputError(f"{dataset.folder / 'tx_pos.csv'}: expected the positions of the client, found no such file")
     if dataset.band is None:
         stated = "expected the entry band, without which delays are unknown, found none"
@@ -42,16 +42,15 @@ def require_places_and_band(dataset: CsiDataset) -> None:
 class ChannelTab(Tab):
     """The control panel and the 3D view of a tab that shows channels."""
 
-    def __init__(self, client: ClientHandle, dataset: CsiDataset, planned: np.ndarray | None):
-        assert dataset.positions is not None
+    def __init__(self, client: ClientHandle, dataset: Dataset, planned: np.ndarray | None):
         super().__init__(client, dataset.positions, dataset.positions[0])
         self._dataset = dataset
         self._image: GuiImageHandle | None = None
         self._build("row")
-        whole = bounding_box(np.vstack([dataset.positions, dataset.antenna_positions]))
+        whole = bounding_box(np.vstack([dataset.positions, dataset.gateway_positions]))
         size = float(np.linalg.norm(whole[1] - whole[0])) or 1.0
         set_up(client, whole)
-        antennas, places = dataset.antenna_positions, dataset.positions
+        antennas, places = dataset.gateway_positions, dataset.positions
         marks = add_dots(client, "/antennas", antennas, np.full(antennas.shape, GATEWAY, np.uint8), 0.006 * size)
         rows = add_dots(client, "/rows", places, np.full(places.shape, 110, np.uint8), 0.005 * size)
         with self._gui.add_folder("Layers"):
@@ -61,7 +60,6 @@ class ChannelTab(Tab):
         self._begin(add_transmitter(client, self._position, size))
 
     def _show(self, position: Position) -> None:
-        assert self._dataset.positions is not None
         index = self._recorded_at(position)
         if index is None:
             index = int(np.linalg.norm(self._dataset.positions - position, axis=1).argmin())

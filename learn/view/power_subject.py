@@ -15,8 +15,9 @@ from learn.quantities.quantity import Prediction
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
-from simulate.dataset.dataset_folder import recorded_scene
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.rooms_folder import recorded_scene
 
 CELLS = 4000  # About the number of cells of a map; more would take longer than a user wants to wait
 
@@ -26,7 +27,7 @@ class PowerSubject:
     """A folder of received powers that the viewer shows."""
 
     name: str  # name of the folder
-    dataset: RssiDataset  # the powers
+    dataset: Dataset  # the powers
     # indices of the positions that methods learn from: the folder's training part, or all if it has none
     known: Int[np.ndarray, " n"]
     scene: Scene | None  # the scene of the folder. None: it has none.
@@ -39,7 +40,7 @@ class PowerSubject:
     @classmethod
     def of(cls, folder: Path) -> PowerSubject:
         """Read a folder."""
-        dataset, missing, scene = read_rssi(folder), [], None
+        dataset, missing, scene = read_dataset(folder), [], None
         try:
             scene = recorded_scene(folder, dataset.metadata)
         except (InputError, OSError) as error:
@@ -71,7 +72,7 @@ class PowerSubject:
     @property
     def strongest_measured(self) -> Int[np.ndarray, " K"]:
         """Index of the gateway that received most from each position; −1 where none received anything."""
-        powers = np.where(np.isnan(self.dataset.rssi_dbm), -np.inf, self.dataset.rssi_dbm)
+        powers = np.where(np.isnan(self.dataset.powers), -np.inf, self.dataset.powers)
         return np.where(np.isfinite(powers).any(axis=1), powers.argmax(axis=1), -1)
 
     def predict(self, method: str, position: Float[np.ndarray, " 3"]) -> Prediction:

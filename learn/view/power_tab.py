@@ -130,7 +130,7 @@ class PowerTab(Tab):
         subject = self._subject
         lines = []
         index = self._recorded_at(position)
-        measured = None if index is None else subject.dataset.rssi_dbm[index]
+        measured = None if index is None else subject.dataset.powers[index]
         if index is not None:
             learned = "learned from it" if index in subject.known else "did not learn from it"
             lines += [f"Survey position {index + 1} (number {index} in files); {self._by.value} {learned}", ""]
@@ -185,7 +185,7 @@ def drawn(subject: PowerSubject, coverage: CoverageMap, shown: str, quantity: st
     Positions have the colour of the measured power on the scale of the map, so that a position that looks like the map
     around it is predicted rightly. On a map of intervals they are grey.
     """
-    dataset, powers = subject.dataset, subject.dataset.rssi_dbm
+    dataset, powers = subject.dataset, subject.dataset.powers
     names = dataset.gateway_names
     gateway = names.index(shown) if shown in names else None
     if quantity == WIDTH and coverage.width is not None:

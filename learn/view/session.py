@@ -106,7 +106,7 @@ class Session(Tab):
         grid = subject.beamformer.grid
         drawn = panels(self._by.value, predicted, name, truth, grid, in_phase, self._scale.value == "dB")
         image = draw(drawn, cast(Kind, self._kind.value), grid)
-        if subject.dataset is not None and subject.dataset.band_responses is not None:
+        if subject.dataset is not None and subject.dataset.band is not None:
             image = np.concatenate([image, self._delays(position, traced, image.shape[1])])
         if self._image is None:
             self._image = self._gui.add_image(image, format="jpeg", jpeg_quality=92, order=-3)
@@ -120,7 +120,7 @@ class Session(Tab):
     def _delays(self, position: Position, traced: Traced | None, width: int) -> UInt8[np.ndarray, "H W 3"]:
         """The panel of power over delay at a position, with the traced paths where there are some."""
         dataset, index = self._subject.dataset, self._recorded_at(position)
-        assert dataset is not None and dataset.band is not None and dataset.band_responses is not None
+        assert dataset is not None and dataset.band is not None
         if index is None:
             return draw_delays("power over delay: none recorded at this position", None, width)
         profile = delay_profile(dataset.band_responses[index], dataset.band)

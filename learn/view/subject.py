@@ -26,8 +26,9 @@ from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset import Dataset, require_fixed_end
-from simulate.dataset.dataset_folder import read_dataset, scene_of
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import given_dataset, require_fixed_end
+from simulate.dataset.rooms_folder import scene_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
@@ -124,8 +125,8 @@ class Subject:
     def recorded(self, index: int) -> Spectrum:
         """A spectrum of the dataset."""
         assert self.dataset is not None
-        responses = self.dataset.responses
-        field = None if responses is None else self.beamformer.steering @ responses[index]
+        recorded = "response" in self.dataset.values
+        field = self.beamformer.steering @ self.dataset.responses[index] if recorded else None
         return Spectrum(spectrum_of(self.dataset.pictures[index]), field)
 
     @property
@@ -202,7 +203,7 @@ def subject(what: str) -> Subject:
         region = scene.transmitter.region
         return Subject(scene.name, scene.gateway, region, scene, None, None, None, _other_gateways(scene))
     if not (folder / "config.json").exists():
-        dataset = read_dataset(folder)
+        dataset = given_dataset(folder)
         require_fixed_end(dataset)
         nothing = np.zeros(0, dtype=int)
         parts = Split(train=dataset.train, validation=nothing, test=dataset.test)

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.scene.description import SPEED_OF_LIGHT
@@ -18,6 +19,8 @@ from scenes.scene.frequency import read_frequency
 FREQUENCIES = "freq.txt"  # File that lists the frequency of each picture, or one for all
 
 NERF2_FREQUENCY = 915e6  # Hertz. NeRF²'s folders were measured in this RFID band, but do not state it.
+
+USUAL_FREQUENCY = 2.4e9  # Hertz; of received powers and channels that do not state it
 
 HIGHEST_GHZ = 300.0
 """Largest number of freq.txt without a unit that is read as GHz, as WideGS and XFreq-GS write it. Larger ones are MHz
@@ -32,7 +35,7 @@ LARGEST_LIST = 20 * MEGABYTE  # Most bytes of freq.txt
 
 @dataclass(frozen=True)
 class Frequency:
-    """The frequency of a folder's spectra; an assumed one is that of NeRF²'s measurements, 915 MHz."""
+    """The frequency of a folder; an assumed one of spectra is that of NeRF²'s measurements, 915 MHz."""
 
     hertz: float = NERF2_FREQUENCY
     source: Literal["metadata", "freq.txt", "assumed"] = "assumed"
@@ -46,6 +49,15 @@ class Frequency:
         """The frequency with its unit."""
         giga = self.hertz >= 1e9
         return f"{self.hertz / (1e9 if giga else 1e6):.6g} {'GHz' if giga else 'MHz'}"
+
+
+def stated_frequency(folder: Path, metadata: dict[str, Any], wanted: float | None, problems: list[str]) -> Frequency:
+    """The frequency of a folder of received powers or channels, which has only one."""
+    hertz = metadata.get("frequency_hz")
+    found = Frequency(USUAL_FREQUENCY) if hertz is None else Frequency(read_frequency(hertz), "metadata")
+    if wanted is not None and abs(found.hertz / wanted - 1) > SAME:
+        problems.append(f"{folder}: expected data of {Frequency(wanted)}, found those of {found}")
+    return found
 
 
 class Chosen(NamedTuple):
@@ -159,3 +171,8 @@ def _hertz(text: str, path: Path, row: int) -> float:
         return read_frequency(text)
     except ParameterError:
         raise InputError(f"{path}, row {row}: expected a frequency in GHz, such as 3.5, found {shown(text)}") from None
+
+
+def write_frequencies(path: Path, hertz: Float[np.ndarray, " K"]) -> None:
+    """Write freq.txt: the frequency of each picture in GHz, as XFreq-GS reads it."""
+    write_atomically(path, "".join(f"{each / 1e9:.9g}\n" for each in hertz.tolist()).encode())

@@ -10,9 +10,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int
 
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, parse_whole, read_text
+from simulate.dataset.inspection import Inspection
 from simulate.dataset.picture_files import summary
+
+TEST_FRACTION = 0.2  # Share of the rows in test_index.txt
 
 LARGEST_INDEX = 20 * MEGABYTE  # Most bytes of an index file. A million names of six digits take 7 MB.
 
@@ -59,21 +63,21 @@ def read_split(
 
 def _compare(
     path: Path,
-    train: Iterable[int],
-    test: Iterable[int],
+    train: Sequence[int] | Int[np.ndarray, " n"],
+    test: Sequence[int] | Int[np.ndarray, " t"],
     names: Sequence[object],
     what: tuple[str, str],
     problems: list[str],
     warnings: list[str],
 ) -> None:
     """Note names in both parts, and warn of those in neither."""
-    both = sorted(set(train) & set(test))
-    if both:
+    both = np.intersect1d(train, test)
+    if len(both):
         problems.append(
             f"{path}: expected {what[0]} that are not in train_index.txt, found {names[both[0]]} in both "
             f"({len(both)} in all)"
         )
-    unused = len(names) - len(set(train) | set(test))
+    unused = len(names) - len(np.union1d(train, test))
     if unused and not problems:
         warnings.append(f"{unused} {what[1]} are in neither train_index.txt nor test_index.txt")
 
@@ -92,24 +96,30 @@ def read_index(path: Path, names: Sequence[str]) -> Int[np.ndarray, " n"]:
     return np.array(index, dtype=int)
 
 
-def numbered_split(
-    folder: Path, count: int, problems: list[str], warnings: list[str]
-) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
-    """Read the folder's own split."""
-    files = [folder / f"{part}_index.txt" for part in ("train", "test")]
+def numbered_split(found: Inspection, count: int) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
+    """Read a folder's own split of rows that are numbered from 0; empty if there are no rows or no index files."""
+    files = [found.folder / f"{part}_index.txt" for part in ("train", "test")]
     nothing = np.zeros(0, dtype=int)
-    if not any(path.exists() for path in files):
+    if not count or not any(path.exists() for path in files):
         return nothing, nothing
-    parts = []
-    for path in files:
-        try:
-            parts.append(read_numbers(path, count))
-        except InputError as error:
-            problems.append(str(error))
-            parts.append(nothing)
-    train, test = parts
-    _compare(files[1], train.tolist(), test.tolist(), range(count), ("numbers", "positions"), problems, warnings)
+    train, test = (found.noting(nothing, read_numbers, path, count) for path in files)
+    _compare(files[1], train, test, range(count), ("numbers", "positions"), found.problems, found.warnings)
     return train, test
+
+
+def write_index(path: Path, names: Iterable[object]) -> None:
+    """Write train_index.txt or test_index.txt."""
+    write_atomically(path, "".join(f"{name}\n" for name in names).encode())
+
+
+def write_drawn_split(folder: Path, count: int, seed: int) -> None:
+    """Draw an 80/20 split of rows that are numbered from 0, and write its index files; none for a single row."""
+    if count < 2:
+        return
+    tested = max(1 if count < 4 else 2, round(TEST_FRACTION * count))
+    test = np.sort(np.random.default_rng(seed).permutation(count)[:tested])
+    write_index(folder / "train_index.txt", np.setdiff1d(np.arange(count), test))
+    write_index(folder / "test_index.txt", test)
 
 
 def read_numbers(path: Path, count: int) -> Int[np.ndarray, " n"]:

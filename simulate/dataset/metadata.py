@@ -1,4 +1,4 @@
-"""The schema of metadata.json, and the only function that reads it. The documentation states the ranges.
+"""The schema of metadata.json, and the only functions that read and write it. The documentation states the ranges.
 
 The schema consists of the dataclasses of the recorded settings, and of each engine's own part.
 """
@@ -6,12 +6,16 @@ The schema consists of the dataclasses of the recorded settings, and of each eng
 from __future__ import annotations
 
 import functools
+import json
+import os
 from dataclasses import MISSING
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, Meta, Struct, defstruct
 
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import beside
 from scenes.files.json_yaml_xml import read_json
@@ -69,6 +73,11 @@ class Simulated(Metadata, kw_only=True):
     seed: Count
 
 
+def read_metadata(path: Path) -> dict[str, Any]:
+    """Read metadata.json and check every field; empty if there is none."""
+    return read_metadata_file(path, "the settings of a dataset") if os.path.lexists(path) else {}
+
+
 def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> dict[str, Any]:
     """Read metadata.json and check every field."""
     content = read_json(path, expected)
@@ -91,9 +100,19 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     return content
 
 
+def made_here() -> dict[str, Any]:
+    """The entry of metadata.json that says what made a folder."""
+    return {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"}
+
+
 def band_of(metadata: dict[str, Any]) -> Band | None:
     """The subcarriers of a dataset's responses; None if it has only those of the carrier."""
     return Band(**metadata["band"]) if metadata.get("band") else None
+
+
+def write_metadata(path: Path, metadata: dict[str, Any]) -> None:
+    """Write metadata.json."""
+    write_atomically(path, (json.dumps(metadata, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 @functools.cache

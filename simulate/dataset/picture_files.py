@@ -1,16 +1,17 @@
-"""Read the pictures of a dataset folder. Any other file with the name of a picture is refused before it is decoded."""
+"""The pictures of a dataset folder. Any other file with the name of a picture is refused before it is decoded."""
 
 from __future__ import annotations
 
 import tempfile
 import warnings
+import zlib
 from collections.abc import Sequence
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Int, UInt8
+from jaxtyping import Float, Int, UInt8
 from PIL import Image
 
 from scenes.files.errors import InputError, reason, shown
@@ -169,3 +170,25 @@ def _pixels(image: Image.Image) -> np.ndarray:
 
 def _too_large(path: Path, found: str) -> InputError:
     return InputError(f"{path}: expected a PNG picture of at most {MOST_PIXELS // 10**6} million pixels, found {found}")
+
+
+def encode_picture(picture: UInt8[np.ndarray, "90 360"]) -> bytes:
+    """The PNG file of one picture: 8-bit grey."""
+    buffer = BytesIO()
+    # Runs of equal bytes alone take a quarter of the time of Pillow's default, and the files are a sixth larger.
+    Image.fromarray(picture).save(buffer, format="PNG", compress_level=1, compress_type=zlib.Z_RLE)
+    return buffer.getvalue()
+
+
+def encode_power(power_db: Float[np.ndarray, "90 360"]) -> bytes:
+    """The TIFF file of a spectrum's absolute power in dB: one channel of float32, with rows as in the pictures."""
+    buffer = BytesIO()
+    # Uncompressed, since every reader can read that, and compression would save a fifth at most.
+    Image.fromarray(power_db.astype(np.float32)).save(buffer, format="TIFF")
+    return buffer.getvalue()
+
+
+def picture_names(count: int) -> list[str]:
+    """Names from 1 on, padded with zeros to five digits, or more if needed."""
+    digits = max(5, len(str(count)))
+    return [f"{number:0{digits}d}" for number in range(1, count + 1)]

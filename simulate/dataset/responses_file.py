@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, UInt8
+from jaxtyping import Complex, Int, UInt8
 
 from scenes.files.atomic import remove_left
 from scenes.files.errors import InputError
@@ -30,58 +30,78 @@ RESPONSE_MAGNITUDES = 1e-12, 1e12
 """Bounds of the largest magnitude of a dataset's responses. Models square it in single precision."""
 
 
-class Responses(NamedTuple):
-    """Content of channels.npz."""
+class Recorded(NamedTuple):
+    """Content of channels.npz, with a row for each of tx_pos.csv."""
 
-    # responses at the carrier; None if there is no such file or it is faulty
-    channels: Complex[np.ndarray, "K elements"] | None = None
+    # responses at the carrier, or over the band if there is one; None if there is no such file or it is faulty
+    responses: Complex[np.ndarray, "K elements *band"] | None = None
     retrieved: bool = False  # whether they have unknown phases of their own, such as those found behind pictures
-    # responses at all subcarriers; None if there are none
-    over_band: Complex[np.ndarray, "K elements subcarriers"] | None = None
+
+    def of_rows(
+        self, path: Path, rows: Int[np.ndarray, " n"], problems: list[str]
+    ) -> dict[str, Complex[np.ndarray, "n elements *band"]]:
+        """The responses of some rows by the name of the quantity. They must be of a magnitude that can be squared."""
+        if self.responses is None:
+            return {}
+        found = self.responses[rows]
+        finite = np.isfinite(found).reshape(len(found), -1).all(axis=1)
+        if not (self.retrieved or finite.all()):
+            problems.append(
+                f"{path}: expected finite responses, found others in {int((~finite).sum())} rows, first in that of "
+                f"picture {int(np.flatnonzero(~finite)[0]) + 1} of {len(found)}"
+            )
+            return {}
+        low, high = RESPONSE_MAGNITUDES
+        with np.errstate(over="ignore"):
+            largest = float(np.abs(found[finite]).max(initial=0))
+        if not low <= largest <= high:
+            problems.append(f"{path}: expected a largest magnitude from {low:g} to {high:g}, found {largest:.4g}")
+            return {}
+        return {"retrieved" if self.retrieved else "response": found.astype(np.complex64)}
 
 
 def read_responses(
     path: Path, rows: int | None, elements: int, problems: list[str], band: Band | None = None
-) -> Responses:
+) -> Recorded:
     """Read channels.npz."""
     if not os.path.lexists(path):
-        return Responses()
+        return Recorded()
     positions = "the" if rows is None else rows
+    what, numbers = f"responses of {positions} positions × {elements} elements", 1
     expected = {
-        "channels": Expected(f"responses of {positions} positions × {elements} elements", "c", (rows, elements)),
+        "channels": Expected(what, "c", (rows, elements)),
         "retrieved": Expected("whether the responses were retrieved", "b", optional=True),
     }
-    numbers = 1
     if band is not None:
-        shape = (rows, elements, band.subcarriers)
-        what = f"responses of {positions} positions × {elements} elements × {band.subcarriers} subcarriers"
-        expected["band"] = Expected(what, "c", shape)
+        over_band = f"{what} × {band.subcarriers} subcarriers"
+        expected["band"] = Expected(over_band, "c", (rows, elements, band.subcarriers))
         numbers += band.subcarriers
     limit = LARGEST_NPZ if rows is None else 16 * rows * elements * numbers + MEGABYTE  # at most complex128
     try:
         found = read_npz(path, "an npz archive of responses", expected, min(limit, LARGEST_NPZ))
     except InputError as error:
         problems.append(str(error))
-        return Responses()
-    return Responses(found["channels"], bool(found.get("retrieved", False)), found.get("band"))
-
-
-def check_responses(
-    path: Path, responses: Complex[np.ndarray, "K elements *band"], retrieved: bool, problems: list[str]
-) -> None:
-    """Check that responses are finite, not all zero, and of a magnitude that models can square."""
-    finite = np.isfinite(responses).reshape(len(responses), -1).all(axis=1)
-    if not (retrieved or finite.all()):
+        return Recorded()
+    retrieved = bool(found.get("retrieved", False))
+    if band is None:
+        return Recorded(found["channels"], retrieved)
+    at_carrier = found["band"][..., band.carrier]
+    same = np.isclose(found["channels"], at_carrier, rtol=1e-5, atol=0, equal_nan=True).all(axis=1)
+    if not same.all():
         problems.append(
-            f"{path}: expected finite responses, found others in {int((~finite).sum())} rows, first in that of "
-            f"picture {int(np.flatnonzero(~finite)[0]) + 1} of {len(responses)}"
+            f"{path}: expected the channels of subcarrier {band.carrier} of band, found others in "
+            f"{int((~same).sum())} rows, first in row {int(np.flatnonzero(~same)[0]) + 1} of {len(same)}"
         )
-        return
-    low, high = RESPONSE_MAGNITUDES
-    with np.errstate(over="ignore"):
-        largest = float(np.abs(responses[finite]).max(initial=0))
-    if not low <= largest <= high:
-        problems.append(f"{path}: expected a largest magnitude from {low:g} to {high:g}, found {largest:.4g}")
+    return Recorded(found["band"], retrieved)
+
+
+def write_responses(
+    path: Path, responses: Complex[np.ndarray, "K elements *band"], band: Band | None = None, retrieved: bool = False
+) -> None:
+    """Write channels.npz: complex64 element responses, not normalised, at the carrier and over a band."""
+    responses = responses.astype(np.complex64)
+    arrays = {"channels": responses} if band is None else {"channels": responses[..., band.carrier], "band": responses}
+    write_arrays(path, {**arrays, **({"retrieved": np.array(True)} if retrieved else {})})
 
 
 def retrieve(dataset: Dataset) -> Retrieval:
@@ -94,8 +114,8 @@ def retrieve(dataset: Dataset) -> Retrieval:
     responses, whose phases can be compared from one position to another.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
-    recorded = dataset.phases_recorded_per_position and dataset.retrieved is not None
-    if dataset.responses is not None or recorded:
+    recorded = dataset.phases_recorded_per_position and "retrieved" in dataset.values
+    if "response" in dataset.values or recorded:
         raise InputError(f"{path}: expected no responses, or retrieved ones, found recorded ones, which are better")
     require_planar(dataset.array, str(folder))
     known = dataset.identification

@@ -20,19 +20,19 @@ from scenes.files.progress import progress_bar
 from scenes.scene.antennas import Gateway
 from simulate.dataset.bearings import bearing_of, turns_of
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import inspect, read_dataset
+from simulate.dataset.dataset_folder import assumptions_of, inspect, read_dataset, require_written
 from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies
-from simulate.dataset.dataset_kinds import not_spectra
-from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_receivers
-from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
-from simulate.dataset.index_files import LARGEST_INDEX
-from simulate.dataset.picture_files import is_number, picture_files
+from simulate.dataset.dataset_kinds import require_spectra
+from simulate.dataset.index_files import LARGEST_INDEX, write_index
+from simulate.dataset.metadata import read_metadata, write_metadata
+from simulate.dataset.picture_files import encode_picture, is_number, picture_files
+from simulate.dataset.spectra_folder import read_gateway, read_receivers
+from simulate.dataset.written_dataset import fill_dataset
 from simulate.exchange.foreign_pictures import Survey, grid_of, kept_pictures, read_in_size, survey
-from simulate.exchange.given_responses import fill_dataset
 from simulate.exchange.grey_levels import reading_of
 from simulate.exchange.reading_options import Conversion, require_valid
 from simulate.generation.dataset_parts import picture_names
-from simulate.positions.positions import read_points
+from simulate.positions.positions import read_points, write_positions
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.identification import DOUBTFUL, stated_array, stated_grid
@@ -47,7 +47,7 @@ LISTED = 5  # Most names that a sentence lists
 
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:
     require_valid(conversion)
-    simulated = "scene_file" in read_metadata(source / "metadata.json", [])
+    simulated = "scene_file" in read_metadata(source / "metadata.json")
     if conversion.frequency is not None and len(several := several_frequencies(source)) and simulated:
         for name, value in asdict(conversion).items():
             if name != "frequency" and value != getattr(Conversion(), name):
@@ -65,17 +65,17 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
 def _one_frequency(source: Path, output: Path, frequency: float | str, several: Sequence[float]) -> list[str]:
     """Write the spectra of one frequency of a simulated folder, with their responses."""
     dataset = read_dataset(source, frequency)
-    if dataset.responses is None:
+    if "response" not in dataset.values:
         raise InputError(f"{source / 'channels.npz'}: expected the folder's responses, found no such file")
     position, orientation = dataset.gateway_position.tolist(), dataset.gateway_orientation.tolist()
     gateway = Gateway(position, orientation, **dataset.array.of_gateway())  # type: ignore[arg-type]
     hertz = dataset.frequency.hertz
     with new_folder(output) as unfinished:
         fill_dataset(
-            *(unfinished, output, dataset.positions, dataset.responses, gateway, hertz, dataset.grid, "common"),
-            moving=dataset.moving,
-            receivers=dataset.moving_receivers,
+            *(unfinished, output, dataset.positions, dataset.responses, gateway, hertz, dataset.grid, dataset.moving),
+            dataset.receivers if dataset.moving == "both" else None,
         )
+        require_written(unfinished, output)
         names = picture_names(len(dataset))
         for label, part in (("train", dataset.train), ("test", dataset.test)):
             write_index(unfinished / f"{label}_index.txt", [names[index] for index in part])
@@ -83,22 +83,18 @@ def _one_frequency(source: Path, output: Path, frequency: float | str, several: 
 
 
 def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
-    if other := not_spectra(source):
-        raise InputError(other)
-    problems: list[str] = []
-    metadata = read_metadata(source / "metadata.json", problems)
+    require_spectra(source)
+    metadata = read_metadata(source / "metadata.json")
     if "scene_file" in metadata:
         raise InputError(f"{source}: expected the folder of another program, found one that bisplat simulated")
     if conversion.moving is not None:
         metadata["moving"] = conversion.moving
     # Copied unchanged, with the keys of other programs.
     gateway = read_bytes(source / "gateway_info.yml", "the gateway's position and orientation", MEGABYTE)
-    read_gateway(source / "gateway_info.yml", problems)
+    read_gateway(source / "gateway_info.yml")
     positions, receivers = read_points(source / "tx_pos.csv"), None
     if metadata.get("moving") == "both":
-        receivers = read_receivers(source / "rx_pos.csv", "both", len(positions), problems)
-    if problems:
-        raise InputError(problems[0])
+        receivers = read_receivers(source / "rx_pos.csv", len(positions))
     files = picture_files(source / "spectrum")
     numbers = np.array([int(path.stem) for path in files])
     rows = numbers - min(numbers[0], 1)
@@ -198,7 +194,7 @@ def _of_result(dataset: Dataset, conversion: Conversion) -> list[str]:
             "took tx_pos.csv for the places of transmitters; if it holds those of an array that moved, as SwiftWRF's "
             "data do, state --moving receiver"
         )
-    return said + dataset.assumptions()
+    return said + assumptions_of(dataset)
 
 
 def read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:

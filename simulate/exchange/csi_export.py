@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from importlib.metadata import version
-from io import BytesIO
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, require_flag, require_instance, require_path
+from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
-from simulate.csi.csi_dataset import OF_EACH
-from simulate.dataset.dataset import Dataset, require_fixed_array
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
+from simulate.dataset.channels_folder import OF_EACH, write_channels
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import given_dataset, require_fixed_array
+from simulate.dataset.index_files import write_index
+from simulate.dataset.metadata import made_here
 
 
 def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
@@ -31,7 +27,7 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
     - ``base-station.yml``: ``base_station``, the positions of the elements, metres, world frame;
     - ``train_index.txt`` and ``test_index.txt``: rows, counted from 0, if the dataset has a split of its own;
     - ``tx_pos.csv``: the transmitter positions, and ``metadata.json``: the carrier and the band. Those loaders do not
-      read them, ``read_csi`` does.
+      read them, ``read_dataset`` does.
 
     Args:
         dataset: a dataset with responses over a band, or its folder.
@@ -51,12 +47,10 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
         >>> np.load("csi/csidata.npy").shape
         (3, 8, 52)
     """
-    require_instance(Dataset, str, PathLike, dataset=dataset)
     require_path(folder=folder)
     require_flag(force=force)
-    if not isinstance(dataset, Dataset):
-        dataset = read_dataset(dataset)
-    if dataset.band is None or dataset.band_responses is None:
+    dataset = given_dataset(dataset)
+    if dataset.band is None:
         raise InputError(
             f"{dataset.folder}: expected responses over a band, found those of the carrier alone; simulate --bandwidth "
             "and --subcarriers make them"
@@ -73,20 +67,10 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
     turned = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.array.positions)
     elements = dataset.gateway_position + turned * dataset.wavelength
     with new_folder(Path(folder), force) as unfinished:
-        buffer = BytesIO()
-        np.save(buffer, dataset.band_responses)
-        write_atomically(unfinished / "csidata.npy", buffer.getvalue())
-        lines = "".join(f"  - [{', '.join(f'{value:.6f}' for value in place)}]\n" for place in elements)
-        write_atomically(unfinished / "base-station.yml", f"base_station:\n{lines}".encode())
-        write_positions(unfinished / "tx_pos.csv", dataset.positions)
-        stated: dict[str, Any] = {
-            "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
-            "kind": "csi",
-            "band": asdict(dataset.band),
-        }
+        stated: dict[str, Any] = {**made_here(), "kind": "csi", "band": asdict(dataset.band)}
         if dataset.frequency.source != "assumed":
             stated["frequency_hz"] = dataset.frequency.hertz
-        write_metadata(unfinished / "metadata.json", stated)
+        write_channels(unfinished, dataset.positions, elements, dataset.band_responses, stated)
         for name, part in (("train", dataset.train), ("test", dataset.test)):
             if len(part):
-                write_index(unfinished / f"{name}_index.txt", [str(index) for index in part])
+                write_index(unfinished / f"{name}_index.txt", part)

@@ -12,8 +12,8 @@ from scenes.files.errors import InputError, require_flag, require_instance, requ
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_kinds import not_spectra
-from simulate.dataset.dataset_reader import read_metadata
+from simulate.dataset.dataset_kinds import require_spectra
+from simulate.dataset.metadata import read_metadata
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo_scenario import (
     MOST_INTERACTIONS,
@@ -81,10 +81,9 @@ def _check_name(folder: Path) -> None:
 
 
 def _request(source: Path) -> tuple[Request, Rays]:
-    if other := not_spectra(source):
-        raise InputError(other)
+    require_spectra(source)
     path = source / "metadata.json"
-    if "scene_file" not in read_metadata(path, []):
+    if "scene_file" not in read_metadata(path):
         raise InputError(
             f"{source}: expected a simulated dataset, since its paths are traced in its scene, found one without a "
             "scene; a measured dataset has none"

@@ -15,16 +15,14 @@ from scenes.files.atomic import written_atomically
 from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_kinds import is_rssi
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.array import PlanarArray
 
 AT_ONCE = 100  # Spectra written at a time. This bounds the memory.
 
 
-def export_hdf5(dataset: Dataset | RssiDataset | Path | str, path: Path | str) -> None:
+def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
     """Write a dataset, simulated or measured, as one HDF5 file, for example for MATLAB.
 
     The file has these arrays; those that the dataset lacks are missing or empty:
@@ -61,13 +59,11 @@ def export_hdf5(dataset: Dataset | RssiDataset | Path | str, path: Path | str) -
     """
     require_path(path=path)
     path = Path(path)
-    if not isinstance(dataset, Dataset | RssiDataset):
-        require_path(dataset=dataset)
-        dataset = read_rssi(dataset) if is_rssi(Path(dataset)) else read_dataset(dataset)
+    dataset = given_dataset(dataset, "spectrum", "power")
     with written_atomically(path) as unfinished, _Disk(unfinished, "w+") as disk:
         try:
             with h5py.File(disk, "w") as file:
-                if isinstance(dataset, RssiDataset):
+                if "power" in dataset.values:
                     _write_powers(file, dataset)
                 else:
                     _write_attributes(file, dataset)
@@ -106,11 +102,11 @@ class _Disk(FileIO):
             raise self.failure
 
 
-def _write_powers(file: h5py.File, dataset: RssiDataset) -> None:
+def _write_powers(file: h5py.File, dataset: Dataset) -> None:
     file.attrs["floor_dbm"] = dataset.floor_dbm
-    if dataset.frequency is not None:
+    if dataset.frequency.source != "assumed":
         file.attrs["frequency_hz"] = dataset.frequency.hertz
-    file["rssi_dbm"], file["positions_m"] = dataset.rssi_dbm, dataset.positions
+    file["rssi_dbm"], file["positions_m"] = dataset.powers, dataset.positions
     file["gateway_positions_m"] = dataset.gateway_positions
     file["gateway_names"] = np.array([name.encode() for name in dataset.gateway_names], dtype="S")
     file["train_index"], file["test_index"] = dataset.train, dataset.test
@@ -140,21 +136,22 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
 
 def _write_tables(file: h5py.File, dataset: Dataset) -> None:
     file["positions_m"] = dataset.positions
-    if dataset.moving_receivers is not None:
-        file["receivers_m"] = dataset.moving_receivers
+    if dataset.moving == "both":
+        file["receivers_m"] = dataset.receivers
     file["names"] = np.array(dataset.names, dtype="S")
     file["train_index"], file["test_index"] = dataset.train, dataset.test
     file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)
     if dataset.band is not None:
         file.attrs["bandwidth_hz"] = dataset.band.bandwidth
-    kinds = {
-        "responses": dataset.responses,
-        "retrieved_responses": dataset.retrieved,
-        "band_responses": dataset.band_responses,
-    }
+    kinds = {}
+    if "response" in dataset.values:
+        kinds["responses"] = dataset.responses
+    if "retrieved" in dataset.values:
+        kinds["retrieved_responses"] = dataset.retrieved
+    if dataset.band is not None:
+        kinds["band_responses"] = dataset.band_responses
     for name, responses in kinds.items():
-        if responses is not None:
-            file.create_dataset(name, data=responses, chunks=True, compression="gzip", shuffle=True)
+        file.create_dataset(name, data=responses, chunks=True, compression="gzip", shuffle=True)
 
 
 def _write_spectra(file: h5py.File, dataset: Dataset, disk: _Disk) -> None:

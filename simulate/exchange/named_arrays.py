@@ -37,8 +37,8 @@ RECEIVER_COLUMN = re.compile("(?:rx|receiver)" + AXIS_AND_UNIT, re.IGNORECASE)
 LISTED = 8  # Arrays that a message names
 
 NO_PHASES = (
-    "there are neither complex numbers nor phases, and powers alone (RSSI) are no responses: bisplat.write_rssi makes "
-    "a folder of them"
+    "there are neither complex numbers nor phases, and powers alone (RSSI) are no responses: bisplat.write_dataset "
+    "makes a folder of them"
 )
 
 FAR = 1000.0  # Metres. Positions that spread over more need a stated unit.

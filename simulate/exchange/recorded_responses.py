@@ -16,10 +16,11 @@ from scenes.files.output_folder import new_folder
 from scenes.scene.antennas import Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.bearings import FARTHER, POINTS
+from simulate.dataset.dataset_folder import require_written
 from simulate.dataset.dataset_frequency import SAME, Frequency, named
 from simulate.dataset.dataset_kinds import Phases
+from simulate.dataset.written_dataset import fill_dataset, own_responses
 from simulate.exchange.array_files import Arrays, read_arrays
-from simulate.exchange.given_responses import fill_dataset, own_responses
 from simulate.exchange.named_arrays import Found, find_arrays
 from simulate.exchange.reading_options import Recording
 from simulate.positions.positions import check_points
@@ -86,11 +87,10 @@ def record(
         stated = recording.columns_first if planar else False, recording.conjugate
         told = told_by_sight(of_carrier, seen, gateway, array, *stated)
         fill_dataset(
-            *(unfinished, output, positions, told.order.read(values, array), gateway, hertz, AngularGrid(), phases),
-            band=band,
-            moving=recording.moving,
-            receivers=receivers,
+            *(unfinished, output, positions, told.order.read(values, array), gateway, hertz, AngularGrid()),
+            *(recording.moving, receivers, phases, band),
         )
+        require_written(unfinished, output)
     return [*said, _of_order(told, None in stated, planar)]
 
 

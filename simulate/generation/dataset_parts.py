@@ -16,7 +16,7 @@ from PIL import Image
 from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_kinds import PARTS
-from simulate.dataset.dataset_writer import encode_picture, encode_power
+from simulate.dataset.picture_files import encode_picture, encode_power
 from simulate.dataset.responses_file import read_responses
 from simulate.engines.engine import BandSource, ResponseSource
 from simulate.generation.request import Request
@@ -107,10 +107,9 @@ class WrittenParts:
         problems: list[str] = []
         path, count = self.folder / "channels.npz", len(self.names)
         found_there = read_responses(path, count, self._elements, problems, self._band)
-        recorded = found_there.channels if self._band is None else found_there.over_band
         self.damage = [f"{problem}; it is made again" for problem in problems]
         with ThreadPoolExecutor() as pool:
-            recorded = None if found_there.retrieved else recorded
+            recorded = None if found_there.retrieved else found_there.responses
             found = {start: self._whole(start, recorded, pool) for start in self.starts}
         return {start: responses for start, responses in found.items() if responses is not None}
 

@@ -26,21 +26,16 @@ from scenes.files.output_folder import has_other_files, locked
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.storage.scene_writing import write_scene
-from simulate.dataset.dataset_frequency import FREQUENCIES
+from simulate.dataset.dataset_frequency import FREQUENCIES, write_frequencies
 from simulate.dataset.dataset_kinds import PARTS
-from simulate.dataset.dataset_writer import (
-    write_frequencies,
-    write_gateway,
-    write_index,
-    write_metadata,
-    write_positions,
-    write_responses,
-)
-from simulate.dataset.metadata import Metadata, read_metadata_file
+from simulate.dataset.index_files import write_index
+from simulate.dataset.metadata import Metadata, read_metadata_file, write_metadata
+from simulate.dataset.responses_file import write_responses
+from simulate.dataset.spectra_folder import write_gateway
 from simulate.generation.dataset_parts import WrittenParts, make_part, part_by_worker
 from simulate.generation.request import Request
 from simulate.parallel.machines import Machines, by_workers
-from simulate.positions.positions import read_points
+from simulate.positions.positions import read_points, write_positions
 
 
 def begun(folder: Path, metadata: dict[str, Any]) -> bool:

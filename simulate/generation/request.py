@@ -18,7 +18,7 @@ from scenes.scene.description import Scene, with_same_array
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
-from simulate.dataset.dataset_kinds import Moving, not_spectra
+from simulate.dataset.dataset_kinds import Moving, require_spectra
 from simulate.dataset.metadata import band_of, read_metadata_file
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
@@ -161,8 +161,7 @@ def read_request(folder: Path) -> Request:
     if not path.exists() and (folder / "scene.yaml").exists():
         scene_file = folder / "scene.yaml"
         raise InputError(f"{folder}: expected a simulated dataset, found the folder of a scene; give {scene_file}")
-    if other := not_spectra(folder):
-        raise InputError(other)
+    require_spectra(folder)
     metadata = read_metadata_file(path, "the metadata of a simulated dataset", simulated=True)
     errors = dict(metadata["measurement"])
     measurement_seed = errors.pop("seed")

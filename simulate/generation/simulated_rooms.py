@@ -24,8 +24,8 @@ from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from scenes.places.random_room import MOST_PIECES, random_room
 from scenes.scene.description import Scene
-from simulate.dataset.dataset_folder import Rooms, read_room_facts, read_rooms
 from simulate.dataset.dataset_kinds import ROOMS, Outline, Setting
+from simulate.dataset.rooms_folder import Rooms, read_room_facts, read_rooms
 from simulate.generation.simulation import simulate
 
 MOST_ROOMS = 10_000  # Largest number of rooms in a folder

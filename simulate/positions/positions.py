@@ -15,6 +15,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 from tyro.conf import arg
 
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, check_array, reason, require_seed, require_whole, shown
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.options import check_kinds
@@ -136,3 +137,16 @@ def reach_warning(
         f"{sides[0]}, {sides[1]} and {sides[2]} m (the farthest, number {outside.argmax() + 1}, by "
         f"{outside.max():.2g} m); {consequence}"
     )
+
+
+def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
+    """Write tx_pos.csv or rx_pos.csv, in metres with 6 decimals."""
+    text = StringIO()
+    text.write("x,y,z\n")
+    np.savetxt(text, positions, fmt="%.6f", delimiter=",")
+    write_atomically(path, text.getvalue().encode())
+
+
+def box_in_words(points: Float[np.ndarray, "n 3"]) -> str:
+    """The lowest and the highest corner of the box around points, metres."""
+    return " to ".join(str(corner.round(3).tolist()) for corner in (points.min(axis=0), points.max(axis=0)))

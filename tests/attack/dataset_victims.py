@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 import scipy.io
 
+from simulate.dataset.written_dataset import write_dataset
 from simulate.exchange.csi_export import export_csi
-from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.element_array import ElementArray
 from tests.attack import changes

@@ -16,8 +16,8 @@ from scenes.scene.materials import p2040_material
 from scenes.scene.orientation import facing
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_writing import write_scene
-from simulate.dataset.dataset_writer import write_positions
-from simulate.rssi.rssi_writer import write_rssi
+from simulate.dataset.written_dataset import write_dataset
+from simulate.positions.positions import write_positions
 from tests import corpus
 from tests import hostile_files as hostile
 from tests.attack import changes
@@ -251,7 +251,13 @@ def write_powers(folder: Path) -> None:
     powers = generator.uniform(-90, -40, (12, 2))
     powers[3, 1] = np.nan
     gateways = {"door": (0.0, 0.0, 2.0), "7": (5.0, 0.0, 2.0)}
-    write_rssi(folder / "powers", generator.uniform((2, -1, 0), (4, 1, 2), (12, 3)), powers, gateways, 2.4e9)
+    write_dataset(
+        folder / "powers",
+        generator.uniform((2, -1, 0), (4, 1, 2), (12, 3)),
+        powers=powers,
+        gateways=gateways,
+        frequency=2.4e9,
+    )
     (folder / "gateways.yml").write_text(
         "door: [0.3, 0.5, 2.0]\nroof: {position: [1, 1, 2], boresight: [1, 0, 0], pattern: dipole}\n"
     )

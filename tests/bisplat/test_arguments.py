@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from simulate.dataset.dataset_writer import write_positions
+from simulate.positions.positions import write_positions
 from tests.folders import write_links
 
 AT_ONCE = 2.0
@@ -133,21 +133,45 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "write_dataset": Call(
             bisplat.write_dataset,
             two | {"folder": "out", "responses": np.ones((2, 16)) * (1 + 1j), "array": array, "frequency": 915e6},
-            {"responses": ("x", 3, None, np.ones((2, 16))), "phases": WORD},
+            {
+                "responses": ("x", 3, None, np.ones((2, 16))), "phases": WORD, "spectra": ("x", 3),
+                "powers": ([[-50.0]],), "channels": (np.ones((2, 1, 4)) * 1j,), "gateways": ({},), "antennas": (3,),
+            },
         ),
         "Band": Call(bisplat.Band, {"bandwidth": 20e6, "subcarriers": 64}, {"bandwidth": (*NUMBER, 0)}),
         "Band.frequencies": Call(bisplat.Band(20e6, 64).frequencies, {}, {"carrier": (*NUMBER, 0)}),
-        "read_rssi": Call(bisplat.read_rssi, {}, {"folder": other}),
-        "read_csi": Call(bisplat.read_csi, {}, {"folder": other}),
-        "write_rssi": Call(
-            bisplat.write_rssi,
+        "write_dataset.powers": Call(
+            bisplat.write_dataset,
             two | {
-                "folder": "out", "rssi_dbm": [[-50.0], [-60.0]], "gateways": {"door": (0, 0, 1)}, "frequency": 2.4e9,
+                "folder": "out", "powers": [[-50.0], [-60.0]], "gateways": {"door": (0, 0, 1)}, "frequency": 2.4e9,
             },
             {
-                "rssi_dbm": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
+                "powers": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
                 "gateways": ("x", None, {}, [(0, 0, 1)], {3: (0, 0, 1)}, *({"door": each} for each in POINT)),
-                "floor_dbm": (*NUMBER, -101, 61, None),
+                "floor_dbm": (*NUMBER, -101, 61, None), "array": (array,), "antennas": (3,),
+                "responses": (3,), "spectra": (3,), "channels": (3,), "phases": WORD,
+            },
+        ),
+        "write_dataset.channels": Call(
+            bisplat.write_dataset,
+            {
+                "folder": "out", "positions": None, "channels": np.ones((2, 1, 4)) * 1j, "antennas": [[0, 0, 1]],
+                "frequency": 2.4e9,
+            },
+            {
+                "channels": ("x", None, 3, np.ones((2, 2, 4)) * 1j, np.ones((2, 1, 3)) * 1j), "gateways": ({},),
+                "antennas": ("x", None, 3, [(0, 0, 1)] * 2), "bandwidth": BANDWIDTH,
+                "positions": ("x", 3), "responses": (3,), "spectra": (3,), "powers": (3,), "phases": WORD,
+                "floor_dbm": (-60,), "array": (array,),
+            },
+        ),
+        "write_dataset.spectra": Call(
+            bisplat.write_dataset,
+            two | {"folder": "out", "spectra": dataset.spectra[:2], "frequency": 2.4e9},
+            {
+                "spectra": ("x", None, 3, dataset.spectra, 2 * dataset.spectra[:2]), "floor_dbm": (-60,),
+                "gateways": ({},), "antennas": (3,), "responses": (3,), "powers": (3,), "channels": (3,),
+                "phases": WORD,
             },
         ),
         "simulate_rooms": Call(
@@ -461,8 +485,6 @@ NOT_CALLED = {
     "Run": "made by train and load_run",
     "Located": "made by locate",
     "Dataset": "made by simulate and read_dataset",
-    "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
-    "CsiDataset": "made by read_csi",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",
@@ -476,7 +498,9 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
     file = tmp_path_factory.mktemp("meshes") / "floor.ply"
     bisplat.shapes.sheet((0, 0, 0), (9, 0, 0), (0, 9, 0)).export(file)
     places = np.random.default_rng(0).uniform(0, 3, (12, 3))
-    bisplat.write_rssi(file.with_name("powers"), places, -50 - 10 * places[:, :1], {"door": (0, 0, 1)}, 2.4e9)
+    bisplat.write_dataset(
+        file.with_name("powers"), places, powers=-50 - 10 * places[:, :1], gateways={"door": (0, 0, 1)}, frequency=2.4e9
+    )
     banded = np.exp(1j * np.arange(20 * 4 * 8)).reshape(20, 4, 8)
     square = bisplat.PlanarArray(2, 2)
     bisplat.write_dataset(file.with_name("wide"), np.eye(20, 3), banded, square, 2.4e9, bandwidth=20e6)

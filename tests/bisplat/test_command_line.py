@@ -17,7 +17,7 @@ from learn.training.run_folder import load_run
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_positions
+from simulate.positions.positions import write_positions
 
 pytestmark = pytest.mark.usefixtures("small_models")
 

@@ -16,10 +16,12 @@ import bisplat
 from scenes.files import optional_packages as extras
 from scenes.places.built_in import lab
 from scenes.storage.scene_writing import write_scene
-from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.spectra_folder import write_gateway
+from simulate.dataset.written_dataset import write_dataset
 from simulate.engines.rays_engine import Rays
 from simulate.generation.request import Request
-from simulate.rssi.rssi_writer import write_rssi
+from simulate.positions.positions import write_positions
 from tests.bisplat import without_extras
 
 FIELD = str(Path(__file__).parents[1] / "data" / "closet")
@@ -85,7 +87,13 @@ def place(tmp_path_factory, write_folder) -> Path:
     write_folder(folder / "data")
     write_gateway(folder / "data" / "gateway_info.yml", "lab", scene.gateway.position, scene.gateway.orientation)
     heard = np.random.default_rng(0).uniform(1, 3, (20, 3))
-    write_rssi(folder / "heard", heard, -50 - 10 * heard[:, :1], {"door": (1.0, 0.6, 2.2)}, scene.frequency)
+    write_dataset(
+        folder / "heard",
+        heard,
+        powers=-50 - 10 * heard[:, :1],
+        gateways={"door": (1.0, 0.6, 2.2)},
+        frequency=scene.frequency,
+    )
     request = Request(scene, np.array([[2.5, 3.0, 1.2]]), "given", Rays(), 0)
     (folder / "traced").mkdir()
     write_scene(scene, folder / "traced" / "scene")

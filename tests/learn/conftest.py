@@ -13,27 +13,27 @@ GATEWAYS = {"door": (0.0, 0, 2), "window": (9.0, 0, 2)}
 
 
 @pytest.fixture(scope="session")
-def hall(tmp_path_factory) -> bisplat.RssiDataset:
+def hall(tmp_path_factory) -> bisplat.Dataset:
     """60 positions and two gateways; what lies below −61 dBm is not received."""
     folder = tmp_path_factory.mktemp("powers") / "hall"
     made = write_hall(folder, [(0, 0, 0), (9, 6, 2)], 60, GATEWAYS, floor_dbm=-61)
-    assert 0.1 < np.isnan(made.rssi_dbm).mean() < 0.6
+    assert 0.1 < np.isnan(made.powers).mean() < 0.6
     return made
 
 
 @pytest.fixture(scope="session")
-def links(tmp_path_factory) -> bisplat.CsiDataset:
+def links(tmp_path_factory) -> bisplat.Dataset:
     """60 rows, 4 antennas, 12 + 12 subcarriers, two paths each; neither positions nor the band are stated."""
     generator = np.random.default_rng(0)
     gains = generator.normal(size=(60, 2)) + 1j * generator.normal(size=(60, 2))
     channels = paths(generator.uniform(0, 0.08, (60, 2)), gains * [1, 0.3], 24)
     folder = tmp_path_factory.mktemp("channels") / "links"
     write_links(folder, channels.astype(np.complex64))
-    return bisplat.read_csi(folder)
+    return bisplat.read_dataset(folder)
 
 
 @pytest.fixture(scope="session")
-def placed(tmp_path_factory) -> bisplat.CsiDataset:
+def placed(tmp_path_factory) -> bisplat.Dataset:
     """40 rows with positions, 3 antennas and 8 + 8 subcarriers over 16 MHz at 2.4 GHz; two paths each."""
     generator = np.random.default_rng(1)
     places = generator.uniform((0, 0, 1), (4, 3, 2), (40, 3))
@@ -44,7 +44,7 @@ def placed(tmp_path_factory) -> bisplat.CsiDataset:
     wide = bisplat.write_dataset(folder / "wide", places, channels, array, "2.4 GHz", bandwidth="16 MHz")
     bisplat.export_csi(wide, folder / "csi")
     write_index(folder / "csi", 40)
-    return bisplat.read_csi(folder / "csi")
+    return bisplat.read_dataset(folder / "csi")
 
 
 @pytest.fixture

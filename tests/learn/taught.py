@@ -1,19 +1,28 @@
 """What a method learns from, made of arrays alone: received powers, and both links of channels."""
 
-from types import SimpleNamespace
+from pathlib import Path
 
 import numpy as np
 
 from learn.quantities.channels import Channels
 from learn.quantities.known import Known
 from learn.quantities.powers import Powers
+from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_frequency import Frequency
+from simulate.dataset.receivers import Antennas
+
+
+def _dataset(values, positions, antennas, wavelength, **metadata) -> Dataset:
+    [count] = {len(each) for each in values.values()}
+    frequency, none = Frequency(SPEED_OF_LIGHT / wavelength, "metadata"), np.zeros(0, int)
+    names, receiver = [str(row) for row in range(count)], Antennas([], antennas)
+    return Dataset(Path("taught"), names, values, receiver, positions, none, none, None, metadata, frequency)
 
 
 def taught_powers(positions, powers, gateways, floor=-100.0, wavelength=0.125, seed=0) -> Known:
     """Known powers [n, G] at all positions."""
-    dataset = SimpleNamespace(
-        positions=positions, rssi_dbm=powers, gateway_positions=gateways, floor_dbm=floor, wavelength=wavelength
-    )
+    dataset = _dataset({"power": powers}, positions, gateways, wavelength, receiver={"floor_dbm": floor})
     return Known.of(dataset, Powers(), np.arange(len(powers)), seed)
 
 
@@ -29,11 +38,7 @@ class InOwnUnit(Channels):
 
 def taught_links(uplink, downlink, positions=None, *, seed=0, antennas=None, wavelength=0.125) -> Known:
     """Known channels [n, A, S] of both links, in their own unit."""
-    dataset = SimpleNamespace(
-        uplink=uplink,
-        downlink=downlink,
-        positions=positions,
-        antenna_positions=antennas,
-        frequency=SimpleNamespace(wavelength=wavelength),
+    both = np.concatenate([uplink, downlink], axis=2)
+    return Known.of(
+        _dataset({"channel": both}, positions, antennas, wavelength), InOwnUnit(), np.arange(len(both)), seed
     )
-    return Known.of(dataset, InOwnUnit(), np.arange(len(uplink)), seed)

@@ -25,8 +25,11 @@ from learn.training.validation_part import learned_responses
 from scenes.files.errors import InputError
 from scenes.storage.scene_writing import write_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
-from simulate.positions.positions import FARTHEST
+from simulate.dataset.index_files import write_index
+from simulate.dataset.picture_files import encode_picture
+from simulate.dataset.receivers import ArrayReceiver
+from simulate.dataset.spectra_folder import write_gateway
+from simulate.positions.positions import FARTHEST, write_positions
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 from tests.small_scene import small_scene
@@ -56,39 +59,38 @@ def usual() -> Dataset:
     return Dataset(
         folder=Path("odd"),
         names=[f"{number:05d}" for number in range(1, COUNT + 1)],
-        pictures=picture(Beamformer().spectrum(responses)),
-        positions=generator.uniform(-1, 1, (COUNT, 3)),
-        gateway_position=np.array(small_scene().gateway.position),
-        gateway_orientation=np.array(small_scene().gateway.orientation),
+        values={"spectrum": picture(Beamformer().spectrum(responses)), "response": responses},
+        receiver=ArrayReceiver(np.array(small_scene().gateway.position), np.array(small_scene().gateway.orientation)),
+        places=generator.uniform(-1, 1, (COUNT, 3)),
         train=np.arange(COUNT - 1),
         test=np.array([COUNT - 1]),
-        responses=responses,
     )
 
 
 ODD = {
-    "far away": lambda data: {"positions": data.positions + FARTHEST - 1},
-    "far apart": lambda data: {"positions": data.positions * FARTHEST},
-    "very near": lambda data: {"positions": data.positions * 1e-7},
-    "at one place": lambda data: {"positions": np.ones_like(data.positions)},
-    "on a line": lambda data: {"positions": data.positions * [1, 0, 0]},
-    "on a plane": lambda data: {"positions": data.positions * [1, 1, 0]},
-    "at shared places": lambda data: {"positions": data.positions[[0, 0, 1, 1, 2, 2]]},
-    "black": lambda data: {"pictures": np.zeros_like(data.pictures), "responses": None},
-    "white": lambda data: {"pictures": np.full_like(data.pictures, 255), "responses": None},
-    "without responses": lambda data: {"responses": None},
-    "hardly any signal": lambda data: {"responses": np.repeat(1e-12 * np.eye(COUNT, 1), 16, axis=1).astype("c8")},
-    "much signal": lambda data: {"responses": data.responses * 1e11},
-    "one known spectrum": lambda data: {"train": np.array([0])},
-    "two known spectra": lambda data: {"train": np.array([0, 1])},
+    "far away": lambda data: replace(data, places=data.positions + FARTHEST - 1),
+    "far apart": lambda data: replace(data, places=data.positions * FARTHEST),
+    "very near": lambda data: replace(data, places=data.positions * 1e-7),
+    "at one place": lambda data: replace(data, places=np.ones_like(data.positions)),
+    "on a line": lambda data: replace(data, places=data.positions * [1, 0, 0]),
+    "on a plane": lambda data: replace(data, places=data.positions * [1, 1, 0]),
+    "at shared places": lambda data: replace(data, places=data.positions[[0, 0, 1, 1, 2, 2]]),
+    "black": lambda data: data.with_values(spectrum=np.zeros_like(data.pictures), response=None),
+    "white": lambda data: data.with_values(spectrum=np.full_like(data.pictures, 255), response=None),
+    "without responses": lambda data: data.with_values(response=None),
+    "hardly any signal": lambda data: data.with_values(
+        response=np.repeat(1e-12 * np.eye(COUNT, 1), 16, axis=1).astype("c8")
+    ),
+    "much signal": lambda data: data.with_values(response=data.responses * 1e11),
+    "one known spectrum": lambda data: replace(data, train=np.array([0])),
+    "two known spectra": lambda data: replace(data, train=np.array([0, 1])),
 }
 FEWER = ["far apart", "at one place", "black", "white", "hardly any signal"]
 """For models that take longer."""
 
 
 def odd_dataset(odd: str) -> Dataset:
-    data = usual()
-    return replace(data, **ODD[odd](data))
+    return ODD[odd](usual())
 
 
 @pytest.fixture(autouse=True)
@@ -121,7 +123,7 @@ def test_models(name, odd, scene):
     config = Config(dataset="odd", model=name, options=options, by_steps=entry.by_steps)
     torch.manual_seed(0)
     model = build_model(config, box_of(data.positions[parts.train]), data.beamformer, data.wavelength)
-    if (name == "twin" and odd == "black") or (name == "mirror-images" and data.responses is None):
+    if (name == "twin" and odd == "black") or (name == "mirror-images" and "response" not in data.values):
         for learn in (model.fit, model.refit):
             with pytest.raises(InputError, match=r"expected (spectra of several grey levels|element responses)"):
                 learn(data, parts.train)
@@ -169,5 +171,5 @@ def test_folders_of_pictures_of_one_grey_level(level, tmp_path):
     write_index(tmp_path / "train_index.txt", ["00001", "00002", "00003"])
     write_index(tmp_path / "test_index.txt", ["00004"])
     found = check(tmp_path)
-    assert found.valid and found.leakage is not None and np.isfinite(found.leakage.ssim).all()
+    assert found.valid and found.split.leakage is not None and np.isfinite(found.split.leakage.ssim).all()
     assert all(text.isprintable() and "nan" not in text for text in found.description().values())

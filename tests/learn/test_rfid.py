@@ -52,7 +52,7 @@ def test_folders_own_split_leaks(rfid):
 def test_whole_folder_is_read(rfid):
     assert rfid.pictures.shape == (160, 90, 360)
     assert len(rfid.train) == 128 and len(rfid.test) == 32
-    assert rfid.responses is None and rfid.metadata == {}
+    assert rfid.quantities == ["spectrum"] and rfid.metadata == {}
 
 
 @pytest.mark.slow

@@ -19,6 +19,7 @@ from learn.models.images.mirror_images import image_waves
 from learn.models.kriging.kriged_field import KrigedField
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly
 
@@ -48,12 +49,12 @@ def frame_of_walls(degrees: int) -> Float[np.ndarray, "3 3"]:
 def in_frame(dataset: Dataset, frame: Float[np.ndarray, "3 3"]) -> Dataset:
     """A dataset whose world frame is another one."""
     turn = Rotation.from_matrix(frame)
-    return replace(
-        dataset,
-        positions=turn.apply(dataset.positions),
-        gateway_position=turn.apply(dataset.gateway_position),
-        gateway_orientation=(turn * Rotation.from_quat(dataset.gateway_orientation)).as_quat(),
+    gateway = ArrayReceiver(
+        turn.apply(dataset.gateway_position),
+        (turn * Rotation.from_quat(dataset.gateway_orientation)).as_quat(),
+        dataset.identification,
     )
+    return replace(dataset, places=turn.apply(dataset.positions), receiver=gateway)
 
 
 FITTED_ON = 128  # largest number of known spectra, evenly spread, in which the images are found
@@ -119,7 +120,7 @@ class ImageField(PredictsResponses):
     @classmethod
     def unsuited(cls, dataset: Dataset) -> str | None:
         """Why the images cannot be found in a dataset: it has no responses, or another end moves."""
-        if dataset.responses is None:  # their phases tell mirror images
+        if "response" not in dataset.values:  # their phases tell mirror images
             return no_comparable_phases(dataset)
         if dataset.moving != "transmitter":
             found = "a receiver that moves" if dataset.moving == "receiver" else "both ends moving"
@@ -140,7 +141,6 @@ class ImageField(PredictsResponses):
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """As ``fit``, with the angle of the walls that it found."""
         self._require_suited(dataset)
-        assert dataset.responses is not None
         known = np.unique(known)
         turned = in_frame(dataset, self.frame.double().cpu().numpy())
         images, amplitudes = ImageSearch(turned, evenly(known, FITTED_ON)).found(self.report)
@@ -158,7 +158,7 @@ class ImageField(PredictsResponses):
             for values in (rest, dataset.responses)
         )
         self.rest.report = self.report  # type: ignore[method-assign]
-        self.rest.fit(replace(dataset, responses=rest), known)
+        self.rest.fit(dataset.with_values(response=rest), known)
 
     def _require_suited(self, dataset: Dataset) -> None:
         unsuited = self.unsuited(dataset)

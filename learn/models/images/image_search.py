@@ -124,7 +124,6 @@ class ImageSearch:
     """
 
     def __init__(self, dataset: Dataset, known: Int[np.ndarray, " n"]):
-        assert dataset.responses is not None
         self._dataset, self._known = dataset, known
         positions = dataset.positions[known].astype(float)
         self._region = np.stack([positions.min(axis=0), positions.max(axis=0)])

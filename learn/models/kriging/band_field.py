@@ -69,7 +69,7 @@ class BandField(KrigedField):
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         known = np.unique(known)
-        assert dataset.band_responses is not None and dataset.band is not None
+        assert dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
         found = self.fit_to(dataset.positions[known], responses, dataset.band.spacing, times)
         self.learn_deviations(responses)
@@ -103,7 +103,6 @@ class BandField(KrigedField):
         )
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        assert dataset.band_responses is not None
         self._keep(dataset.positions[known], dataset.band_responses[known], known.astype(float))
 
     def _keep(

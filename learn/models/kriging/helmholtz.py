@@ -131,7 +131,7 @@ class HelmholtzField(SpectrumModel):
 
     def _fit_band(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Fit the field over the band, if the dataset has one, and say what was found."""
-        if dataset.band_responses is None:
+        if dataset.band is None:
             return ""
         field = self._empty_band()
         field.report = self.report  # type: ignore[method-assign]

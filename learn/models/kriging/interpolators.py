@@ -110,7 +110,7 @@ class Built(NamedTuple):
 
 def kriging_ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
     """The ways of kriging that are worth a try, in this order."""
-    if dataset.responses is not None:
+    if "response" in dataset.values:
         one_field = ["field"] if dataset.moving == "receiver" and dataset.array.elements > 1 else []
         return [*one_field, "responses", "spectra", "smooth-spectra"]
     return ["spectra", *(["phases"] if can_retrieve(dataset, known) else []), "smooth-spectra"]

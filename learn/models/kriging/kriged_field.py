@@ -103,7 +103,6 @@ class KrigedField(SpectrumModel):
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
         if self.of_responses:
-            assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
             root_mean_square = responses.abs().square().mean().sqrt()
             if root_mean_square > 0:  # pictures of one grey level have responses of zero

@@ -19,7 +19,6 @@ first outwards from one place, each from those already done, then again and agai
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from heapq import heappop, heappush
 
 import numpy as np
@@ -163,7 +162,7 @@ early errors spread."""
 
 def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:
     """Responses behind known pictures, each up to a factor and the flip: those in the dataset if it has them."""
-    if dataset.retrieved is not None and np.isfinite(dataset.retrieved[known]).all():
+    if "retrieved" in dataset.values and np.isfinite(dataset.retrieved[known]).all():
         return dataset.retrieved[known]
     return retrieve_responses(spectrum_of(dataset.pictures[known]), dataset.beamformer).responses
 
@@ -199,7 +198,7 @@ def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
 
 def not_retrieved(dataset: Dataset) -> str | None:
     """Why no responses are looked for behind the pictures of a dataset without any; None: they are, or it has some."""
-    if uniform(dataset.array) is not None or dataset.responses is not None or dataset.retrieved is not None:
+    if uniform(dataset.array) is not None or "response" in dataset.values or "retrieved" in dataset.values:
         return None
     return (
         f"{dataset.folder}: no responses are looked for behind its pictures, since this needs a uniform planar array; "
@@ -225,7 +224,7 @@ def fit_to_pictures(
         positions = dataset.positions[known]
         responses = synchronised(responses, positions, _covariance(law), max(float(law.nugget), least), flips)
         all_responses[known] = responses
-        field.fit(replace(dataset, responses=all_responses), known)
+        field.fit(dataset.with_values(response=all_responses), known)
         law = field
     return all_responses
 

@@ -7,7 +7,7 @@ import torch
 from learn.band.band_methods import ApertureBand, ResponseMLPBand
 from learn.quantities.known import Known
 from learn.quantities.responses import Responses
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray
 
 SUBCARRIERS, BANDWIDTH = 16, 16e6

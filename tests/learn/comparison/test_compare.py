@@ -70,7 +70,7 @@ def test_every_method_fits_and_predicts_the_same_again(name, request):
     dataset = bisplat.read_dataset(dataset) if kind == "tiny" else dataset
     of = quantity_named(quantity)
     taught, tested = Known.of(dataset, of, np.arange(20)), np.arange(20, 23)
-    places = None if dataset.positions is None else dataset.positions
+    places = dataset.places
     found = []
     for _ in range(2):
         fitted = methods_of(quantity)[method]()
@@ -98,7 +98,7 @@ def test_interpolation_returns_what_is_known(kind, name):
 @pytest.mark.parametrize("split", ["files", "random", "blocked", "area"])
 def test_every_method_learns_from_the_same_part_and_is_scored_on_another(kind, split):
     places = np.random.default_rng(1).uniform(0, 5, (len(kind.dataset), 3))
-    dataset = replace(kind.dataset, positions=places)
+    dataset = replace(kind.dataset, places=places)
     comparison = kind.compare({"mine": Own}, dataset=dataset, split=split)
     parts = bisplat.split(dataset, split, 0)
     (known,) = Own.known
@@ -250,7 +250,7 @@ def test_a_folder_of_other_settings_data_or_of_another_process_is_refused_and_ke
     compare = partial(kind.compare, output=tmp_path / "kept")
     compare()
     before = {path: path.read_bytes() for path in (tmp_path / "kept").rglob("*") if path.is_file()}
-    moved = replace(kind.dataset, positions=np.zeros((len(kind.dataset), 3)) + np.arange(len(kind.dataset))[:, None])
+    moved = replace(kind.dataset, places=np.zeros((len(kind.dataset), 3)) + np.arange(len(kind.dataset))[:, None])
     for options in ({"split": "blocked"}, {"seed": 1}, {"dataset": moved}):
         with pytest.raises(bisplat.InputError, match="found"):
             compare(**options)

@@ -1,7 +1,6 @@
 """Scores by hand, of powers and of complex responses."""
 
 import csv
-import dataclasses
 import json
 import shutil
 
@@ -79,7 +78,7 @@ def test_a_dataset_without_band_is_refused(tiny):
 
 def test_scores_of_channels_do_not_depend_on_the_unit(links):
     up, down = (1e-200 * link.astype(complex) for link in (links.uplink, links.downlink))
-    tiny = dataclasses.replace(links, uplink=up, downlink=down)
+    tiny = links.with_values(channel=np.concatenate([up, down], axis=2))
     for row, other in zip(bisplat.compare(links), bisplat.compare(tiny), strict=True):
         assert other["snr_median_db"] == pytest.approx(row["snr_median_db"], abs=0.01)
 
@@ -94,7 +93,7 @@ def test_many_known_rows_are_drawn_from(links, monkeypatch, capsys):
 
 def test_what_is_not_received_has_no_error_and_intervals_hold_by_distance(hall):
     comparison = bisplat.compare(hall, ["nearest", "log-distance"])
-    truth = hall.rssi_dbm[hall.test]
+    truth = hall.powers[hall.test]
     assert comparison.rows[0]["not_received"] == np.isnan(truth).sum() > 0 and "not received" in comparison.remark()
     for each in comparison.each.values():
         assert np.array_equal(np.isnan(each["error_db"]), np.isnan(truth))
@@ -138,7 +137,7 @@ def test_nothing_received_or_sent_has_no_scores(bisplat_command, tmp_path):
     places = np.random.default_rng(0).uniform(0, 5, (30, 3))
     powers = np.full((30, 1), np.nan)
     powers[0] = -50
-    bisplat.write_rssi(tmp_path / "far", places, powers, {"far": (90, 0, 0)}, "2.4 GHz")
+    bisplat.write_dataset(tmp_path / "far", places, powers=powers, gateways={"far": (90, 0, 0)}, frequency="2.4 GHz")
     channels = np.random.default_rng(0).normal(size=(20, 2, 8)) + 0j
     channels[::5, :, 4:] = 0
     write_links(tmp_path / "silent", channels)

@@ -135,9 +135,9 @@ def test_black_spectra_are_left_out_of_every_score_and_alone_are_refused(tiny, t
 
 
 def test_spectra_of_two_elements_are_not_scored(tiny, tmp_path):
-    small = Identification(Beamformer(PlanarArray(1, 2)), source="metadata")
+    data, small = read_dataset(tiny), Identification(Beamformer(PlanarArray(1, 2)), source="metadata")
     with pytest.raises(InputError, match="at least 3 elements to score spectra, found 1 × 2"):
-        compare(replace(read_dataset(tiny), identification=small), output=tmp_path / "out")
+        compare(replace(data, receiver=replace(data.receiver, identification=small)), output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -212,7 +212,9 @@ def smooth(plane_waves, tiny):
     responses = np.array([plane_waves(*each) for each in waves])
     pictures = np.round(255 * normalise(Beamformer().spectrum(responses))).astype(np.uint8)
     names = [f"{number:05d}" for number in range(1, 61)]
-    data = replace(read_dataset(tiny), names=names, pictures=pictures, positions=positions, responses=responses)
+    data = replace(
+        read_dataset(tiny), names=names, values={"spectrum": pictures, "response": responses}, places=positions
+    )
     return data, np.arange(60) % 3 != 1
 
 

@@ -10,7 +10,7 @@ from learn.data.split_distances import leakage
 from learn.quantities.array_ceiling import array_ceiling
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_index
+from simulate.dataset.index_files import write_index
 from simulate.spectra.angular_grid import AngularGrid, direction
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

@@ -30,13 +30,14 @@ def blackened(tiny):
         dataset = read_dataset(tiny)
         pictures = dataset.pictures.copy()
         pictures[indices] = level
-        return replace(dataset, pictures=pictures)
+        return dataset.with_values(spectrum=pictures)
 
     return made
 
 
 def of_array(dataset, rows, columns):
-    return replace(dataset, identification=Identification(Beamformer(PlanarArray(rows, columns)), source="metadata"))
+    known = Identification(Beamformer(PlanarArray(rows, columns)), source="metadata")
+    return replace(dataset, receiver=replace(dataset.receiver, identification=known))
 
 
 @pytest.mark.parametrize("level", [0, 120])
@@ -57,7 +58,7 @@ def test_evaluation_leaves_them_out_of_all_scores(finished_run, tiny, blackened)
     # A little lighter in one place: another dataset, of which all are scored.
     changed = read_dataset(tiny).pictures.copy()
     changed[0, 0, 0] ^= 1
-    full = evaluate(run, replace(read_dataset(tiny), pictures=changed))
+    full = evaluate(run, read_dataset(tiny).with_values(spectrum=changed))
     for name, scores in shown.scores.items():
         assert len(scores.ssim) == 22
         np.testing.assert_allclose(scores.ssim, np.delete(full.scores[name].ssim, [3, 7]), atol=1e-3)

@@ -111,6 +111,6 @@ def test_rounding_does_not_decide_about_areas(places, seed):
 
 
 def test_too_few_places_for_areas_are_refused(line):
-    few = replace(line, positions=np.repeat(line.positions[: 2 * AREAS - 1], 3, axis=0)[:40])
+    few = replace(line, places=np.repeat(line.positions[: 2 * AREAS - 1], 3, axis=0)[:40])
     with pytest.raises(InputError, match="expected at least 20 positions for the split area, found 14"):
         split(few, "area", seed=0)

@@ -8,6 +8,7 @@ import pytest
 from learn.data.splits import split
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.receivers import ArrayReceiver
 
 KINDS = ("files", "random", "blocked")
 
@@ -18,7 +19,8 @@ def make(count, train=None, test=None):
     test = np.arange(count - count // 5, count) if test is None else np.array(test, dtype=int)
     names = [f"{number:05d}" for number in range(1, count + 1)]
     nothing = np.broadcast_to(np.uint8(0), (count, 90, 360))
-    return Dataset(Path("folder"), names, nothing, np.zeros((count, 3)), np.zeros(3), np.zeros(4), train, test)
+    gateway = ArrayReceiver(np.zeros(3), np.zeros(4))
+    return Dataset(Path("folder"), names, {"spectrum": nothing}, gateway, np.zeros((count, 3)), train, test)
 
 
 @pytest.mark.parametrize("count", [40, 163, 500])

@@ -1,7 +1,5 @@
 """Spectra and responses as a dataset of PyTorch."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
@@ -29,6 +27,6 @@ def test_items_are_those_of_the_indices_in_their_order(dataset):
 
 def test_a_loader_stacks_items_and_responses_where_there_are_any(dataset):
     responses = np.arange(16 * len(dataset)).reshape(-1, 16) * (1 + 2j)
-    (batch,) = DataLoader(TorchDataset(replace(dataset, responses=responses), [3, 4]), batch_size=2)
+    (batch,) = DataLoader(TorchDataset(dataset.with_values(response=responses), [3, 4]), batch_size=2)
     np.testing.assert_array_equal(batch["responses"], responses[[3, 4]].astype(np.complex64))
-    assert "responses" not in TorchDataset(replace(dataset, responses=None))[0]
+    assert "responses" not in TorchDataset(dataset.with_values(response=None))[0]

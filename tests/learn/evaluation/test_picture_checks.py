@@ -9,9 +9,11 @@ from PIL import Image
 
 from learn.evaluation.check import check
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_gateway, write_metadata, write_positions
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.spectra_folder import write_gateway
 from simulate.exchange.convert import convert
 from simulate.exchange.reading_options import Conversion
+from simulate.positions.positions import write_positions
 from simulate.spectra import explanation
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray

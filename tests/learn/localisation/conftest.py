@@ -8,8 +8,12 @@ import pytest
 import bisplat
 from learn.models.kriging import stacking, vecchia
 from learn.training.run_folder import Run
-from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
+from simulate.dataset.index_files import write_index
+from simulate.dataset.picture_files import encode_picture
+from simulate.dataset.responses_file import write_responses
+from simulate.dataset.spectra_folder import write_gateway
 from simulate.fullwave.stored_field import read_stored_field
+from simulate.positions.positions import write_positions
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 

@@ -3,7 +3,6 @@
 import csv
 import json
 import shutil
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -16,14 +15,14 @@ from bisplat.commands.locate_command import locate as locate_command
 from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.localisation import picture_evidence
 from learn.localisation import search as search_module
+from learn.localisation.heard_pictures import observed_pictures
 from learn.localisation.located_places import HEADER
 from learn.localisation.picture_evidence import Fingerprints, PictureEvidence
-from learn.localisation.picture_folders import observed_pictures
 from learn.training import run_folder
 from learn.training.conformal_deviation import Deviation
 from learn.training.run_files import TrainingFile
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_writer import write_gateway
+from simulate.dataset.spectra_folder import write_gateway
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
@@ -113,7 +112,7 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     test = runs[0].split(data).test
     pictures = data.pictures.copy()
     pictures[test[2:]] = 0
-    monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
+    monkeypatch.setattr(type(runs[0]), "dataset", lambda self: data.with_values(spectrum=pictures))
     assert evaluate_locations(heard_by([runs[0]])).metrics()["located"] == 2
     pictures[test] = 0
     with pytest.raises(InputError, match="found none in 30"):

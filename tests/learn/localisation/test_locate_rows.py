@@ -12,7 +12,7 @@ from learn.localisation.channel_evidence import ChannelFingerprints
 from learn.localisation.power_evidence import PowerEvidence
 from learn.quantities.quantity import Prediction
 from scenes.files.errors import InputError
-from simulate.dataset.dataset_writer import write_positions
+from simulate.positions.positions import write_positions
 from tests.folders import write_hall, write_links
 
 GATEWAYS = {"a": (0.0, 0, 2), "b": (9.0, 0, 2), "c": (0.0, 6, 2), "d": (9.0, 6, 1)}
@@ -20,11 +20,11 @@ WAVELENGTH = 0.125
 
 
 @pytest.fixture(scope="module")
-def hall(tmp_path_factory) -> bisplat.RssiDataset:
+def hall(tmp_path_factory) -> bisplat.Dataset:
     """A hundred positions and four gateways with 2 dB of noise; what lies below −66 dBm is not received."""
     folder = tmp_path_factory.mktemp("powers") / "hall"
     made = write_hall(folder, [(0, 0, 0.5), (9, 6, 1.5)], 100, GATEWAYS, floor_dbm=-66)
-    assert 0.01 < np.isnan(made.rssi_dbm).mean() < 0.2
+    assert 0.01 < np.isnan(made.powers).mean() < 0.2
     return made
 
 
@@ -38,13 +38,13 @@ def channels_at(places: np.ndarray, scatterers: np.ndarray, antennas: np.ndarray
 
 
 @pytest.fixture(scope="module")
-def csi(tmp_path_factory) -> bisplat.CsiDataset:
+def csi(tmp_path_factory) -> bisplat.Dataset:
     places = np.random.default_rng(0).uniform((2, -1.5, 1), (5, 1.5, 1.5), (160, 3))
     folder = tmp_path_factory.mktemp("csi") / "links"
     antennas = np.array([[0, 0.06 * number, 2] for number in range(8)])
     write_links(folder, channels_at(places, np.array([[4.0, 4, 1], [7, -1, 2]]), antennas))
     write_positions(folder / "tx_pos.csv", places)
-    return bisplat.read_csi(folder)
+    return bisplat.read_dataset(folder)
 
 
 @pytest.mark.parametrize(("kind", "first", "least"), [("hall", 60, 0.8), ("csi", 120, 0.75)])
@@ -73,8 +73,14 @@ def test_likelihood_of_powers_by_hand():
     assert likely(-49, 0.0)[3] == pytest.approx(np.log(1 - 2 / 3 * norm.sf(1)), rel=1e-3)
 
 
+def first_rows(count, data):
+    """The first rows of a dataset."""
+    values = {name: each[:count] for name, each in data.values.items()}
+    return replace(data, names=data.names[:count], values=values, places=data.places[:count])
+
+
 def test_level_of_another_device_is_estimated(hall, capsys):
-    known, sent = replace(hall, positions=hall.positions[:60], rssi_dbm=hall.rssi_dbm[:60]), hall.rssi_dbm[60:]
+    known, sent = first_rows(60, hall), hall.powers[60:]
     heard = np.where(sent - 6 < hall.floor_dbm, np.nan, sent - 6)
     places = bisplat.locate(known, heard)
     assert "6 dB weaker" in capsys.readouterr().err
@@ -86,7 +92,7 @@ def test_level_of_another_device_is_estimated(hall, capsys):
 
 
 def test_transmitters_of_which_nothing_was_heard_have_no_place(hall, csi):
-    found = bisplat.locate(hall, np.stack([hall.rssi_dbm[60], np.full(4, -100.0)]), level=0)
+    found = bisplat.locate(hall, np.stack([hall.powers[60], np.full(4, -100.0)]), level=0)
     assert len(found[0]) == 1 and found[1] == []
     found = bisplat.locate(csi, np.stack([csi.uplink[3], 0 * csi.uplink[3]]))
     assert np.linalg.norm(found[0][0].position - csi.positions[3]) < 0.3
@@ -99,12 +105,12 @@ def test_command_locates_the_test_part_or_what_was_heard(hall, csi, bisplat_comm
     with open("where.csv") as file:
         rows = list(csv.DictReader(file))
     assert {int(row["name"]) for row in rows} == set(hall.test.tolist()) and {row["part"] for row in rows} == {"test"}
-    turned = "d,c,b,a\n" + ",".join(f"{each:g}" for each in np.nan_to_num(hall.rssi_dbm[61][::-1], nan=-100)) + "\n"
+    turned = "d,c,b,a\n" + ",".join(f"{each:g}" for each in np.nan_to_num(hall.powers[61][::-1], nan=-100)) + "\n"
     with open("heard.csv", "w") as file:
         file.write(turned)
     status, out, _ = bisplat_command("locate", hall.folder, "heard.csv", "--level", "0", "-o", "there.csv")
     assert status == 0 and "1 transmitters" in out and "fingerprint" not in out
-    [place] = bisplat.locate(hall, hall.rssi_dbm[[61]], level=0)[0]
+    [place] = bisplat.locate(hall, hall.powers[[61]], level=0)[0]
     with open("there.csv") as file:
         [row] = csv.DictReader(file)
     assert float(row["x"]) == pytest.approx(place.position[0], abs=1e-3) and row["part"] == "new"
@@ -119,7 +125,9 @@ def test_the_stated_level_is_that_of_the_simpler_methods_too(hall, bisplat_comma
     """A device that is 6 dB stronger, and said to be, is located as well by all methods as one of the same level."""
     tables = []
     for name, level in (("same", 0), ("stronger", 6)):
-        bisplat.write_rssi(name, hall.positions[60:80], hall.rssi_dbm[60:80] + level, GATEWAYS, "2.4 GHz")
+        bisplat.write_dataset(
+            name, hall.positions[60:80], powers=hall.powers[60:80] + level, gateways=GATEWAYS, frequency="2.4 GHz"
+        )
         status, out, _ = bisplat_command("locate", hall.folder, name, "--level", level, "-o", f"{name}.csv")
         assert status == 0 and "None" not in out
         tables.append([line for line in out.splitlines() if "fingerprint" in line])
@@ -147,7 +155,7 @@ def test_heard_powers_of_other_gateways_are_refused(hall, bisplat_command, conte
 )
 def test_gateways_elsewhere_or_of_another_frequency_are_refused(hall, bisplat_command, up, frequency, message):
     moved = {name: (x, y, z + up * (name == "b")) for name, (x, y, z) in GATEWAYS.items()}
-    bisplat.write_rssi("other", hall.positions, hall.rssi_dbm, moved, frequency)
+    bisplat.write_dataset("other", hall.positions, powers=hall.powers, gateways=moved, frequency=frequency)
     status, _, err = bisplat_command("locate", hall.folder, "other", "-o", "where.csv")
     assert status == 1 and message in err.replace("2.4 GHz", "2400 MHz"), err
 
@@ -164,7 +172,7 @@ def test_fingerprint_is_largest_in_the_direction_of_a_wave():
 
 
 def test_level_phase_and_timing_of_channels_do_not_count(csi):
-    known, sent = replace(csi, uplink=csi.uplink[:120], positions=csi.positions[:120]), csi.uplink[120:]
+    known, sent = first_rows(120, csi), csi.uplink[120:]
     generator = np.random.default_rng(1)
     level, phase = generator.uniform(0.1, 10, (40, 1, 1)), generator.uniform(0, 2 * np.pi, (40, 1, 1))
     late = generator.uniform(-3, 3, (40, 1, 1)) / 26 * np.arange(26)

@@ -11,7 +11,7 @@ from bisplat.commands.locate_command import locate as locate_command
 from learn.localisation.located_places import read_places
 from learn.localisation.track_evidence import DirectPath
 from scenes.files.errors import InputError, ParameterError
-from simulate.dataset.dataset_writer import write_responses
+from simulate.dataset.responses_file import write_responses
 
 FREQUENCY = 920.625e6
 WAVELENGTH = 299_792_458 / FREQUENCY

@@ -1,7 +1,5 @@
 """Models, losses and scores of arrays of given element positions."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,7 @@ from learn.data.same_receiver import other_array
 from learn.evaluation.picture_checks import picture_doubts
 from learn.models.quadrature import quadrature
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray
@@ -64,7 +62,7 @@ def test_a_dataset_of_elements_is_trained_evaluated_and_checked(tmp_path):
 
 
 def test_phases_are_not_looked_for_behind_pictures_of_elements(tmp_path, capsys):
-    pictures_alone = replace(of_a_source(tmp_path / "cloud", CLOUD), responses=None)
+    pictures_alone = of_a_source(tmp_path / "cloud", CLOUD).with_values(response=None)
     bisplat.train(pictures_alone, tmp_path / "run", model="helmholtz", split="random")
     assert "no responses are looked for" in capsys.readouterr().err
 

@@ -1,7 +1,5 @@
 """Helmholtz kriging against fields whose law is known."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 import torch
@@ -26,7 +24,7 @@ def unfitted(of: str = "responses") -> KrigedField:
 
 def fitted(dataset: Dataset, known: np.ndarray) -> KrigedField:
     """Kriging of the responses, or of the spectra where there are none."""
-    field = unfitted("spectra" if dataset.responses is None else "responses")
+    field = unfitted("spectra" if "response" not in dataset.values else "responses")
     field.fit(dataset, known)
     return field
 
@@ -261,7 +259,7 @@ def test_pictures_are_interpolated_by_the_responses_behind_them(monkeypatch):
 
 
 def test_prediction_is_the_weighted_mean(waves):
-    responses, spectra = (fitted(data, np.arange(30)) for data in (waves, dataclasses.replace(waves, responses=None)))
+    responses, spectra = (fitted(data, np.arange(30)) for data in (waves, waves.with_values(response=None)))
     field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     field._set(
         {"responses": 0.5, "spectra": 0.25, "inverse-distance": 0.25}, {"responses": responses, "spectra": spectra}
@@ -279,7 +277,7 @@ def test_prediction_is_the_weighted_mean(waves):
 
 @pytest.mark.parametrize("keep_responses", [True, False])
 def test_distance_alone_needs_no_covariance_at_prediction(waves, keep_responses):
-    dataset = waves if keep_responses else dataclasses.replace(waves, responses=None)
+    dataset = waves if keep_responses else waves.with_values(response=None)
     field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     field._set({"inverse-distance": 1.0}, {"only": fitted(dataset, np.arange(30))})
     asked = waves.positions[40:43]
@@ -300,7 +298,7 @@ def test_gains_that_can_be_chance_count_for_nothing():
 
 
 def test_second_fit_keeps_the_weights(waves):
-    pictures = dataclasses.replace(waves, responses=None)
+    pictures = waves.with_values(response=None)
     model = HelmholtzField(np.zeros((2, 3)), waves.beamformer, WAVELENGTH)
     model.fit(pictures, np.arange(0, 8))
     weights = model.weights.clone()

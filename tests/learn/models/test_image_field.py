@@ -15,7 +15,8 @@ from learn.models.kriging.kriged_field import KrigedField
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.train import train
 from scenes.files.errors import InputError
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.receivers import ArrayReceiver
+from simulate.dataset.written_dataset import write_dataset
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
 
 GATEWAY = np.array([2.6, 1.1, 1.5])
@@ -47,7 +48,7 @@ def room():
     places = np.array([0.3, 0.2, 0.7]) + np.random.default_rng(0).uniform(0, 1, (40, 3))
     responses = sum(amplitude * waves(places, *image) for amplitude, *image in WALLS)
     found = dataset_of(places, responses)
-    return dataclasses.replace(found, gateway_position=GATEWAY, gateway_orientation=TURN.as_quat())
+    return dataclasses.replace(found, receiver=ArrayReceiver(GATEWAY, TURN.as_quat(), found.identification))
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +102,7 @@ def test_strengths_are_those_of_the_highest_likelihood():
 def test_no_waves_in_dark_responses(room):
     for known in (KNOWN, np.arange(20)):  # of so many, the angle of the walls is looked for, too
         model = ImageField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
-        model.fit(dataclasses.replace(room, responses=np.zeros_like(room.responses)), known)
+        model.fit(room.with_values(response=np.zeros_like(room.responses)), known)
         assert not len(model.middles) and not model.responses(torch.zeros(2, 3)).any()
     assert not most_likely(np.ones((2, 1), complex), np.zeros(2, complex), np.ones(1), 1.0, 2).variances.any()
 
@@ -156,7 +157,7 @@ def test_onnx_gives_the_same_spectra(folder, run, tmp_path):
 
 
 def test_a_dataset_without_responses_is_refused_or_the_row_left_out(folder, tmp_path, capsys):
-    pictures = dataclasses.replace(folder, responses=None)
+    pictures = folder.with_values(response=None)
     with pytest.raises(InputError, match="the model mirror-images: expected element responses"):
         train(pictures, tmp_path / "run", model="mirror-images", split="random")
     assert not (tmp_path / "run").exists()

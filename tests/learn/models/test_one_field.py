@@ -17,7 +17,7 @@ from learn.models.networks.mlp import ResponseMLP
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.spectrum import spectrum_of
 from tests.plane_wave_field import BEAMFORMER, WAVELENGTH, dataset_of
 
@@ -67,7 +67,9 @@ def test_samples_of_all_elements_tell_more_than_each_element_by_itself(moving, o
 
 
 def test_elements_taken_for_turned_otherwise_tell_less(moving, one_field):
-    straight = dataclasses.replace(moving, gateway_orientation=np.array([0, 0, 0, 1.0]))
+    straight = dataclasses.replace(
+        moving, receiver=dataclasses.replace(moving.receiver, orientation=np.array([0, 0, 0, 1.0]))
+    )
     assert median_ssim(one_field, moving, OTHERS) > median_ssim(of_one_field(straight), straight, OTHERS) + 0.1
 
 

@@ -9,7 +9,7 @@ from learn.models.networks.mlp import PATHS, ResponseMLP
 from learn.models.networks.response_network import PathDelays, first_delays
 from learn.training.train import train
 from scenes.files.errors import InputError
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 

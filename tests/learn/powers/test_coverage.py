@@ -15,7 +15,7 @@ def yard(folder, places, floor=-100.0):
     distances = np.linalg.norm(places[:, None] - list(GATEWAYS.values()), axis=-1)
     powers = -40 - 20 * np.log10(distances)
     powers[powers < floor] = np.nan
-    return bisplat.write_rssi(folder, places, powers, GATEWAYS, "2.4 GHz", floor_dbm=floor)
+    return bisplat.write_dataset(folder, places, powers=powers, gateways=GATEWAYS, frequency="2.4 GHz", floor_dbm=floor)
 
 
 @pytest.fixture

@@ -25,6 +25,10 @@ PLACES = Tolerances(position=0.03, objects=0, materials=0)
 PLACE = small_scene(CABINET)
 
 
+def moved_to(heard, positions):
+    return replace(heard, receiver=replace(heard.receiver, positions=positions))
+
+
 @pytest.fixture(scope="module")
 def heard(tmp_path_factory):
     """Powers of the direct path and the reflections at the floor and the cabinet, at 240 positions."""
@@ -35,7 +39,7 @@ def heard(tmp_path_factory):
 @pytest.fixture(scope="module")
 def fitted(heard):
     """The twin of a description whose gateways are 3 cm off along each axis, fitted to 60 of the powers."""
-    described = replace(heard, gateway_positions=heard.gateway_positions + np.array([0.03, -0.03, 0.03]))
+    described = moved_to(heard, heard.gateway_positions + np.array([0.03, -0.03, 0.03]))
     twin = TwinPowers(PLACE, described, PLACES, ONCE)
     twin.fit(Known.of(described, Powers(), np.arange(60)))
     return twin
@@ -46,7 +50,7 @@ def test_the_corrected_scene_predicts_better_than_kriging_and_says_how_well(hear
     kriging.fit(Known.of(heard, Powers(), np.arange(60)))
     test = slice(60, None)
     kriged, traced = (
-        score_powers(method.predict(heard.positions[test]), heard.rssi_dbm[test], heard.floor_dbm)
+        score_powers(method.predict(heard.positions[test]), heard.powers[test], heard.floor_dbm)
         for method in (kriging, fitted)
     )
     assert traced["error_median_db"] < 0.75 * kriged["error_median_db"]
@@ -63,14 +67,14 @@ def test_a_description_of_another_place_does_no_harm(heard):
     for method in (HelmholtzPowers(), TwinPowers(other, heard, PLACES, ONCE)):
         method.fit(Known.of(heard, Powers(), np.arange(60)))
         found = method.predict(heard.positions[60:])
-        errors.append(score_powers(found, heard.rssi_dbm[60:], heard.floor_dbm)["error_median_db"])
+        errors.append(score_powers(found, heard.powers[60:], heard.floor_dbm)["error_median_db"])
     assert errors[1] < 1.15 * errors[0]
 
 
 def test_where_no_path_leads_the_trend_stays_in_its_range(heard, fitted):
     behind = np.array([[2.0, 1.75, 1.5]])  # inside the cabinet of metal
     found = fitted.predict(behind)
-    assert np.isfinite(found.value).all() and (found.value > heard.rssi_dbm.min() - 40).all()
+    assert np.isfinite(found.value).all() and (found.value > heard.powers.min() - 40).all()
     assert (found.low < found.value).all() and (found.value < found.high).all()
 
 
@@ -98,7 +102,7 @@ def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, expe
 
 
 def test_a_gateway_inside_an_object_is_refused(heard):
-    inside = replace(heard, gateway_positions=np.array([[2.0, 1.75, 1.5], [2.5, -2.0, 1.4]]))
+    inside = moved_to(heard, np.array([[2.0, 1.75, 1.5], [2.5, -2.0, 1.4]]))
     with pytest.raises(InputError, match="heard: gateway door"):
         bisplat.compare(inside, ["twin"], split="random", scene=PLACE)
 

@@ -21,7 +21,10 @@ def coverage(tmp_path_factory):
     powers = -40 - 20 * np.log10(np.linalg.norm(places[:, None] - list(gateways.values()), axis=-1))
     powers[powers < -57] = np.nan
     folder = tmp_path_factory.mktemp("coverage") / "yard"
-    return bisplat.coverage_map(bisplat.write_rssi(folder, places, powers, gateways, 2.4e9, floor_dbm=-57), step=0.5)
+    return bisplat.coverage_map(
+        bisplat.write_dataset(folder, places, powers=powers, gateways=gateways, frequency=2.4e9, floor_dbm=-57),
+        step=0.5,
+    )
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from learn.training.registry import MODELS
 from learn.training.run_files import box_of, build_model
 from learn.training.validation_part import learned_responses
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification
@@ -35,15 +36,15 @@ def dataset_of(responses: np.ndarray, positions: np.ndarray) -> Dataset:
     return Dataset(
         folder=Path("closet"),
         names=[f"{number:05d}" for number in range(1, len(positions) + 1)],
-        pictures=np.stack([picture(beamformer.spectrum(each)) for each in responses]),
-        positions=positions,
-        gateway_position=np.zeros(3),
-        gateway_orientation=np.array([0.0, 0, 0, 1]),
+        values={
+            "spectrum": np.stack([picture(beamformer.spectrum(each)) for each in responses]),
+            "response": responses,
+        },
+        receiver=ArrayReceiver(np.zeros(3), np.array([0.0, 0, 0, 1]), Identification(beamformer, "metadata")),
+        places=positions,
         train=np.arange(0),
         test=np.arange(0),
-        responses=responses,
         metadata={"frequency_hz": 915e6},
-        identification=Identification(beamformer, "metadata"),
     )
 
 
@@ -73,7 +74,7 @@ def likeness(one, other):
 @pytest.mark.slow
 def test_responses_behind_pictures_of_one_field_are_the_true_ones_but_for_a_factor_and_a_flip(closet, capsys):
     dataset, parts = closet
-    learned, true = found(replace(dataset, responses=None), parts)[:80], dataset.responses[:80]
+    learned, true = found(dataset.with_values(response=None), parts)[:80], dataset.responses[:80]
     assert max(likeness(learned, true), likeness(learned, flipped(true))) > 0.95
     assert "learns from responses found behind the pictures" in capsys.readouterr().err
 
@@ -83,17 +84,19 @@ def test_a_black_picture_says_nothing(closet):
     dataset, parts = closet
     pictures = dataset.pictures.copy()
     pictures[[3, 40]] = 0
-    learned, true = found(replace(dataset, pictures=pictures, responses=None), parts)[:80], dataset.responses[:80]
+    learned, true = found(dataset.with_values(spectrum=pictures, response=None), parts)[:80], dataset.responses[:80]
     assert not learned[[3, 40]].any()
     assert max(likeness(learned, true), likeness(learned, flipped(true))) > 0.95
     pictures[:61] = 0
-    assert found(replace(dataset, pictures=pictures, responses=None), parts) is None  # 19 are too few
+    assert found(dataset.with_values(spectrum=pictures, response=None), parts) is None  # 19 are too few
 
 
 @pytest.mark.slow
 def test_pictures_that_are_no_field_are_learned_as_they_are(closet, capsys):
     dataset, parts = closet
-    mixed_up = replace(dataset, positions=dataset.positions[np.random.default_rng(1).permutation(90)], responses=None)
+    mixed_up = replace(
+        dataset.with_values(response=None), places=dataset.positions[np.random.default_rng(1).permutation(90)]
+    )
     assert found(mixed_up, parts) is None
     assert "learns from pictures" in capsys.readouterr().err
 
@@ -102,7 +105,7 @@ def test_responses_are_found_only_where_a_model_can_learn_them(closet):
     dataset, parts = closet
     assert found(dataset, parts) is dataset.responses
     assert found(dataset, parts, "mlp") is None
-    pictures = replace(dataset, responses=None)
+    pictures = dataset.with_values(response=None)
     assert found(pictures, parts, "mlp") is None
     assert found(pictures, parts, find_phases=False) is None
     assert found(pictures, Split(np.arange(15), parts.validation, parts.test)) is None
@@ -111,7 +114,7 @@ def test_responses_are_found_only_where_a_model_can_learn_them(closet):
 @pytest.mark.slow
 def test_a_network_learns_pictures_better_by_their_responses(tmp_path, closet):
     dataset, _ = closet
-    known = replace(dataset, responses=None, train=np.arange(80), test=np.arange(80, 90))
+    known = replace(dataset.with_values(response=None), train=np.arange(80), test=np.arange(80, 90))
     scores = []
     for find in (True, False):
         run = bisplat.train(known, tmp_path / str(find), model="mlp-responses", steps=100, find_phases=find)

@@ -38,7 +38,8 @@ from learn.training.train import train_run
 from scenes.files.errors import InputError
 from scenes.files.output_folder import locked
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_gateway, write_index
+from simulate.dataset.index_files import write_index
+from simulate.dataset.spectra_folder import write_gateway
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise, spectrum_of
 

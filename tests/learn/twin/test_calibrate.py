@@ -22,10 +22,9 @@ from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.generation.listening_gateways import read_gateways
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
-from simulate.rssi.rssi_dataset import read_rssi
-from simulate.rssi.rssi_files import read_gateways
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.band import Band
 from tests.small_scene import CABINET, small_scene
@@ -46,7 +45,7 @@ def received_in_the_small_scene(data):
     """A dataset as if its gateway were that of the small scene."""
     gateway = small_scene().gateway
     at, orientation = np.array(gateway.position), np.array(gateway.orientation)
-    return replace(data, gateway_position=at, gateway_orientation=orientation)
+    return replace(data, receiver=replace(data.receiver, position=at, orientation=orientation))
 
 
 @pytest.mark.parametrize(
@@ -61,7 +60,7 @@ def received_in_the_small_scene(data):
 def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerances, expected):
     data = read_dataset(tiny)
     identification = replace(data.identification, beamformer=replace(data.beamformer, array=array))
-    data = replace(data, identification=identification)
+    data = replace(data, receiver=replace(data.receiver, identification=identification))
     with pytest.raises(InputError, match=expected):
         correct(replace(small_scene(CABINET), **of_scene), data, np.arange(3), tolerances)
     with pytest.raises(ParameterError, match="diffuse: expected no diffuse reflection"):
@@ -70,7 +69,7 @@ def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerance
 
 def test_spectra_without_power_are_refused(tiny):
     data = received_in_the_small_scene(read_dataset(tiny))
-    black = replace(data, responses=None, pictures=np.zeros_like(data.pictures))
+    black = data.with_values(response=None, spectrum=np.zeros_like(data.pictures))
     with pytest.raises(InputError, match="small: expected spectra of several grey levels"):
         correct(small_scene(CABINET), black, np.arange(3), propagation=COARSE)
 
@@ -95,9 +94,9 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
 def test_a_band_is_used_at_four_subcarriers_unless_each_position_has_a_phase_of_its_own(tiny, recorded):
     data, band = received_in_the_small_scene(read_dataset(tiny)), Band(20e6, 16)
     carrier = np.arange(1, 16 * len(data) + 1).reshape(-1, 16) * 1j
-    responses = carrier[..., None] * np.exp(1j * np.arange(16))
-    of_carrier = {"responses": carrier} if recorded else {"responses": None, "retrieved": carrier}
-    data = replace(data, band=band, band_responses=responses, **of_carrier)
+    responses = carrier[..., None] * np.exp(1j * (np.arange(16) - 8))
+    values = {"response": responses} if recorded else {"response": None, "retrieved": responses}
+    data = replace(data.with_values(**values), band=band)
     search = _by_spectra(small_scene(CABINET), data, np.arange(3), Tolerances(), COARSE, print)
     measured = search.stages[-1].measured
     assert search.stages[-1].phases_known == recorded and len(search.stages) == 1 + recorded
@@ -167,13 +166,15 @@ def heard(tmp_path_factory):
 def described(heard, folder, off):
     """The same powers, of gateways that are described to be elsewhere."""
     places = dict(zip(TRUE, (heard.gateway_positions + off).tolist(), strict=True))
-    return bisplat.write_rssi(folder, heard.positions, heard.rssi_dbm, places, 915e6, floor_dbm=heard.floor_dbm)
+    return bisplat.write_dataset(
+        folder, heard.positions, powers=heard.powers, gateways=places, frequency=915e6, floor_dbm=heard.floor_dbm
+    )
 
 
 def error(scene, gateways, data):
     """Median error of traced powers at the positions that were not used, dB."""
     tracers = [Tracer(each, COARSE) for each in alone(scene, gateways).values()]
-    off = data.rssi_dbm - 10 * np.log10(path_powers(tracers, data.positions)[0])
+    off = data.powers - 10 * np.log10(path_powers(tracers, data.positions)[0])
     return np.median(np.abs(off - np.median(off[:50], axis=0))[50:])
 
 
@@ -192,7 +193,7 @@ def test_gateways_and_materials_are_found(heard, tmp_path):
     assert found.misfit[0] < 0.7 * found.misfit[1]
     assert error(found.scene, found.gateways, data) < 0.7 * error(wrong, described_gateways(data), data)
     predicted = found.predict(data.positions[50:])
-    assert np.median(np.abs(predicted - data.rssi_dbm[50:])) < 1
+    assert np.median(np.abs(predicted - data.powers[50:])) < 1
     assert (found.deviations <= [1.001 * each.tolerance for each in found.which]).all()
     assert found.which[3].label == "gateway desk x"
 
@@ -206,7 +207,7 @@ def test_a_tolerance_of_zero_keeps_the_places(heard):
 
 def test_powers_that_do_not_fit_are_refused(heard):
     place, known = small_scene(CABINET), np.arange(5)
-    silent = replace(heard, rssi_dbm=np.full_like(heard.rssi_dbm, np.nan))
+    silent = heard.with_values(power=np.full_like(heard.powers, np.nan))
     with pytest.raises(InputError, match="small: expected a scene of the dataset's wavelength"):
         correct(replace(place, frequency=2.4e9), heard, known, ONLY_PLACES, COARSE)
     with pytest.raises(InputError, match="expected received powers at the known positions"):
@@ -247,4 +248,4 @@ def test_command_writes_gateways_for_the_next_simulation(heard, tmp_path, bispla
     status, out, _ = bisplat_command(*arguments)
     assert status == 0 and "median error of the received powers: " in out
     found = read_gateways(tmp_path / "corrected" / "gateways.yml")
-    assert list(found) == list(read_rssi(data.folder).gateway_names)
+    assert list(found) == list(read_dataset(data.folder).gateway_names)

@@ -86,7 +86,7 @@ def test_pictures_correct_the_scene_too(data, wrong):
     pictures = data.pictures.copy()
     pictures[3] = 0  # a black one says nothing
     twin = Twin(data.positions[[0, 1]], data.beamformer, data.wavelength, scene=wrong, materials=0.0)
-    twin.fit(replace(data, pictures=pictures, responses=None), known)
+    twin.fit(data.with_values(spectrum=pictures, response=None), known)
     found = correlation(predict(twin, data.positions[test]).responses, data.responses[test])
     assert found > 0.995  # as described: below 0.99
     assert len(twin.rest.places) == 11
@@ -103,7 +103,7 @@ def test_gains_of_chains_are_found(data, true, tmp_path):
     factors = 1 + 0.5 * np.random.default_rng(3).normal(size=(tracer.chains, 2)) @ [1, 1j]
     responses = tracer.responses(data.positions, factors)
     assert correlation(traced[test], responses[test]) < 0.96
-    twin.refit(replace(data, responses=responses), known)
+    twin.refit(data.with_values(response=responses), known)
     assert correlation(predict(twin, data.positions[test]).responses, responses[test]) > 0.995
 
 

@@ -209,7 +209,7 @@ def test_map_of_received_powers_lies_in_the_world_and_changes_with_the_gateway(t
     places[:3] = (2, 1.5, 1), (0, 0, 1), (4, 3, 1)  # the transmitter is at the first, and hides nothing
     gateways = {"low": (0.0, 0.0, 1.5), "high": (4.0, 3.0, 1.5)}
     powers = -40 - 20 * np.log10(np.linalg.norm(places[:, None] - list(gateways.values()), axis=-1))
-    bisplat.write_rssi(tmp_path / "yard", places, powers, gateways, 2.4e9)
+    bisplat.write_dataset(tmp_path / "yard", places, powers=powers, gateways=gateways, frequency=2.4e9)
     page = open_tab(serve("view", str(tmp_path / "yard"), "--port", free_port()).url, "Survey position 1")
     for name in ("survey positions, by measured power", "gateways", "names of the gateways"):
         page.get_by_role("checkbox", name=name, exact=True).uncheck()

@@ -23,7 +23,7 @@ def folder(tmp_path_factory):
     powers = -40 - 20 * np.log10(np.linalg.norm(places[:, None] - list(GATEWAYS.values()), axis=-1))
     powers[powers < FLOOR] = np.nan
     folder = tmp_path_factory.mktemp("view") / "yard"
-    bisplat.write_rssi(folder, places, powers, GATEWAYS, "2.4 GHz", floor_dbm=FLOOR)
+    bisplat.write_dataset(folder, places, powers=powers, gateways=GATEWAYS, frequency="2.4 GHz", floor_dbm=FLOOR)
     return folder
 
 
@@ -45,7 +45,7 @@ def test_methods_learn_from_the_training_part_and_maps_are_made_once(shown):
 def test_map_and_positions_have_colours_of_one_scale(shown):
     coverage = shown.coverage("inverse-distance", 1.2)
     found = drawn(shown, coverage, "west", POWER)
-    measured = shown.dataset.rssi_dbm
+    measured = shown.dataset.powers
     low, high = np.percentile(measured[~np.isnan(measured)], (1, 99))
     cell, position = (20, 20), int(np.flatnonzero(~np.isnan(measured[:, 0]))[3])
 
@@ -130,7 +130,7 @@ def test_channels_have_a_profile_of_each_row(tmp_path, join):
         tmp_path / "wide", [[0, 0, 1], [1, 0, 1]], np.repeat(paths[:, None], 4, axis=1), array, 2.4e9, bandwidth=100e6
     )
     bisplat.export_csi(wide, tmp_path / "csi")
-    channels = bisplat.read_csi(tmp_path / "csi")
+    channels = bisplat.read_dataset(tmp_path / "csi")
     require_places_and_band(channels)
     said = []
 
@@ -146,6 +146,6 @@ def test_channels_have_a_profile_of_each_row(tmp_path, join):
     found = float(said[0].removeprefix("strongest delay ").removesuffix(" ns"))
     assert found == pytest.approx(20, abs=1)
     with pytest.raises(bisplat.InputError, match=r"tx_pos\.csv: "):
-        require_places_and_band(dataclasses.replace(channels, positions=None))
+        require_places_and_band(dataclasses.replace(channels, places=None))
     with pytest.raises(bisplat.InputError, match=r"metadata\.json: .* band"):
-        require_places_and_band(dataclasses.replace(channels, metadata={}))
+        require_places_and_band(dataclasses.replace(channels, band=None))

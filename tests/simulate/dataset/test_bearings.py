@@ -1,6 +1,5 @@
 """Which turns pictures of an array cannot show, and the azimuths that the positions show in line of sight."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from scenes.scene.orientation import facing
 from simulate.dataset.bearings import Turn, bearing_of, turns_of
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification
@@ -35,9 +35,8 @@ def line_of_sight(array: PlanarArray) -> Dataset:
     pictures = picture(beamformer.spectrum(array.manifold(azimuth, np.arcsin(height))))
     names, nothing = [f"{number:05d}" for number in range(1, 31)], np.zeros(0, int)
     known = Identification(beamformer, "fitted", "fitted")
-    return Dataset(
-        Path("seen"), names, pictures, positions, GATEWAY, ORIENTATION, nothing, nothing, identification=known
-    )
+    gateway = ArrayReceiver(GATEWAY, ORIENTATION, known)
+    return Dataset(Path("seen"), names, {"spectrum": pictures}, gateway, positions, nothing, nothing)
 
 
 @pytest.mark.parametrize(("shape", "count"), [((3, 3), 8), ((2, 3), 4)])
@@ -58,7 +57,7 @@ def test_positions_in_sight_show_a_turn_and_its_option_undoes_it(turn):
     straight = bearing_of(dataset)
     assert straight.error < 4 and straight.turn is None and straight.doubt(dataset.grid) is None
     # Column c of the turned pictures has the azimuth that the straight ones have in column ±c + by.
-    found = bearing_of(replace(dataset, pictures=turned(dataset.pictures, turn)))
+    found = bearing_of(dataset.with_values(spectrum=turned(dataset.pictures, turn)))
     assert found.turn == turn and found.error_after == pytest.approx(straight.error, abs=0.1)
     first, last = (float(word) for word in found.turn.option(dataset.grid).split()[1:])
     assert first % 360 == turn.by and last - first == (-359 if turn.mirrored else 359)
@@ -68,7 +67,7 @@ def test_positions_in_sight_show_a_turn_and_its_option_undoes_it(turn):
 def test_grating_lobes_are_named_instead_of_a_turn():
     dataset = line_of_sight(PlanarArray(spacing=1.0))
     for pictures in (dataset.pictures, turned(dataset.pictures, Turn(by=90))):
-        found = bearing_of(replace(dataset, pictures=pictures))
+        found = bearing_of(dataset.with_values(spectrum=pictures))
         assert found.turn is None and found.error_if_moved is None and found.grating == 1
         if found.error > 30:
             assert "elements 1 wavelengths apart have grating lobes" in found.doubt(dataset.grid)
@@ -78,5 +77,5 @@ def test_grating_lobes_are_named_instead_of_a_turn():
 def test_out_of_sight_nothing_is_believed():
     dataset = line_of_sight(PlanarArray())
     shuffled = np.random.default_rng(0).integers(0, 256, dataset.pictures.shape, dtype=np.uint8)
-    assert bearing_of(replace(dataset, pictures=shuffled)).turn is None
-    assert np.isnan(bearing_of(replace(dataset, pictures=0 * shuffled)).error)
+    assert bearing_of(dataset.with_values(spectrum=shuffled)).turn is None
+    assert np.isnan(bearing_of(dataset.with_values(spectrum=0 * shuffled)).error)

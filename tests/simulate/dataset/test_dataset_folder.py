@@ -13,13 +13,10 @@ from PIL import Image
 from scenes.files.errors import InputError
 from scenes.files.npz_file import write_arrays
 from simulate.dataset.dataset_folder import inspect, read_dataset
-from simulate.dataset.dataset_writer import (
-    encode_picture,
-    write_index,
-    write_metadata,
-    write_responses,
-)
-from simulate.dataset.picture_files import read_picture
+from simulate.dataset.index_files import write_index
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.picture_files import encode_picture, read_picture
+from simulate.dataset.responses_file import write_responses
 from simulate.spectra.beamformer import Beamformer
 from tests.simulate.dataset.conftest import (
     COUNT,
@@ -76,7 +73,7 @@ def test_folder_without_what_we_add_is_a_dataset(folder):
     (folder / "channels.npz").unlink()
     (folder / "metadata.json").unlink()
     dataset = read_dataset(folder)
-    assert dataset.responses is None
+    assert "response" not in dataset.values
     assert dataset.beamformer == Beamformer()
     assert dataset.identification.source == "fitted"
 
@@ -192,7 +189,7 @@ def test_what_is_odd_but_readable_is_a_warning(folder):
 
 def test_band_is_read_if_metadata_states_it(folder):
     write_arrays(folder / "channels.npz", {"channels": RESPONSES, "band": np.stack([RESPONSES] * 3, axis=-1)})
-    assert inspect(folder).dataset.band_responses is None
+    assert inspect(folder).dataset.band is None
     write_metadata(folder / "metadata.json", METADATA | {"band": {"bandwidth": 2e7, "subcarriers": 3}})
     assert inspect(folder).warnings == [] and inspect(folder).dataset.band_responses.shape == (COUNT, 16, 3)
 
@@ -205,4 +202,4 @@ def test_measured_rfid_dataset_reads():
     assert found.dataset.pictures.shape == (160, 90, 360)
     assert len(found.dataset.train) == 128
     assert len(found.dataset.test) == 32
-    assert found.dataset.responses is None
+    assert "response" not in found.dataset.values

@@ -2,19 +2,19 @@
 
 import re
 
+import numpy as np
 import pytest
 
+import bisplat
 from bisplat.commands.command_groups import COMMANDS
 from learn.evaluation.check import check
 from learn.training.config import read_config
 from scenes.files.errors import InputError
-from simulate.csi.csi_dataset import read_csi
 from simulate.dataset import dataset_kinds
-from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_kinds import QUANTITIES, ROOMS
 from simulate.exchange.convert import convert
-from simulate.rssi.rssi_dataset import read_rssi
 
-POWERS, CHANNELS, ROOMS = dataset_kinds.POWERS, dataset_kinds.CHANNELS, dataset_kinds.ROOMS
+MARKS = {name: each.mark for name, each in QUANTITIES.items() if each.mark} | {"rooms": ROOMS}
 
 
 @pytest.fixture
@@ -28,29 +28,28 @@ def folder(tmp_path):
     return make
 
 
-@pytest.mark.parametrize(
-    ("mark", "found"),
-    [
-        (POWERS, "received powers"),
-        (CHANNELS, "channels over subcarriers"),
-        (ROOMS, "several rooms"),
-        ("spectrum", "spectra"),
-    ],
-)
-def test_what_is_found_is_named_wherever_another_kind_is_expected(folder, mark, found):
-    place = folder(mark)
-    with pytest.raises(InputError, match=f"expected a run folder made by bisplat train, found {found}"):
-        read_config(place)
-    if mark != "spectrum":
-        for read in (read_dataset, lambda place: convert(place, place / "out")):
-            with pytest.raises(InputError, match=f"expected a dataset of spectra, found {found}"):
-                read(place)
-    if mark != POWERS:
-        with pytest.raises(InputError, match=rf"expected received powers \(gateway_rssi\.csv\), found {found}"):
-            read_rssi(place)
-    if mark != CHANNELS:
-        with pytest.raises(InputError, match=rf"expected channels \(csidata\.npy\), found {found}"):
-            read_csi(place)
+@pytest.mark.parametrize("kind", MARKS)
+def test_what_is_found_is_named_where_a_run_or_spectra_are_expected(folder, kind):
+    place, words = folder(MARKS[kind]), QUANTITIES[kind].words if kind in QUANTITIES else "several rooms"
+    for read in (read_config, lambda place: convert(place, place / "out")):
+        if kind == "spectrum" and read is not read_config:
+            continue
+        with pytest.raises(InputError) as error:
+            read(place)
+        assert f"found {words}" in str(error.value)
+    assert dataset_kinds.quantity_of(place) == (kind if kind in QUANTITIES else None)
+
+
+def test_a_quantity_that_a_dataset_lacks_is_asked_for_in_vain(tmp_path):
+    given = {"powers": [[-50.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 1)}, "frequency": 2.4e9}
+    heard = bisplat.write_dataset(tmp_path / "hall", np.eye(3), **given)
+    for name in ("pictures", "spectra", "responses", "uplink", "array", "gateway_position", "band_responses"):
+        with pytest.raises(InputError, match=f"^{heard.folder}: expected "):
+            getattr(heard, name)
+    for given in (heard, heard.folder):
+        with pytest.raises(InputError, match=f"^{heard.folder}: expected spectra"):
+            bisplat.train(given, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
 def test_every_command_that_takes_a_folder_exists():
@@ -61,4 +60,4 @@ def test_every_command_that_takes_a_folder_exists():
 
 def test_rooms_are_a_problem_that_check_names(folder):
     (problem,) = check(folder(ROOMS)).problems
-    assert "expected a dataset of spectra, found several rooms" in problem
+    assert "several rooms" in problem

@@ -8,8 +8,9 @@ from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
 from simulate.dataset import responses_file
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import encode_picture, write_metadata, write_responses
-from simulate.dataset.responses_file import retrieve
+from simulate.dataset.metadata import write_metadata
+from simulate.dataset.picture_files import encode_picture
+from simulate.dataset.responses_file import retrieve, write_responses
 from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import normalise
 from tests.simulate.dataset.conftest import COUNT
@@ -29,7 +30,7 @@ def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_on
     found = retrieve(read_dataset(folder))
     assert (found.residual < 0.5).all()
     dataset = read_dataset(folder)
-    assert dataset.responses is None
+    assert "response" not in dataset.values
     np.testing.assert_array_equal(dataset.retrieved, found.responses)
     again = normalise(dataset.beamformer.spectrum(dataset.retrieved))
     assert np.abs(again - dataset.spectra).max() < 3 / 255

@@ -8,9 +8,11 @@ from PIL import Image
 
 from scenes.files.errors import InputError, ParameterError
 from simulate.dataset.dataset_folder import inspect, read_dataset
-from simulate.dataset.dataset_writer import write_gateway, write_index, write_positions
+from simulate.dataset.index_files import write_index
+from simulate.dataset.spectra_folder import write_gateway
 from simulate.exchange.convert import convert
 from simulate.exchange.reading_options import Conversion
+from simulate.positions.positions import write_positions
 from simulate.spectra import explanation
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray

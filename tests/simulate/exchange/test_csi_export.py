@@ -6,8 +6,8 @@ import yaml
 
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
+from simulate.dataset.written_dataset import write_dataset
 from simulate.exchange.csi_export import export_csi
-from simulate.exchange.given_responses import write_dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray

@@ -66,10 +66,14 @@ def test_a_band_and_the_places_of_a_moving_receiver_are_there(tmp_path):
 
 def test_measured_dataset_has_no_responses_but_those_that_were_retrieved(dataset, tmp_path):
     measured = replace(
-        dataset, responses=None, metadata={}, frequency=Frequency(), train=np.zeros(0, int), test=np.zeros(0, int)
+        dataset.with_values(response=None),
+        metadata={},
+        frequency=Frequency(),
+        train=np.zeros(0, int),
+        test=np.zeros(0, int),
     )
     export_hdf5(measured, tmp_path / "measured.h5")
-    export_hdf5(replace(measured, retrieved=dataset.responses), tmp_path / "retrieved.h5")
+    export_hdf5(measured.with_values(retrieved=dataset.responses), tmp_path / "retrieved.h5")
     with h5py.File(tmp_path / "measured.h5") as file:
         assert "responses" not in file and "retrieved_responses" not in file
         assert file.attrs["frequency_source"] == "assumed" and len(file["train_index"]) == 0

@@ -18,7 +18,6 @@ from scenes.files.progress import progress_bar
 from scenes.scene.description import SPEED_OF_LIGHT, SceneObject
 from scenes.scene.shapes import box
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.dataset.dataset_writer import write_positions
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.convert import convert
 from simulate.exchange.csi_export import export_csi
@@ -28,6 +27,7 @@ from simulate.generation.reciprocity import element_offsets
 from simulate.generation.simulation import request_for, simulate
 from simulate.generation.simulation_options import Simulation
 from simulate.parallel.machines import Machines
+from simulate.positions.positions import write_positions
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from tests.small_scene import small_scene
@@ -160,10 +160,10 @@ def test_pairs_over_a_band_and_at_several_frequencies(scene, tmp_path):
 def test_check_describes_pairs(pairs):
     found = check(pairs.folder)
     told = found.description()
-    assert found.valid and found.leakage is None and found.spacing is None
+    assert found.valid and found.split.leakage is None and found.split.spacing is None
     assert told["moving"].startswith("both ends")
     assert "receivers (m)" in told and "gateway at (m)" not in told and "known positions" not in told
-    assert found.split_figures()["test"] == 1
+    assert found.figures()["split"]["test"] == 1
 
 
 @pytest.mark.parametrize(

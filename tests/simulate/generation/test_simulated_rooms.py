@@ -7,7 +7,7 @@ import pytest
 
 import bisplat
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import read_rooms
+from simulate.dataset.rooms_folder import read_rooms
 
 SIGHT = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
 WALLS = 6

@@ -8,23 +8,21 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from io import StringIO
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from msgspec import UNSET, Meta, Struct, UnsetType
+from numpy.typing import ArrayLike
 
 from scenes.files.errors import InputError, ParameterError, check_array, named, reason, shown
 from scenes.files.input_file import MEGABYTE, parse_number, read_text
 from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.schema import conform
-from scenes.scene.antennas import Gateway
-from scenes.scene.orientation import Quaternion, Vector3, facing
-from simulate.positions.positions import FARTHEST, MOST_POSITIONS, check_points
-from simulate.rssi.power_receiver import NOT_RECEIVED
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, STRONGEST
+from simulate.dataset.inspection import Coordinate
+from simulate.positions.positions import MOST_POSITIONS, check_points
 
 MOST_GATEWAYS = 1000  # Most gateways of a dataset
 
@@ -32,8 +30,6 @@ LONGEST_GATEWAY_NAME = 100  # Most characters in the name of a gateway
 
 LARGEST_POWERS = 400 * MEGABYTE
 """Most bytes of gateway_rssi.csv. A million positions and 60 gateways take 300 MB."""
-
-Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 
 
 def read_gateway_positions(path: Path) -> dict[str, Float[np.ndarray, " 3"]]:
@@ -66,7 +62,7 @@ def gateway_name(name: str, where: str) -> str:
     return name
 
 
-def read_powers(path: Path) -> tuple[list[str], Float[np.ndarray, "K G"]]:
+def read_power_table(path: Path) -> tuple[list[str], Float[np.ndarray, "K G"]]:
     """Read gateway_rssi.csv: the names of the gateways, and a row of powers for each position."""
     text = read_text(path, "a CSV of received powers", LARGEST_POWERS)
     try:
@@ -127,7 +123,7 @@ def _rows(path: Path, rows: Iterator[list[str]], names: list[str]) -> Iterator[l
         yield powers
 
 
-def own_gateways(given: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
+def own_gateways(given: Mapping[str, Sequence[float]] | None) -> dict[str, list[float]]:
     """Check the positions of gateways from Python."""
     if not isinstance(given, Mapping) or not given:
         raise ParameterError("gateways", f"expected the position of each gateway by its name, found {shown(given)}")
@@ -146,56 +142,37 @@ def own_gateways(given: Mapping[str, Sequence[float]]) -> dict[str, list[float]]
     return at
 
 
-UPRIGHT = facing((1, 0, 0))
-"""Orientation of a gateway that states none: vertical polarisation is along world +z, and it looks along world +x."""
-
-CONTENT = "the gateways by name, each as a position [x, y, z] or with the keys position, boresight and pattern"
-
-
-class GatewayEntry(Struct, forbid_unknown_fields=True):
-    """A gateway of one element in a file."""
-
-    position: Vector3
-    orientation: Quaternion | UnsetType = UNSET
-    boresight: Vector3 | UnsetType = UNSET
-    pattern: str = Gateway.pattern
-    polarization: str = Gateway.polarization
-
-
-def read_gateways(path: Path) -> dict[str, Gateway]:
-    """Read the gateways from a YAML file. gateway_position.yml of a folder of received powers is one, too."""
-    return {name: _gateway(value, place) for name, value, place in gateway_entries(path, CONTENT)}
+def fault_of_powers(powers: Float[np.ndarray, "K G"], stated: bool = False) -> str | None:
+    """A sentence on powers that cannot be in dBm; None if they can."""
+    received = powers[~np.isnan(powers)]
+    if not received.size:
+        return None
+    low, high = received.min(), received.max()
+    if low >= 0 and high > 0 and not stated:
+        found = f"expected powers in dBm, found {low:.4g} to {high:.4g}"
+        if high <= 1:
+            return f"{found}, which look like linear powers: take 10 log10 of milliwatts"
+        return f"{found}, all positive: is the minus sign missing?"
+    if high > STRONGEST:
+        row, column = np.argwhere(powers == high)[0]
+        found = f"expected powers of at most {STRONGEST:g} dBm, found {high:.4g} at position {row}, gateway {column}"
+        # UJIIndoorLoc marks so that nothing was received.
+        return f"{found}; if it means that nothing was received, put {NOT_RECEIVED:g} there" if high == 100 else found
+    return None
 
 
-def _gateway(value: Any, place: str) -> Gateway:
-    given = {"position": value} if isinstance(value, list) else value
-    entry = conform(given, GatewayEntry, place, numbers_as_text=True)
-    orientation = UPRIGHT
-    if entry.orientation is not UNSET and entry.boresight is not UNSET:
-        raise InputError(f"{place}: expected orientation or boresight, found both")
-    try:
-        if entry.orientation is not UNSET:
-            orientation = entry.orientation
-        elif entry.boresight is not UNSET:
-            orientation = facing(entry.boresight)
-        return Gateway(entry.position, orientation, 1, 1, pattern=entry.pattern, polarization=entry.polarization)
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from None
-
-
-def gateways_of(given: Path | str | Mapping[str, Gateway | Sequence[float]]) -> dict[str, Gateway]:
-    """The gateways that a caller means, each with one element."""
-    if isinstance(given, str | Path):
-        return read_gateways(Path(given))
-    if not isinstance(given, Mapping):
-        found = f"found {shown(given)}"
-        raise ParameterError("gateways", f"expected gateways or their positions by name, or a YAML file, {found}")
-    own_gateways({name: each.position if isinstance(each, Gateway) else each for name, each in given.items()})
-    return {name: _of_one_element(each) for name, each in given.items()}
-
-
-def _of_one_element(given: Gateway | Sequence[float]) -> Gateway:
-    if isinstance(given, Gateway):
-        return replace(given, rows=1, columns=1, elements=None)
-    x, y, z = given
-    return Gateway((x, y, z), UPRIGHT, 1, 1)
+def own_powers(given: Float[ArrayLike, "K G"], count: int, gateways: int) -> Float[np.ndarray, "K G"]:
+    """Check powers from Python; the messages name what people most often mix up."""
+    what = f"powers of {count} positions × {gateways} gateways"
+    shape = np.shape(given) if isinstance(given, np.ndarray) else ()
+    if shape == (gateways, count) and gateways != count:
+        raise ParameterError("powers", f"expected {what}, found {gateways} × {count}: transpose them (.T)")
+    powers = check_array("powers", given, (count, gateways), what, finite=False)
+    if np.isinf(powers).any():
+        row, column = np.argwhere(np.isinf(powers))[0]
+        found = f"found {powers[row, column]} at position {row}, gateway {column}"
+        raise ParameterError("powers", f"expected finite powers, or NaN where nothing was received, {found}")
+    fault = fault_of_powers(powers)
+    if fault is not None:
+        raise ParameterError("powers", fault)
+    return powers

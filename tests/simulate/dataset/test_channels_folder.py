@@ -1,7 +1,6 @@
-"""Folders of channels over subcarriers: what is read, what is said, and a sentence for each mistake."""
+"""Folders of channels over subcarriers: what is read, what is said, and what is wrong with damaged ones."""
 
 import os
-import re
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 
 import bisplat
 from scenes.files.errors import InputError
-from simulate.csi.csi_dataset import inspect_csi
+from simulate.dataset.dataset_folder import inspect
 from tests.corpus import ANY_FILE
 
 ANTENNAS, COUNT = 4, 6
@@ -37,11 +36,13 @@ def folder(tmp_path) -> Path:
 
 
 def test_published_folder_is_read_and_what_is_assumed_is_said(folder, capsys):
-    read = bisplat.read_csi(folder)
+    read = bisplat.read_dataset(folder)
     np.testing.assert_array_equal(np.concatenate([read.uplink, read.downlink], axis=-1), channels())
     assert read.uplink.shape == read.downlink.shape == (COUNT, ANTENNAS, 26)
-    np.testing.assert_allclose(read.antenna_positions[3], [0, 0.18, 2])
-    assert (read.positions, read.frequency, read.frequencies) == (None, None, None)
+    np.testing.assert_allclose(read.gateway_positions[3], [0, 0.18, 2])
+    assert (read.places, read.frequency.source, read.frequencies) == (None, "assumed", None)
+    with pytest.raises(InputError, match="expected positions"):
+        _ = read.positions
     assert (read.train.tolist(), read.test.tolist()) == ([0, 1, 2, 5], [3, 4])
     said = capsys.readouterr().err
     assert "took the first 26 of 52 subcarriers for the uplink" in said
@@ -54,12 +55,24 @@ def test_export_and_reading_are_each_others_inverse(tmp_path, capsys):
     wide = bisplat.write_dataset(tmp_path / "wide", places, channels(), array, "2.4 GHz", bandwidth="20 MHz")
     bisplat.export_csi(wide, tmp_path / "csi")
     capsys.readouterr()
-    read = bisplat.read_csi(tmp_path / "csi")
+    read = bisplat.read_dataset(tmp_path / "csi")
     np.testing.assert_array_equal(np.concatenate([read.uplink, read.downlink], axis=-1), wide.band_responses)
     np.testing.assert_allclose(read.positions, wide.positions, atol=1e-6)
     np.testing.assert_array_equal(read.frequencies, wide.band.frequencies(2.4e9))
     assert sorted([*read.train, *read.test]) == sorted([*wide.train, *wide.test])
     assert capsys.readouterr().err == ""  # our own folder states everything
+
+
+def test_channels_from_python_are_read_back(tmp_path):
+    at, places = np.array([[0, 0.06 * number, 2] for number in range(ANTENNAS)]), np.eye(COUNT, 3)
+    given = {"antennas": at, "frequency": "2.4 GHz", "bandwidth": "20 MHz"}
+    made = bisplat.write_dataset(tmp_path / "placed", places, channels=channels(), **given)
+    np.testing.assert_array_equal(made.values["channel"], channels())
+    np.testing.assert_allclose(made.gateway_positions, at)
+    assert made.positions.tolist() == places.tolist() and made.frequencies.shape == (52,)
+    assert sorted([*made.train, *made.test]) == [*range(COUNT)]
+    unplaced = bisplat.write_dataset(tmp_path / "unplaced", None, channels=channels(), antennas=at, frequency=2.4e9)
+    assert unplaced.places is None and unplaced.band is None and unplaced.fingerprint != made.fingerprint
 
 
 def test_check_describes_it(folder):
@@ -69,6 +82,7 @@ def test_check_describes_it(folder):
     assert "6 rows × 4 antennas × 52 subcarriers" in described["holds"]
     assert (described["positions (m)"], described["frequency"]) == ("not stated", "not stated")
     assert found.figures()["subcarriers_of_each_link"] == 26
+    assert "fingerprint" in described and "26 subcarriers" in described["task"]
     (folder / "metadata.json").write_text('{"frequency_hz": "2.4 GHz"}')
     np.savetxt(folder / "tx_pos.csv", np.ones((COUNT, 3)), "%.1f", ",", header="x,y,z", comments="")
     described = bisplat.check(folder).description()
@@ -87,35 +101,27 @@ BAND = '{"frequency_hz": %g, "band": {"bandwidth": 2e7, "subcarriers": %d}}'
 
 
 @pytest.mark.parametrize(
-    ("break_it", "sentence"),
+    ("damage", "file", "place"),
     [
-        (_saved(lambda values: values[0]), "csidata.npy: expected channels of rows × antennas × subcarriers"),
-        (_saved(lambda values: values.real), "csidata.npy: expected channels of rows × antennas × subcarriers"),
-        (_saved(lambda values: values[..., :51]), "csidata.npy: expected an even number of subcarriers"),
-        (_saved(lambda values: 0 * values), "csidata.npy: expected channels, found zeros alone"),
-        (
-            _saved(lambda values: np.where(values == values[2, 1, 7], np.nan, values)),
-            "csidata.npy: expected finite numbers",
-        ),
-        (
-            lambda folder: os.truncate(folder / "csidata.npy", 128 + 9976),
-            "csidata.npy: expected a shape that fits its 9976 bytes, found (6, 4, 52) of complex64",
-        ),
-        (_written("base-station.yml", station(3)), "base-station.yml: expected a position for each of the 4 antennas"),
-        (_written("base-station.yml", "base_station: [0, 0, 2]\n"), "base-station.yml: base_station[0]: expected a"),
-        (lambda folder: (folder / "base-station.yml").unlink(), "base-station.yml: expected the antenna positions"),
-        (_written("test_index.txt", "3\n6\n"), "test_index.txt, row 2: expected a whole number from 0 to 5, found '6'"),
-        (_written("test_index.txt", "2\n3\n"), "test_index.txt: expected numbers that are not in train_index.txt"),
-        (_written("tx_pos.csv", "x,y,z\n1,1,1\n"), "tx_pos.csv: expected a position for each of the 6 rows"),
-        (_written("metadata.json", BAND % (2.4e9, 64)), "metadata.json: band.subcarriers: expected the 52 of csidata"),
-        (_written("metadata.json", BAND % (5e7, 52)), "metadata.json: band.bandwidth: expected at most 20%"),
+        (_saved(lambda values: values.real), "csidata.npy", ""),
+        (_saved(lambda values: values[..., :51]), "csidata.npy", "51"),
+        (_saved(lambda values: 0 * values), "csidata.npy", "zeros"),
+        (_saved(lambda values: np.where(values == values[2, 1, 7], np.nan, values)), "csidata.npy", "row 2"),
+        (lambda folder: os.truncate(folder / "csidata.npy", 128 + 9976), "csidata.npy", "9976"),
+        (_written("base-station.yml", station(3)), "base-station.yml", "3"),
+        (_written("base-station.yml", "base_station: [0, 0, 2]\n"), "base-station.yml", "base_station[0]"),
+        (_written("test_index.txt", "3\n6\n"), "test_index.txt", "row 2"),
+        (_written("tx_pos.csv", "x,y,z\n1,1,1\n"), "tx_pos.csv", "6 rows"),
+        (_written("metadata.json", BAND % (2.4e9, 64)), "metadata.json", "band.subcarriers"),
+        (_written("metadata.json", BAND % (5e7, 52)), "metadata.json", "band.bandwidth"),
     ],
 )
-def test_each_fault_has_one_sentence(break_it, sentence, folder):
-    break_it(folder)
-    with pytest.raises(InputError, match=re.escape(f"{folder}/{sentence}")) as error:
-        bisplat.read_csi(folder)
-    assert "more problems" not in str(error.value)
+def test_a_damage_is_one_problem_that_names_the_place(damage, file, place, folder):
+    damage(folder)
+    [problem] = inspect(folder).problems
+    assert problem.startswith(str(folder / file)) and place in problem
+    with pytest.raises(InputError):
+        bisplat.read_dataset(folder)
 
 
 @pytest.mark.parametrize("name", ["csidata.npy", "base-station.yml", "train_index.txt"])
@@ -123,7 +129,7 @@ def test_each_fault_has_one_sentence(break_it, sentence, folder):
 def test_no_content_ends_in_a_traceback(name, kind, folder):
     (folder / name).unlink()
     ANY_FILE[kind][0](folder / name)
-    assert inspect_csi(folder).problems
+    assert inspect(folder).problems
 
 
 @pytest.mark.parametrize(

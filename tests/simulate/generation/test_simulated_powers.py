@@ -9,8 +9,8 @@ import bisplat
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.engines.rays_engine import Rays
-from simulate.rssi import rssi_simulation
-from simulate.rssi.rssi_files import read_gateways
+from simulate.generation import simulated_powers
+from simulate.generation.listening_gateways import read_gateways
 from tests.folders import contents
 from tests.small_scene import small_scene
 
@@ -26,7 +26,7 @@ def test_free_space_is_that_of_friis(tmp_path):
         scene, tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=17, quantisation_db=0
     )
     friis = 17 + 20 * np.log10(scene.wavelength / (4 * np.pi * made.distances))
-    np.testing.assert_allclose(made.rssi_dbm, friis, atol=2e-4)
+    np.testing.assert_allclose(made.powers, friis, atol=2e-4)
     assert made.frequency.wavelength == pytest.approx(SPEED_OF_LIGHT / 915e6)
 
 
@@ -37,7 +37,7 @@ def test_a_gateway_receives_what_one_element_of_simulate_does(tmp_path):
     )
     alone = dataclasses.replace(small_scene(), gateway=dataclasses.replace(turned, rows=1, columns=1))
     spectra = bisplat.simulate(alone, tmp_path / "y", positions=PLACES, propagation=ROOM, seed=3)
-    np.testing.assert_allclose(made.rssi_dbm, 20 * np.log10(np.abs(spectra.responses)), atol=1e-3)
+    np.testing.assert_allclose(made.powers, 20 * np.log10(np.abs(spectra.responses)), atol=1e-3)
     np.testing.assert_array_equal(made.positions, spectra.positions)
 
 
@@ -49,8 +49,8 @@ def test_a_dipole_hears_nothing_along_its_axis(tmp_path):
     both, exact = {"up": along, "lying": lying}, {"propagation": SIGHT, "quantisation_db": 0}
     made = bisplat.simulate_rssi(small_scene(), tmp_path / "x", both, positions=axis, **exact)
     upright = 20 * np.log10(small_scene().wavelength / (4 * np.pi * made.distances[:, 0])) + 10 * np.log10(1.5)
-    np.testing.assert_allclose(made.rssi_dbm[:, 0], upright, atol=1e-3)
-    assert np.isnan(made.rssi_dbm[:, 1]).all()
+    np.testing.assert_allclose(made.powers[:, 0], upright, atol=1e-3)
+    assert np.isnan(made.powers[:, 1]).all()
 
 
 def test_the_folder_states_how_it_was_made_and_is_the_same_again(tmp_path):
@@ -117,7 +117,7 @@ def test_gateway_of_given_elements_has_one_of_them(tmp_path):
     of_four = bisplat.Gateway((0, 0, 1.5), bisplat.facing((1, 0, 0)), elements=circle.positions_m)
     of_one = bisplat.Gateway((0, 0, 1.5), bisplat.facing((1, 0, 0)), rows=1, columns=1)
     found = [
-        bisplat.simulate_rssi(small_scene(), tmp_path / name, {"door": gateway}, n=3, propagation=SIGHT).rssi_dbm
+        bisplat.simulate_rssi(small_scene(), tmp_path / name, {"door": gateway}, n=3, propagation=SIGHT).powers
         for name, gateway in (("four", of_four), ("one", of_one))
     ]
     assert (found[0] == found[1]).all()
@@ -125,7 +125,7 @@ def test_gateway_of_given_elements_has_one_of_them(tmp_path):
 
 def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
     """Stopped in the second gateway: the first one is not traced again, and the files are those of a whole run."""
-    monkeypatch.setattr(rssi_simulation, "AT_ONCE", 3)
+    monkeypatch.setattr(simulated_powers, "AT_ONCE", 3)
     call = {"positions": PLACES, "propagation": SIGHT, "shadowing_db": 2.0, "seed": 1}
     bisplat.simulate_rssi(small_scene(), tmp_path / "whole", GATEWAYS, **call)
     traced, tracer_of = [], Rays.tracer
@@ -147,7 +147,7 @@ def test_an_interrupted_simulation_continues(tmp_path, monkeypatch):
         bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call)
     assert traced == [3, 1, 3]
     with pytest.raises(InputError, match="found an unfinished one"):
-        bisplat.read_rssi(folder)
+        bisplat.read_dataset(folder)
     with pytest.raises(InputError, match=r"found a dataset whose seed is 1, not 2"):
         bisplat.simulate_rssi(small_scene(), folder, GATEWAYS, **call | {"seed": 2})
     next((folder / "parts").glob("*-0000003.npy")).write_bytes(b"damaged")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Shaped
 
 from learn.localisation.evidence import Evidence
-from learn.localisation.located_places import LEAST_PROBABILITY, Place
+from learn.localisation.located_places import LEAST_PROBABILITY, Located, Place, copied_positions
 from learn.models.base import Report
 from learn.planning.candidates import extended_axes
 from simulate.spectra.spectrum import evenly
@@ -259,3 +260,20 @@ def grid_warning(evidence: Evidence) -> str | None:
         f"the {len(points)} grid points in this large region are {widest:.2g} wavelengths apart; beyond {FARTHEST:g}, "
         "transmitters between them may be missed unless they are near training positions"
     )
+
+
+class Question(NamedTuple):
+    """K transmitters to be located."""
+
+    evidence: Evidence
+    names: Sequence[str]
+    parts: Sequence[str]
+    truth: Float[np.ndarray, "K 3"] | None = None
+
+    def answered(self, report: Report = lambda phase, done, total: None) -> Located:
+        """Where the transmitters may be, beside copied positions where the true ones are known."""
+        evidence, copied = self.evidence, None
+        places = search(evidence, report)
+        if self.truth is not None and evidence.known is not None and (unlike := evidence.unlike()) is not None:
+            copied = copied_positions(unlike, evidence.known)
+        return Located(places, self.names, self.parts, self.truth, copied)

@@ -11,31 +11,7 @@ from tyro.conf import arg
 
 from scenes.files.errors import require_seed, require_within
 from scenes.files.options import check_kinds
-
-NOT_RECEIVED = -100.0
-"""dBm; stands in gateway_rssi.csv where nothing was received. NeRF² and GSRF leave such entries out."""
-
-STRONGEST = 60.0  # dBm; largest power that is believed: 1 kW at the receiver
-
-
-def fault_of_powers(powers: Float[np.ndarray, "K G"], stated: bool = False) -> str | None:
-    """A sentence on powers that cannot be in dBm; None if they can."""
-    received = powers[~np.isnan(powers)]
-    if not received.size:
-        return None
-    low, high = received.min(), received.max()
-    if low >= 0 and high > 0 and not stated:
-        found = f"expected powers in dBm, found {low:.4g} to {high:.4g}"
-        if high <= 1:
-            return f"{found}, which look like linear powers: take 10 log10 of milliwatts"
-        return f"{found}, all positive: is the minus sign missing?"
-    if high > STRONGEST:
-        row, column = np.argwhere(powers == high)[0]
-        found = f"expected powers of at most {STRONGEST:g} dBm, found {high:.4g} at position {row}, gateway {column}"
-        # UJIIndoorLoc marks so that nothing was received.
-        return f"{found}; if it means that nothing was received, put {NOT_RECEIVED:g} there" if high == 100 else found
-    return None
-
+from simulate.dataset.dataset_kinds import NOT_RECEIVED, STRONGEST
 
 SHADOWING = 5  # Stream of random numbers. The errors of ``Measurement`` have the streams 1 to 4.
 

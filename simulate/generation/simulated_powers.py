@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
-from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -26,17 +25,19 @@ from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset import Dataset
+from simulate.dataset.dataset_folder import read_dataset, require_written
 from simulate.dataset.dataset_kinds import PARTS, POWERS
+from simulate.dataset.metadata import made_here
+from simulate.dataset.powers_folder import write_powers
 from simulate.engines.engine import Setting
 from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import begun, continued
+from simulate.generation.listening_gateways import UPRIGHT, gateways_of
+from simulate.generation.power_receiver import PowerReceiver
 from simulate.parallel.machines import Machines
 from simulate.positions.placement import chosen_positions
 from simulate.positions.positions import Places, points_digest, reach_warning
-from simulate.rssi.power_receiver import PowerReceiver
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_powers
-from simulate.rssi.rssi_files import UPRIGHT, gateways_of
-from simulate.rssi.rssi_writer import write_rssi_files
 
 AT_ONCE = 500  # Positions traced at a time. A simulation that is killed loses at most these.
 
@@ -48,7 +49,7 @@ def simulate_rssi(
     gateways: Mapping[str, Gateway | Sequence[float]] | str | Path,
     n: int = Places.n,
     **options: Any,
-) -> RssiDataset:
+) -> Dataset:
     """Simulate the powers that gateways of one element receive (RSSI), as a folder in the format of NeRF²'s BLE data.
 
     Each gateway is traced as that of a scene is in ``simulate``. It reports P = P_t + 20 log10 ``|y|`` + X in dBm, with
@@ -76,7 +77,7 @@ def simulate_rssi(
         >>> gateways = {"door": (2.0, 0.5, 1.8), "window": (2.5, 0.5, 1.8)}
         >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
         >>> powers = bisplat.simulate_rssi("closet", "powers", gateways, n=5, propagation=coarse)
-        >>> powers.rssi_dbm.shape, powers.gateway_names, len(powers.train)
+        >>> powers.powers.shape, powers.gateway_names, len(powers.train)
         ((5, 2), ['door', 'window'], 3)
     """
     require_instance(Scene, str, Path, scene=scene)
@@ -99,7 +100,7 @@ def make_rssi(
     content: Places,
     receiver: PowerReceiver,
     engine: Rays,
-) -> RssiDataset:
+) -> Dataset:
     """Simulate received powers in a scene that has been checked; ``simulate_rssi`` explains the arguments."""
     heard = gateways_of(gateways)
     source = str(gateways) if isinstance(gateways, str | Path) else "gateways"
@@ -113,7 +114,7 @@ def make_rssi(
     _say_assumptions(scene, heard, receiver)
     _warn_of_far_places(scene, {name: gateway.position for name, gateway in heard.items()}, source, points, content)
     metadata = {
-        "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
+        **made_here(),
         "kind": "rssi",
         "scene": scene.name,
         "scene_file": "scene/scene.yaml",
@@ -130,7 +131,7 @@ def make_rssi(
         "versions": engine.versions(),
     }
     if begun(folder, metadata) and _is_finished(folder):
-        return read_rssi(folder)
+        return read_dataset(folder)
     with continued(folder, metadata):
         if not _is_finished(folder):  # another process may have finished it in the meantime
             (folder / PARTS).mkdir(exist_ok=True)
@@ -138,11 +139,11 @@ def make_rssi(
             with temporary_folder(folder) as whole:
                 write_scene(scene, whole / "scene")
                 at = {name: gateway.position for name, gateway in heard.items()}
-                write_rssi_files(whole, points, at, reported, metadata, content.seed)
-                require_valid_powers(whole, folder)
+                write_powers(whole, points, at, reported, metadata, content.seed)
+                require_written(whole, folder)
                 move_content(whole, folder)
             shutil.rmtree(folder / PARTS)
-    return read_rssi(folder)
+    return read_dataset(folder)
 
 
 def _is_finished(folder: Path) -> bool:

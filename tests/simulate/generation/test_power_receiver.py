@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import ParameterError
-from simulate.rssi.power_receiver import PowerReceiver
+from simulate.generation.power_receiver import PowerReceiver
 
 GAINS = np.linspace(-110, -20, 2000).reshape(1000, 2)
 

@@ -8,7 +8,8 @@ import pytest
 
 import bisplat
 from scenes.files.errors import ParameterError
-from simulate.exchange.given_responses import write_dataset
+from simulate.dataset.dataset_folder import assumptions_of
+from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.element_array import ElementArray
 from simulate.spectra.spectrum import picture
@@ -35,7 +36,7 @@ def test_what_is_given_is_what_is_read(tmp_path):
     assert read.gateway_position.tolist() == [1, 2, 3]
     np.testing.assert_allclose(read.gateway_orientation, turn, atol=1e-9)
     assert (read.identification.source, read.frequency.source) == ("metadata", "metadata")
-    assert read.assumptions() == [] and len(read.train) == 0
+    assert assumptions_of(read) == [] and len(read.train) == 0
 
 
 def test_an_array_of_element_positions_gets_the_frequency_of_the_dataset(tmp_path):
@@ -56,7 +57,7 @@ def test_an_array_of_element_positions_gets_the_frequency_of_the_dataset(tmp_pat
 
 def test_responses_of_unknown_phase_are_not_compared_between_positions(tmp_path):
     made = write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6, phases="per-position")
-    assert made.responses is None
+    assert made.quantities == ["spectrum", "retrieved"]
     np.testing.assert_allclose(made.retrieved, waves(), rtol=1e-6)
     described = bisplat.check(tmp_path / "mine", split="random").description()
     assert described["complex responses"] == "yes, each with a phase of its own"

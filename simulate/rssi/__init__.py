@@ -1,1 +1,0 @@
-"""Datasets of received powers (RSSI): the folder that NeRF² calls BLE, read, written, simulated and described."""
