@@ -11,13 +11,13 @@ from learn.data.torch_dataset import TorchDataset as TorchDataset
 from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
+from learn.fitted.coverage import coverage_map as coverage_map
+from learn.fitted.fit_powers import fit_powers as fit_powers
 from learn.localisation.locate import locate as locate
 from learn.localisation.located_places import Located as Located
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
-from learn.powers.coverage import coverage_map as coverage_map
-from learn.powers.fit_powers import fit_powers as fit_powers
 from learn.quantities.known import Known as Known
 from learn.quantities.quantity import Prediction as Prediction
 from learn.quantities.quantity import Quantity as Quantity

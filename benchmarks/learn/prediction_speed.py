@@ -126,7 +126,7 @@ def models(dataset: Any, names: list[str], known: int, scene: str) -> Iterator[t
 
 def baselines(dataset: Any, names: list[str], known: int) -> Iterator[tuple[str, Predict, None]]:
     """The baselines of ``compare``, which return numbers."""
-    from learn.methods.table import methods_of
+    from learn.methods.method_table import methods_of
     from learn.quantities.known import Known
     from learn.quantities.spectra import Spectra
 

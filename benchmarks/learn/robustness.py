@@ -22,7 +22,7 @@ from rich.progress import track
 from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind, split
-from learn.methods.table import METHODS, methods_of
+from learn.methods.method_table import METHODS, methods_of
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.quantities.known import Known
 from learn.quantities.spectra import Spectra

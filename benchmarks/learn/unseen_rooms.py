@@ -37,7 +37,7 @@ from matplotlib.figure import Figure
 from benchmarks.ledger.printing import print_figures
 from learn.comparison.cases import GIVEN
 from learn.comparison.compare import compare
-from learn.methods.table import methods_of, usual_names
+from learn.methods.method_table import methods_of, usual_names
 from learn.reports.method_styles import line_styles
 from simulate.dataset.dataset_kinds import Setting
 from simulate.dataset.rooms_folder import Rooms

@@ -28,7 +28,7 @@ import tyro
 from jaxtyping import Float
 
 from benchmarks.ledger.printing import print_figures
-from learn.methods.table import methods_of
+from learn.methods.method_table import methods_of
 from learn.powers.twin_powers import FOLLOWED, TwinPowers
 from learn.quantities.known import Known
 from learn.quantities.powers import Powers, score_powers

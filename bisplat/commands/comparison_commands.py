@@ -12,7 +12,7 @@ from tyro.conf import Positional, arg
 from bisplat.commands.idle_options import given_options, refuse_idle
 from learn.comparison.results_folder import PROTOCOL
 from learn.data.splits import SplitKind
-from learn.quantities.table import QuantityName
+from learn.quantities.quantity_table import QuantityName
 from scenes.files.errors import printable
 from scenes.files.plain_text import print_rows, say
 from simulate.dataset.dataset_kinds import is_rooms, quantity_of
@@ -57,7 +57,7 @@ def compare(
     primitives: int | None = None,
     json: bool = False,
 ) -> None:
-    """Compare methods and baselines on one dataset, for several sizes, or in new rooms.
+    """Compare methods on one dataset or in new rooms.
 
     The same command again adds missing rows and redraws the figures.
 
@@ -124,7 +124,7 @@ def is_trained(kind: str, methods: Sequence[str], output: Path | None) -> bool:
 
     Who adds a method to a comparison that exists has to state its training time in any case.
     """
-    from learn.methods.table import methods_of, trained_by_steps, usual_names
+    from learn.methods.method_table import methods_of, trained_by_steps, usual_names
 
     if (output is not None and (output / PROTOCOL).is_file()) or any(
         ":" in name and "=" not in name for name in methods

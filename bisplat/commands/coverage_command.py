@@ -39,9 +39,9 @@ def coverage(
         scene: scene whose walls are drawn, and which the method twin traces: a built-in name or a scene YAML (default,
             for the walls: that of the folder, if any).
     """
-    from learn.methods.table import TWIN
-    from learn.powers.coverage import coverage_map
-    from learn.powers.fit_powers import fit_powers
+    from learn.fitted.coverage import coverage_map
+    from learn.fitted.fit_powers import fit_powers
+    from learn.methods.method_table import TWIN
     from learn.reports.coverage_report import write_coverage_files
     from learn.training.fit_progress import FitProgress
     from scenes.storage.scene_yaml import load_scene

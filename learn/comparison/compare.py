@@ -20,11 +20,11 @@ from learn.comparison.measuring import Measuring
 from learn.comparison.results_folder import Settings, results_in
 from learn.data.split_distances import say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, SplitKind
-from learn.methods.table import BASELINES, USUAL_BASELINES, methods_of, require_scene, usual_names
+from learn.methods.method_table import BASELINES, USUAL_BASELINES, methods_of, require_scene, usual_names
 from learn.methods.trained_model import TrainedModel
 from learn.quantities.known import MakesMethod, Method
+from learn.quantities.quantity_table import QuantityName, quantity_named
 from learn.quantities.spectra import SpectraInRooms
-from learn.quantities.table import QuantityName, quantity_named
 from learn.training.config import require_untested
 from learn.training.run_files import device_name
 from learn.training.run_folder import Run, load_run

@@ -60,7 +60,7 @@ class Comparison:
         >>> import bisplat
         >>> comparison = bisplat.compare("data/lab", ["nearest"], tested=4)
         >>> [row["label"] for row in comparison.table()]  # the best first, the bound last; baselines are always in
-        ['inverse-distance', 'nearest', 'mean-picture', "array's ceiling"]
+        ['nearest', 'inverse-distance', 'mean-picture', "array's ceiling"]
         >>> comparison  # print(comparison) shows the table
         Comparison('lab': 3 methods for spectra, 32 known and 4 test spectra, split files)
     """

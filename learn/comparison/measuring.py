@@ -44,7 +44,7 @@ class Measuring:
                 for size in sizes:
                     number += 1
                     key = {"label": label, "seed": seed, "train_size": size}
-                    method = built(label, make) if learned is None else learned
+                    method = built(label, make)
                     if isinstance(method, Predictions):
                         if seed:  # which no seed changes
                             continue
@@ -58,7 +58,7 @@ class Measuring:
                         with named(label, method, "learn to learn from rooms"):
                             method.learn(self.cases.training, self.settings.minutes, seed)
                         learned = method
-                    self._measure(key, method, source)
+                    self._measure(key, learned or method, source)
         self._measure_bound()
 
     def _suited(

@@ -10,7 +10,7 @@ import numpy as np
 
 from learn.localisation.heard_pictures import of_runs
 from learn.localisation.located_places import Located
-from learn.localisation.search import Question
+from learn.localisation.place_search import Question
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
 

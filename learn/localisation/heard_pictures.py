@@ -19,7 +19,7 @@ from learn.data.same_receiver import (
 )
 from learn.localisation.located_places import NEW
 from learn.localisation.picture_evidence import PictureEvidence
-from learn.localisation.search import Question, grid_warning
+from learn.localisation.place_search import Question, grid_warning
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.plain_text import say

@@ -12,13 +12,13 @@ from scipy.spatial.transform import Rotation
 from learn.data.same_receiver import other_frequency
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_rows
+from learn.fitted.fit_powers import fit_powers
 from learn.localisation.channel_evidence import ChannelEvidence
 from learn.localisation.evidence import Evidence
 from learn.localisation.located_places import NEW
+from learn.localisation.place_search import Question
 from learn.localisation.power_evidence import PowerEvidence
-from learn.localisation.search import Question
 from learn.localisation.track_evidence import LEAST_READS, TrackEvidence
-from learn.powers.fit_powers import fit_powers
 from scenes.files.errors import InputError, ParameterError, check_array, named, require_flag, require_within
 from scenes.files.plain_text import say
 from scenes.scene.description import SPEED_OF_LIGHT

@@ -16,7 +16,7 @@ from learn.data.splits import SplitKind
 from learn.localisation.heard_pictures import of_runs
 from learn.localisation.known_and_heard import MOST_ANTENNAS, of_channels, of_positions, of_powers, of_track
 from learn.localisation.located_places import Located
-from learn.localisation.search import Question
+from learn.localisation.place_search import Question
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import ParameterError

@@ -12,12 +12,12 @@ import torch
 from jaxtyping import Float, Inexact
 from scipy.linalg import cho_factor, cho_solve
 
+from learn.fitted.fit_powers import fit_powers
 from learn.models.base import Report
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.interpolators import WAYS
 from learn.models.kriging.kriged_field import KrigedField
 from learn.planning.greedy import OpenField
-from learn.powers.fit_powers import fit_powers
 from learn.powers.helmholtz_powers import HelmholtzPowers
 from learn.training.run_folder import Run
 from scenes.scene.description import Scene

@@ -57,7 +57,7 @@ class OfEach(NamedTuple):
 
 
 class Quantity(ABC):
-    """A quantity of a dataset. A new one is a subclass, and a line in ``learn.quantities.table``.
+    """A quantity of a dataset. A new one is a subclass, and a line in ``learn.quantities.quantity_table``.
 
     Example:
         >>> import bisplat

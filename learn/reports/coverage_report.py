@@ -16,7 +16,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from learn.powers.coverage import NO_GATEWAY, CoverageMap
+from learn.fitted.coverage import NO_GATEWAY, CoverageMap
 from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
 from learn.reports.provenance import Provenance

@@ -9,8 +9,8 @@ from threading import Lock
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.powers.coverage import CoverageMap, coverage_map
-from learn.powers.fit_powers import FittedPowers, fit_powers
+from learn.fitted.coverage import CoverageMap, coverage_map
+from learn.fitted.fit_powers import FittedPowers, fit_powers
 from learn.quantities.quantity import Prediction
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene

@@ -11,8 +11,8 @@ from PIL import Image, ImageDraw
 from scipy.spatial import cKDTree
 from viser import ClientHandle, GuiImageHandle, ImageHandle
 
-from learn.methods.table import named_for
-from learn.powers.coverage import NO_GATEWAY, CoverageMap
+from learn.fitted.coverage import NO_GATEWAY, CoverageMap
+from learn.methods.method_table import named_for
 from learn.quantities.quantity import Prediction
 from learn.reports.coverage_report import INTERVAL, distinct
 from learn.reports.plots import MAGNITUDE

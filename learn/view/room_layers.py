@@ -11,7 +11,7 @@ from jaxtyping import Float, UInt8
 from viser import ClientHandle, PointCloudHandle, SceneNodeHandle, TransformControlsHandle
 
 from learn.localisation.located_places import read_places
-from learn.localisation.search import grid_in
+from learn.localisation.place_search import grid_in
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import Colours, colour_of
 from learn.view.subject import Subject

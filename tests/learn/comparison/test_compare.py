@@ -16,10 +16,10 @@ import pytest
 
 import bisplat
 from learn.comparison.averages import average_name
-from learn.methods.table import BASELINES, USUAL_BASELINES, methods_of, named_for, trained_by_steps
+from learn.methods.method_table import BASELINES, USUAL_BASELINES, methods_of, named_for, trained_by_steps
 from learn.quantities.array_ceiling import CEILING
 from learn.quantities.known import Known
-from learn.quantities.table import QUANTITIES, quantity_named
+from learn.quantities.quantity_table import QUANTITIES, quantity_named
 from learn.reports.comparison_report import write_comparison
 from scenes.files.output_folder import locked
 

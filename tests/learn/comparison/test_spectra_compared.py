@@ -14,7 +14,7 @@ from learn.data.metrics import score
 from learn.data.neighbours import nearest
 from learn.data.splits import split
 from learn.methods.interpolation import Kriging, KrigingResponses
-from learn.methods.table import methods_of, usual_names
+from learn.methods.method_table import methods_of, usual_names
 from learn.methods.trained_model import TrainedModel
 from learn.quantities.array_ceiling import CEILING
 from learn.quantities.known import HowSplit, Known

@@ -30,7 +30,8 @@ LINE_OF_SIGHT, ONCE = Propagation(max_depth=0, rays=1000), Propagation(max_depth
 def in_free_space():
     """The solver's field is that in free space."""
 
-    def field(scene, planned, folder, at_once, solver, gpu, ray, report):
+    def field(planned, folder, at_once, solver, gpu, ray, report):
+        scene = planned.scene
         low, high = scene.transmitter.region + np.array([[-0.2], [0.2]])
         size = np.ceil((high - low) / 0.02).astype(int) + 1
         index = np.stack(np.meshgrid(*(np.arange(count) for count in size), indexing="ij"), axis=-1)

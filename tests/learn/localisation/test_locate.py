@@ -14,7 +14,7 @@ from bisplat.commands.evaluation_commands import evaluate as evaluate_command
 from bisplat.commands.locate_command import locate as locate_command
 from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.localisation import picture_evidence
-from learn.localisation import search as search_module
+from learn.localisation import place_search as search_module
 from learn.localisation.heard_pictures import observed_pictures
 from learn.localisation.located_places import HEADER
 from learn.localisation.picture_evidence import Fingerprints, PictureEvidence

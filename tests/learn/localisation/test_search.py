@@ -6,7 +6,7 @@ import pytest
 from learn.localisation.evidence import Evidence
 from learn.localisation.located_places import Located
 from learn.localisation.picture_evidence import PictureEvidence
-from learn.localisation.search import MODES, Grid, candidate_points, grid_in, grid_warning, search
+from learn.localisation.place_search import MODES, Grid, candidate_points, grid_in, grid_warning, search
 
 WAVELENGTH = 0.32
 BOX = np.array([[-1.0, -1, -1], [1, 1, 1]])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.powers.coverage import NO_GATEWAY
+from learn.fitted.coverage import NO_GATEWAY
 
 GATEWAYS = {"west": (0.0, 1.5, 2.0), "east": (6.0, 1.5, 2.0)}
 

@@ -37,6 +37,7 @@ class Truth:
     learned: ClassVar[list] = []
 
     def learn(self, rooms, minutes, seed):
+        self.minutes = minutes  # which is no setting of a new method
         self.learned.append([dataset.folder.name for dataset in rooms])
 
     def fit(self, room):

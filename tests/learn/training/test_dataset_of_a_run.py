@@ -94,5 +94,5 @@ def test_experiment_is_not_continued_on_other_spectra(tiny, tmp_path):
     data = shutil.copytree(tiny, tmp_path / "data")
     compare(data, ["nearest"], output=tmp_path / "out")
     put_other_spectra(data)
-    with pytest.raises(InputError, match=f"{data}: expected the dataset that {tmp_path / 'out'} was trained on"):
+    with pytest.raises(InputError, match=f"{data}: expected the data with which {tmp_path / 'out'} was begun"):
         compare(data, ["mean-picture"], output=tmp_path / "out")

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.methods.table import methods_of, require_scene
+from learn.methods.method_table import methods_of, require_scene
 from learn.quantities.known import Known, Method
 from learn.quantities.quantity import Prediction
-from learn.quantities.table import quantity_named
+from learn.quantities.quantity_table import quantity_named
 from scenes.files.errors import ParameterError, require_seed, require_word, shown
 from scenes.files.long_work import doing
 from scenes.scene.description import Scene

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial import Delaunay
 
-from learn.powers.fit_powers import FittedPowers, fit_powers
+from learn.fitted.fit_powers import FittedPowers, fit_powers
 from learn.quantities.quantity import Prediction
 from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
