@@ -90,13 +90,8 @@ def regions(whole: Float[np.ndarray, "2 3"]) -> dict[tuple[Shape, str], Float[np
 
 def first(dataset: Dataset, count: int) -> Dataset:
     """The first spectra of a dataset."""
-    return replace(
-        dataset,
-        names=dataset.names[:count],
-        pictures=dataset.pictures[:count],
-        positions=dataset.positions[:count],
-        responses=dataset.responses[:count],
-    )
+    values = {name: each[:count] for name, each in dataset.values.items()}
+    return replace(dataset, names=dataset.names[:count], values=values, places=dataset.positions[:count])
 
 
 def scores(known: Dataset, test: Dataset, sizes: list[int]) -> list[float]:

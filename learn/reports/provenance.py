@@ -93,6 +93,9 @@ class Provenance:
         tested = f"{max(row['test'] for row in comparison.rows)} test {things}"
         if settings.test_rooms is not None:
             tested += f" in {settings.test_rooms} test room{'s' * (settings.test_rooms > 1)}"
+        values = getattr(
+            comparison.dataset, "values", ()
+        )  # several rooms, or a comparison read from its folder, have none
         return cls(
             title=title or f"Comparison of methods on {name}",
             model=", ".join(dict.fromkeys(row["label"] for row in rows)),
@@ -100,7 +103,7 @@ class Provenance:
             split=split_words(settings.split, settings.guard or None, settings.seed),
             spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
             distances=_distances(comparison, rows),
-            array=(comparison.dataset.array.cannot_tell or "") if "spectrum" in comparison.dataset.values else "",
+            array=(comparison.dataset.array.cannot_tell or "") if "spectrum" in values else "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
             fingerprint=settings.data_sha256,
         )

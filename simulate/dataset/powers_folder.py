@@ -50,6 +50,8 @@ USUAL_POWER = 20.0
 BELIEVED = 10.0
 """dB by which the median power may exceed that of free space. Metres taken for millimetres add 60 dB."""
 
+APART = 20.0  # dB by which powers of 0 dBm are above all others if 0 seems to mean that nothing was received
+
 LISTED = 6  # Gateways whose position is printed
 
 
@@ -250,6 +252,12 @@ def oddities_of_powers(dataset: Dataset) -> list[str]:
     positive = int((powers > 0).sum())
     if positive:
         found.append(f"{positive} of {heard.sum()} powers lie above 0 dBm, which NeRF² reads as amplitudes above 1")
+    zeros, others = int((powers == 0).sum()), powers[heard & (powers != 0)]
+    if zeros and others.size and others.max() < -APART:
+        found.append(
+            f"{zeros} of {heard.sum()} powers are 0 dBm, and all others at least {-others.max():.0f} dB weaker: if 0 "
+            f"means that nothing was received, put {NOT_RECEIVED:g} there"
+        )
     law = DistanceLaw.of(dataset)
     if law is not None and np.median(law.exponents) < 0:
         found.append("the powers rise with the distance: do the positions and the powers belong together, row by row?")

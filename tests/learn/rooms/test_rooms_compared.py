@@ -144,9 +144,12 @@ def test_untrained_attention_predicts_by_inverse_distance_in_a_turned_room(rooms
     turn, shift = Rotation.from_euler("xyz", [0.4, -0.3, 1.2]), np.array([3.0, -2, 1])
     moved = replace(
         dataset,
-        positions=turn.apply(dataset.positions) + shift,
-        gateway_position=turn.apply(dataset.gateway_position) + shift,
-        gateway_orientation=(turn * Rotation.from_quat(dataset.gateway_orientation)).as_quat(),
+        places=turn.apply(dataset.positions) + shift,
+        receiver=replace(
+            dataset.receiver,
+            position=turn.apply(dataset.gateway_position) + shift,
+            orientation=(turn * Rotation.from_quat(dataset.gateway_orientation)).as_quat(),
+        ),
     )
     np.testing.assert_allclose(
         local_places(moved, moved.positions), local_places(dataset, dataset.positions), atol=1e-4

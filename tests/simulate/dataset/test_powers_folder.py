@@ -165,6 +165,7 @@ def test_check_tells_the_exponent_of_the_distance(tmp_path):
         (lambda places, powers: (places, -130 - powers), "rise with the distance"),
         (lambda places, powers: (places, powers * [1, np.nan]), "gateway 7 received nothing"),
         (lambda places, powers: (places, powers * np.nan), "no gateway has received anything"),
+        (lambda places, powers: (places, np.where(np.arange(60)[:, None] < 9, 0, powers - 9)), "18 of 120 .* 0 dBm"),
         (lambda places, powers: (places, powers + 40), "lie above 0 dBm, which NeRF² reads as amplitudes above 1"),
         (lambda places, powers: (places, np.where(np.arange(60)[:, None] < 3, np.nan, powers)), "3 of 60 positions"),
     ],
