@@ -36,9 +36,8 @@ def moving() -> Dataset:
     elements = places[:, None] + TURNED.apply(WAVELENGTH * BEAMFORMER.array.positions)
     responses = np.exp(2j * np.pi / WAVELENGTH * elements @ directions.T) @ amplitudes
     found = dataset_of(places, responses)
-    return dataclasses.replace(
-        found, gateway_orientation=TURNED.as_quat(), metadata={**found.metadata, "moving": "receiver"}
-    )
+    receiver = dataclasses.replace(found.receiver, orientation=TURNED.as_quat())
+    return dataclasses.replace(found, receiver=receiver, metadata={**found.metadata, "moving": "receiver"})
 
 
 def fitted(field: KrigedField, dataset: Dataset) -> KrigedField:

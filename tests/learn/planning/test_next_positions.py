@@ -132,8 +132,8 @@ def test_candidates_are_in_the_hull_of_measured_positions():
 
 def test_command_writes_a_csv_that_simulate_reads(scene, traced_run, bisplat_command, tmp_path):
     csv, file = tmp_path / "positions.csv", write_scene(scene, tmp_path / "scene")
-    status, out, err = bisplat_command("plan", traced_run.folder, "-n", 6, "-o", csv)
-    assert status == 0 and "6 positions: " in out and "open variance" in out and "plan: positions" in err
+    status, out, _ = bisplat_command("plan", traced_run.folder, "-n", 6, "-o", csv)
+    assert status == 0 and "6 positions: " in out and "open variance" in out
     assert csv.read_text().startswith("x,y,z\n")
     simulated = ("simulate", file, "-o", tmp_path / "data", "--positions", csv, "--max-depth", 0)
     assert bisplat_command(*simulated)[0] == 0
