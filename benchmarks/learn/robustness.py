@@ -22,7 +22,7 @@ from rich.progress import track
 from benchmarks.ledger.printing import print_figures
 from learn.data.metrics import ssim
 from learn.data.splits import SplitKind, split
-from learn.methods.method_table import METHODS, methods_of
+from learn.methods.method_table import methods_of, named_for
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.quantities.known import Known
 from learn.quantities.spectra import Spectra
@@ -79,10 +79,11 @@ def scores(dataset: Dataset, kind: SplitKind, size: int | None) -> dict[str, flo
         return round(float(np.median(ssim(np.clip(prediction, 0, 1).astype(np.float32), truth))), 3)
 
     found: dict[str, float | str] = {}
-    for name, make in methods_of("spectrum").items():
-        if name not in METHODS or (name == "kriging-responses" and "response" not in dataset.values):
-            continue  # a model, or one that needs recorded responses
-        method = make()
+    makes = methods_of("spectrum")
+    for name in named_for("spectrum"):
+        if name == "kriging-responses" and "response" not in dataset.values:
+            continue  # which needs recorded responses
+        method = makes[name]()
         method.fit(task)
         found[name] = median(method.predict(positions).value)
     best = max(float(value) for value in found.values())

@@ -154,7 +154,7 @@ RESUMED = (
     ),
     *victims_of(
         "compared",
-        [("protocol.json", JSON), ("results.jsonl", TEXT), ("per_sample/nearest-0.csv", TEXT)],
+        [("protocol.json", JSON), ("results.jsonl", TEXT), ("per_sample/nearest-0.npz", BYTES)],
         "compare data -o compared --models nearest inverse-distance",
         needs=("data", "compared"),
         output=("compared",),
