@@ -109,7 +109,7 @@ def reciprocity(scene: Scene, positions: Float[np.ndarray, "K 3"], diffraction: 
     scene = replace(scene, gateway=replace(scene.gateway, position=tuple(gateway.tolist())))
     offsets = element_offsets(scene.gateway, scene.wavelength)
     propagation = Propagation(diffraction=diffraction)
-    moves = Tracer(reciprocal(scene), propagation)
+    moves = Tracer(reciprocal(scene, scene.gateway.position), propagation)
     found = from_target_to_source(moves.found)
     errors = []
     for place in positions:

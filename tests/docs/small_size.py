@@ -67,7 +67,8 @@ def smaller(arguments: list[str]) -> list[str]:
         first = last = rest.index("--sizes") + 1
         while last < len(rest) and rest[last].isdigit():
             last += 1
-        rest[first:last] = ["10", "20"][: last - first]
+        if any(int(size) > 20 for size in rest[first:last]):
+            rest[first:last] = ["10", "20"][: last - first]
     return [command, *rest]
 
 
