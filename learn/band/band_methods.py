@@ -74,8 +74,7 @@ class LearnedBand:
                 return network.responses_loss(places[drawn], pairs[drawn])
 
             optimiser = torch.optim.AdamW(network.groups(settings.weight_decay), lr=settings.learning_rate)
-            most = settings.steps if self._steps is None else self._steps
-            minutes = known.minutes if self._steps is None else None
+            most, minutes = known.limits(self._steps, settings.steps)
             self.steps = train_steps(loss, optimiser, title=self.model, most=most, minutes=minutes)
         assert dataset.band is not None
         self.delays = np.sort(network.band.delays.detach().double().cpu().numpy()) / dataset.band.spacing

@@ -49,7 +49,6 @@ class KnownChannels:
     # positions of the end that moves, metres, world frame. None: they are not known
     positions: Float[np.ndarray, "n 3"] | None = None
     seed: int = 0  # seed of everything that is random in a method
-    minutes: float | None = 5.0  # training time of a method that is trained by steps
     # positions of the antennas, metres, in the same frame. None: they are not known
     antennas: Float[np.ndarray, "A 3"] | None = None
     wavelength: float = USUAL_WAVELENGTH  # metres
@@ -58,7 +57,7 @@ class KnownChannels:
     def of(cls, known: Known) -> KnownChannels:
         """The channels that a method of a comparison learns from."""
         dataset = known.dataset
-        places = (known.positions, known.seed, known.minutes, dataset.gateway_positions, dataset.wavelength)
+        places = (known.positions, known.seed, dataset.gateway_positions, dataset.wavelength)
         assert known.given is not None
         return cls(known.given, known.values, *places)
 

@@ -71,8 +71,7 @@ class NerfChannels:
                 drawn = torch.randperm(len(uplink))[:each].to(self._device)
                 return (self._signals(uplink[drawn]) - downlink[drawn]).square().mean()
 
-            most = MOST_STEPS if self._steps is None else self._steps
-            minutes = known.minutes if self._steps is None else None
+            most, minutes = taught.limits(self._steps, MOST_STEPS)
             self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
 
     def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:

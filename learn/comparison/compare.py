@@ -186,7 +186,7 @@ def compare(
             )
             if not isinstance(cases, OneDataset):
                 return found
-            expected = of.arrays(of.of(given, cases.test))
+            expected = of.arrays((len(cases.test), *of.of(given, cases.test[:1]).shape[1:]))
             each = {average_name(row): kept.arrays(row, expected) for row in found if row["seed"] == 0}
             largest = max((row["train_size"] or 0 for row in found), default=0) or None
             return replace(found, each=each, test=cases.test, parts=cases.parts(largest))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import datetime
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from learn.comparison.given_methods import built, is_own, named, source_of
 from learn.comparison.predictions import Predictions
 from learn.comparison.results_folder import Results, Settings, run_folder
 from learn.quantities.known import Known
-from learn.quantities.quantity import Prediction, Quantity
+from learn.quantities.quantity import Prediction, Quantity, joined
 from scenes.files.errors import ParameterError
 from scenes.files.long_work import doing
 from scenes.files.plain_text import say
@@ -45,10 +47,8 @@ class Measuring:
                     number += 1
                     key = {"label": label, "seed": seed, "train_size": size}
                     method = built(label, make)
-                    if isinstance(method, Predictions):
-                        if seed:  # which no seed changes
-                            continue
-                        self._read(method)
+                    if seed and isinstance(method, Predictions):  # which no seed changes
+                        continue
                     source, name = source_of(label, method, self.ours), average_name(key)
                     if self.kept.is_measured(key, name, is_own(method), source):
                         continue
@@ -73,6 +73,7 @@ class Measuring:
                 if list(sizes) != [None]:
                     raise ParameterError("methods", f"expected methods that are fitted, found the predictions {label}")
                 self._read(method)  # refuses wrong ones before anything is fitted
+                make = partial(copy.copy, method)
             elif hasattr(method, "learn") and not self.cases.training:
                 why = "expected a training room to learn in, found none"
             if why is None:
@@ -120,7 +121,7 @@ class Measuring:
             "known": len(known[0].parts.known),
             "test": count,
             **scored.row,
-            **(self._of_rooms(predicted, truths) if len(known) > 1 or self.cases.training else {}),
+            **(self._of_rooms(scored.each, truths) if len(known) > 1 or self.cases.training else {}),
             "parameters": getattr(method, "parameters", None),
             "steps": getattr(method, "steps", None),
             "seconds": None if fitted_before else round(seconds, 3),
@@ -147,11 +148,10 @@ class Measuring:
             parts.append(self.quantity.checked(label, found, (len(test[some]), *shape[1:])))
         return joined(parts)
 
-    def _of_rooms(self, predicted: list[Prediction], truths: list[np.ndarray]) -> dict[str, Any]:
-        """The score in each room."""
-        rooms = zip(predicted, truths, self.cases.tests, strict=True)
-        each = [self.quantity.score(found, truth, dataset).each["ssim"] for found, truth, (dataset, _) in rooms]
-        return {"rooms": [round(float(np.median(one)), 4) for one in each]}
+    def _of_rooms(self, each: Mapping[str, np.ndarray], truths: Sequence[np.ndarray]) -> dict[str, Any]:
+        """The median score in each room."""
+        rooms = np.split(each[self.quantity.of_each.key], np.cumsum([len(truth) for truth in truths])[:-1])
+        return {"rooms": [round(float(np.median(room)), 4) for room in rooms]}
 
     def _measure_bound(self) -> None:
         """Measure the row of the quantity's bound, if it has one."""
@@ -168,14 +168,3 @@ class Measuring:
         key = {"label": label, "seed": 0, "train_size": None}
         row = {"test": len(rows), **scored.row, "bound": True, "date": datetime.date.today().isoformat()}
         self.kept.keep(key, row, scored.each)
-
-
-def joined(parts: Sequence[Prediction]) -> Prediction:
-    """Several predictions as one; what one of them does not state, none does."""
-
-    def together(name: str) -> np.ndarray | None:
-        found = [getattr(each, name) for each in parts]
-        return None if any(each is None for each in found) else np.concatenate(found)
-
-    value = np.concatenate([each.value for each in parts])
-    return Prediction(value, together("low"), together("high"), together("deviation"))

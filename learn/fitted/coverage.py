@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.spatial import Delaunay
 
 from learn.fitted.fit_powers import FittedPowers, fit_powers
-from learn.quantities.quantity import Prediction
+from learn.quantities.quantity import Prediction, joined
 from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -208,8 +208,4 @@ def _predicted(
     for start in range(0, len(places), AT_ONCE):
         parts.append(fitted.predict(places[start : start + AT_ONCE]))
         report("cells", min(start + AT_ONCE, len(places)), len(places))
-    median = np.concatenate([part.value for part in parts])
-    low, high = [part.low for part in parts], [part.high for part in parts]
-    if any(each is None for each in (*low, *high)):
-        return Prediction(median)
-    return Prediction(median, np.concatenate(low), np.concatenate(high))  # type: ignore[arg-type]
+    return joined(parts)

@@ -21,10 +21,8 @@ from learn.models.encoding import evenly_spread_directions
 from learn.planning.candidates import extended_axes
 from scenes.scene.shapes import bounding_box
 
-DIRECTIONS, MOST_DIRECTIONS = (
-    8,
-    256,
-)  # Directions of beams per antenna, of which a planar array sees half twice; at most
+DIRECTIONS, MOST_DIRECTIONS = 8, 256
+"""Directions of beams per antenna, and of all of them at most. A planar array sees half of them twice."""
 
 FINER, MOST_DELAYS = 2, 64  # Delays per subcarrier; at most: those with the largest mean power of the known rows
 

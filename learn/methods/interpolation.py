@@ -15,8 +15,9 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from learn.data.neighbours import inverse_distance, nearest
 from learn.models.capabilities import no_comparable_phases
+from learn.models.kriging.deviation_curve import NORMAL
 from learn.quantities.known import Known
-from learn.quantities.quantity import NORMAL, Prediction
+from learn.quantities.quantity import Prediction
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.compiled_beamformer import compiled_beamformer

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from learn.models.kriging.deviation_curve import NORMAL
 from learn.quantities.known import Known
 from learn.quantities.known_powers import KnownPowers, PathLoss
-from learn.quantities.quantity import NORMAL, Prediction
+from learn.quantities.quantity import Prediction
 
 
 class LogDistance:

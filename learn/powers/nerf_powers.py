@@ -88,8 +88,7 @@ class NerfPowers:
                 error = self._amplitudes(places[drawn]) - truth[drawn]
                 return error[mask[drawn]].square().mean()
 
-            most = MOST_STEPS if self._steps is None else self._steps
-            minutes = taught.minutes if self._steps is None else None
+            most, minutes = taught.limits(self._steps, MOST_STEPS)
             self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
 
     def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:

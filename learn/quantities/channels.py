@@ -43,9 +43,9 @@ class Channels(OfComplex):
         shown = prediction.value[examples(len(truth))].astype(complex)
         return Scored(row, {**each, "examples": level(dataset) * shown})
 
-    def arrays(self, truth: Complex[np.ndarray, "K A S"]) -> dict[str, Expected]:
-        kept = (len(examples(len(truth))), *truth.shape[1:])
-        return {**super().arrays(truth), "examples": Expected("channels", "c", kept)}
+    def arrays(self, shape: tuple[int, ...]) -> dict[str, Expected]:
+        kept = (len(examples(shape[0])), *shape[1:])
+        return {**super().arrays(shape), "examples": Expected("channels", "c", kept)}
 
     def stated(self, dataset: Dataset) -> str | None:
         if dataset.frequencies is not None:

@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.quantities.quantity import NORMAL, Prediction, Quantity, Scored
+from learn.models.kriging.deviation_curve import NORMAL
+from learn.quantities.quantity import Prediction, Quantity, Scored
 from scenes.files.npz_file import Expected
 from simulate.spectra.band import delay_spread
 
@@ -42,8 +43,8 @@ class OfComplex(Quantity):
         snr = snr_db(prediction.value, truth)
         return Scored(complex_scores(prediction, truth, self.bandwidth(dataset)), {"snr_db": snr})
 
-    def arrays(self, truth: Complex[np.ndarray, "K A S"]) -> dict[str, Expected]:
-        return {"snr_db": Expected("signal-to-noise ratios", "f", (len(truth),))}
+    def arrays(self, shape: tuple[int, ...]) -> dict[str, Expected]:
+        return {"snr_db": Expected("signal-to-noise ratios", "f", shape[:1])}
 
 
 def complex_scores(

@@ -66,6 +66,11 @@ class Known:
         nothing = np.zeros(0, int)
         return cls(dataset, quantity, Split(train=np.sort(rows), validation=nothing, test=nothing), seed)
 
+    def limits(self, own: int | None, usual: int) -> tuple[int, float | None]:
+        """Largest number of training steps and of minutes; a method's own number of steps goes before ``steps``."""
+        stated = self.steps if own is None else own
+        return (usual, self.minutes) if stated is None else (stated, None)
+
     @property
     def rows(self) -> Int[np.ndarray, " n"]:
         """Indices of the known rows, of the training and the validation part."""

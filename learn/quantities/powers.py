@@ -58,9 +58,9 @@ class Powers(Quantity):
         each = {"error_db": error, "value": prediction.value, **interval}
         return Scored(score_powers(prediction, truth, dataset.floor_dbm), each)
 
-    def arrays(self, truth: Float[np.ndarray, "K G"]) -> dict[str, Expected]:
-        kept = {name: Expected("powers", "f", truth.shape) for name in ("error_db", "value")}
-        return kept | {name: Expected("powers", "f", truth.shape, optional=True) for name in ("low", "high")}
+    def arrays(self, shape: tuple[int, ...]) -> dict[str, Expected]:
+        kept = {name: Expected("powers", "f", shape) for name in ("error_db", "value")}
+        return kept | {name: Expected("powers", "f", shape, optional=True) for name in ("low", "high")}
 
     def remark(self, rows: Sequence[Mapping[str, Any]]) -> str | None:
         silent = rows[0]["not_received"] if rows else 0

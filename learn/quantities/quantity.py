@@ -14,8 +14,6 @@ from jaxtyping import Float, Int, Num
 from scenes.files.errors import InputError
 from scenes.files.npz_file import Expected
 
-NORMAL = 1.6449  # Half of the interval that holds 90 % of a normal distribution, standard deviations
-
 
 @dataclass(frozen=True)
 class Prediction:
@@ -39,6 +37,17 @@ class Prediction:
     low: Float[np.ndarray, "K ..."] | None = None
     high: Float[np.ndarray, "K ..."] | None = None
     deviation: Float[np.ndarray, " K"] | None = None
+
+
+def joined(parts: Sequence[Prediction]) -> Prediction:
+    """Several predictions as one; what one of them does not state, none does."""
+
+    def together(name: str) -> np.ndarray | None:
+        found = [getattr(each, name) for each in parts]
+        return None if any(each is None for each in found) else np.concatenate(found)
+
+    value = np.concatenate([each.value for each in parts])
+    return Prediction(value, together("low"), together("high"), together("deviation"))
 
 
 class Scored(NamedTuple):
@@ -130,8 +139,8 @@ class Quantity(ABC):
         """Score a prediction."""
 
     @abstractmethod
-    def arrays(self, truth: Num[np.ndarray, "K ..."]) -> dict[str, Expected]:
-        """The arrays in ``Scored.each``, for who reads them from a file."""
+    def arrays(self, shape: tuple[int, ...]) -> dict[str, Expected]:
+        """The arrays in ``Scored.each`` of a truth of a shape, for who reads them from a file."""
 
     def bound(self, dataset: Any, test: Int[np.ndarray, " K"]) -> tuple[str, Prediction, Int[np.ndarray, " k"]] | None:
         """A bound of every score, fitted to the truth of some test rows: its label, prediction and rows. None: none."""

@@ -357,8 +357,8 @@ class NoiseFigures(Quantity):
         error = np.abs(prediction.value - truth)
         return Scored({"error_mean_db": float(error.mean())}, {"error_db": error})
 
-    def arrays(self, truth):
-        return {"error_db": Expected("errors", "f", truth.shape)}
+    def arrays(self, shape):
+        return {"error_db": Expected("errors", "f", shape)}
 """
 
 

@@ -48,3 +48,9 @@ def test_its_training_ends_in_time():
     made = NerfPowers(size=SMALL)
     made.fit(replace(taught_powers(PLACES, -50 - PLACES[:, :2], GATEWAYS), minutes=0.005))
     assert 1 <= made.steps < 3000
+
+
+def test_a_comparison_states_its_steps():
+    made = NerfPowers(size=SMALL)
+    made.fit(replace(taught_powers(PLACES, -50 - PLACES[:, :2], GATEWAYS), minutes=None, steps=3))
+    assert made.steps == 3
