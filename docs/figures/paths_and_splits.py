@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 import bisplat
 from learn.data.splits import split
 from simulate.dataset.dataset import Dataset
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.positions.placement import PATH_STEP, place
 
 COUNT = 600
@@ -23,10 +24,11 @@ figure, axes = plt.subplots(4, 2, figsize=(8, 9), layout="constrained", width_ra
 for (left, right), (title, placement, kind) in zip(axes, rows, strict=True):
     positions = place(scene, placement, COUNT, seed=3)
     # The splits look at positions alone, so that the pictures may be black.
-    black, at = np.broadcast_to(np.uint8(0), (COUNT, 90, 360)), scene.gateway
+    black, gateway = np.broadcast_to(np.uint8(0), (COUNT, 90, 360)), scene.gateway
     names = [f"{number:05d}" for number in range(COUNT)]
     none = np.arange(0)
-    dataset = Dataset(Path("closet"), names, black, positions, at.position, at.orientation, none, none)
+    receiver = ArrayReceiver(gateway.position, gateway.orientation)
+    dataset = Dataset(Path("closet"), names, {"spectrum": black}, receiver, positions, none, none)
     parts = split(dataset, kind, seed=0)
     known, test = positions[parts.known], positions[parts.test]
     distance = cKDTree(known).query(test)[0] / scene.wavelength

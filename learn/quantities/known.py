@@ -78,7 +78,7 @@ class Known:
 
     @property
     def positions(self) -> Any:
-        """Known positions, an array [n, 3] in metres, world frame. None: the dataset has no positions."""
+        """Known positions [n, 3], metres, world frame; None if the dataset has no positions."""
         return None if self.dataset.places is None else self.dataset.places[self.rows]
 
     @cached_property

@@ -85,7 +85,7 @@ class Dataset:
 
     folder: Path
     names: list[str]
-    values: Mapping[str, Shaped[np.ndarray, "K *each"]]
+    values: Mapping[str, Shaped[np.ndarray, "K ..."]]
     receiver: ArrayReceiver | Antennas
     places: Float[np.ndarray, "K 3"] | None
     train: Int[np.ndarray, " K_train"]
@@ -122,7 +122,7 @@ class Dataset:
         """Names of the quantities in ``values``; the first is what the dataset is mainly of."""
         return list(self.values)
 
-    def require(self, quantity: str) -> Shaped[np.ndarray, "K *each"]:
+    def require(self, quantity: str) -> Shaped[np.ndarray, "K ..."]:
         """The values of a quantity. Raise an InputError if the dataset has none."""
         if quantity not in self.values:
             raise self._without(quantity)
@@ -134,7 +134,7 @@ class Dataset:
         found = QUANTITIES[[*alike, *self.values][0]]
         return InputError(f"{self.folder}: expected {QUANTITIES[quantity].words}, found {found.words}{found.taken}")
 
-    def with_values(self, **values: Shaped[np.ndarray, "K *each"] | None) -> Dataset:
+    def with_values(self, **values: Shaped[np.ndarray, "K ..."] | None) -> Dataset:
         """The dataset with other values of some quantities, such as ``response=None`` to leave the responses out."""
         changed = {name: each for name, each in {**self.values, **values}.items() if each is not None}
         over_band = "channel" in changed or any(changed[name].ndim == 3 for name in RESPONSES if name in changed)
