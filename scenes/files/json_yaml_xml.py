@@ -161,8 +161,8 @@ PlainLoader.add_constructor(INTEGER, PlainLoader.construct_yaml_int)
 PlainLoader.add_constructor(FLOAT, PlainLoader.construct_yaml_float)
 
 
-class PlainDumper(yaml.SafeDumper):
-    """PyYAML's safe dumper. It also quotes texts that ``PlainLoader`` alone would read as numbers."""
+class PlainDumper(yaml.CSafeDumper):
+    """libyaml's safe dumper. It also quotes texts that ``PlainLoader`` alone would read as numbers."""
 
 
 for each in (PlainLoader, PlainDumper):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import yaml
 from trimesh import Trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.atomic import write_atomically
+from scenes.files.atomic import temporary_folder, write_atomically
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.input_file import require_regular
 from scenes.files.json_yaml_xml import PlainDumper, plain_values
@@ -25,7 +24,7 @@ from scenes.scene.antennas import stated
 from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial, p2040_source
 
-SECONDS = 1e-3  # What it takes to write a mesh of a few triangles
+SECONDS = 2e-4  # What it takes to write a mesh of a few triangles
 
 LONGEST_STEM = 60
 """Most characters of a file's name without its suffix. At four bytes each, every file system accepts that many."""
@@ -76,8 +75,14 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
                 "overwritten, so give another folder"
             )
         doing(f"{scene.name}: writing {len(meshes):,} meshes", len(meshes) * SECONDS)
-        with ThreadPoolExecutor(32) as pool:  # the disk writes many at a time
-            list(pool.map(lambda file: write_atomically(file, _ply_of(meshes[file])), meshes.keys() - kept))
+        with temporary_folder(folder) as unfinished:
+            written = {unfinished / str(number): file for number, file in enumerate(meshes.keys() - kept)}
+            for temporary, file in written.items():
+                temporary.write_bytes(_ply_of(meshes[file]))
+            os.sync()  # once for all, since a disk takes long for each of thousands of files
+            (folder / "meshes").mkdir(exist_ok=True)
+            for temporary, file in written.items():
+                temporary.replace(file)
         write_atomically(path, _yaml_of(scene))
     doing("")
     return path

@@ -22,10 +22,10 @@ from simulate.rays.core.shooting import explore
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 from simulate.rays.core.solution import Solution
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.diffraction.arms import PassingRays
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
+from simulate.rays.diffraction.passing_rays import PassingRays
 from simulate.rays.diffraction.search import find_diffracted_chains, most_reflections
 from simulate.spectra.band import chebyshev_points
 

@@ -141,6 +141,29 @@ before."""
 
 def path_amplitudes(surfaces: Surfaces, sources: Antennas, targets: Antennas, ways: Ways) -> Amplitude:
     """The amplitude of each path between its source and its target, 0 if it is blocked."""
+    sent, received, blocked = _fields(surfaces, sources, targets, ways, empty=False)
+    real = dr.dot(received[0], sent[0]) + dr.dot(received[1], sent[1])
+    imaginary = dr.dot(received[0], sent[1]) - dr.dot(received[1], sent[0])
+    free_space = dr.opaque(mi.Float64, surfaces.wavelength / (4 * np.pi))
+    spreading = dr.select(blocked, 0, free_space * ways.spreading)
+    return spreading * real, spreading * imaginary
+
+
+def in_empty_space(surfaces: Surfaces, sources: Antennas, targets: Antennas, ways: Ways) -> mi.Float:
+    """How large the amplitude of each path can be if nothing is in its way, in any polarisation."""
+    sent, received, _ = _fields(surfaces, sources, targets, ways, empty=True)
+    power = _squared(sent) * _squared(received)
+    return dr.sqrt(power) * mi.Float(dr.abs(ways.spreading)) * dr.opaque(mi.Float, surfaces.wavelength / (4 * np.pi))
+
+
+def _squared(field: Field) -> mi.Float:
+    return dr.squared_norm(field[0]) + dr.squared_norm(field[1])
+
+
+def _fields(
+    surfaces: Surfaces, sources: Antennas, targets: Antennas, ways: Ways, empty: bool
+) -> tuple[Field, Field, mi.Bool]:
+    """The field at the end of each path, without phase and spreading, that which its target would send, and blocked."""
     interactions = len(ways.vertices)
     passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
     points = [dr.gather(mi.Point3f, sources.points, ways.sources), *ways.vertices]
@@ -155,7 +178,9 @@ def path_amplitudes(surfaces: Surfaces, sources: Antennas, targets: Antennas, wa
 
     field, blocked = pattern(sources, directions[0]), mi.Bool(False)
     for number, way in enumerate(directions):
-        field, passes, blocked = pass_through(surfaces, points[number], way, lengths[number], field, passes, blocked)
+        if not empty:
+            leg = points[number], way, lengths[number]
+            field, passes, blocked = pass_through(surfaces, *leg, field, passes, blocked)
         if number in ways.at_edges:
             field = ways.at_edges[number](surfaces, field, way, directions[number + 1])
         elif number < interactions:
@@ -163,12 +188,7 @@ def path_amplitudes(surfaces: Surfaces, sources: Antennas, targets: Antennas, wa
             te, tm, _, _ = surfaces.coefficients(face, way)
             smooth = dr.sqrt(1 - surfaces.scattering(face) ** 2)  # the rest is scattered
             field = slab(field, way, directions[number + 1], surfaces.normal(face), smooth * te, smooth * tm)
-    received = pattern(targets, -directions[-1])
-    real = dr.dot(received[0], field[0]) + dr.dot(received[1], field[1])
-    imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
-    free_space = dr.opaque(mi.Float64, surfaces.wavelength / (4 * np.pi))
-    spreading = dr.select(blocked, 0, free_space * ways.spreading)
-    return spreading * real, spreading * imaginary
+    return field, pattern(targets, -directions[-1]), blocked
 
 
 def solved(surfaces: Sequence[Surfaces], sources: Antennas, targets: Antennas, ways: Ways) -> list[Amplitude]:

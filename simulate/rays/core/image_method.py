@@ -33,8 +33,11 @@ class Combination(NamedTuple):
     source: mi.UInt
 
     @classmethod
-    def of(cls, lane: mi.UInt, chains: int, sources: int) -> Combination:
-        """The combination of each lane's number, in the order of targets, chains and sources."""
+    def of(cls, lane: mi.UInt, chains: int, sources: int, own: mi.UInt | None = None) -> Combination:
+        """The combination of each lane's number, in the order of targets, chains and sources.
+
+        If each target has only one source, ``own`` is its index, and ``sources`` is 1.
+        """
         # Sizes that are constants would be part of the kernel, and compile it again. Whole numbers divide slowly.
         sources_, both = dr.opaque(mi.Float64, sources), dr.opaque(mi.Float64, chains * sources)
         if not dr.width(lane):
@@ -42,7 +45,8 @@ class Combination(NamedTuple):
         number = mi.Float64(lane) + 0.5
         target, pair = mi.UInt(number / both), mi.UInt(number / sources_)
         count, of_chain = dr.opaque(mi.UInt, chains), dr.opaque(mi.UInt, sources)
-        return cls(target, pair - target * count, lane - pair * of_chain)
+        source = lane - pair * of_chain if own is None else dr.gather(mi.UInt, own, target)
+        return cls(target, pair - target * count, source)
 
 
 def batches(targets: int, chains: int, sources: int) -> Iterator[tuple[int, int]]:
@@ -75,6 +79,11 @@ class Mirrors:
         self._inwards = [on_device(planes.sides[:, side, :3]) for side in range(3)]
         self._least = [mi.Float64(planes.sides[:, side, 3] - MARGIN) for side in range(3)]
         self._faces = mi.UInt(planes.faces)
+
+    def image(self, plane: mi.UInt, point: mi.Point3d) -> mi.Point3d:
+        """The image of a point at a plane."""
+        normal = dr.gather(mi.Point3d, self._normals, plane)
+        return mi.Point3d(point - 2 * (dr.dot(normal, point) - dr.gather(mi.Float64, self._offsets, plane)) * normal)
 
     def reflection(
         self, plane: mi.UInt, image: mi.Point3d, point: mi.Point3d, nearest: float, active: mi.Bool

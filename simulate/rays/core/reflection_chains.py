@@ -23,7 +23,7 @@ from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.shooting import reversed_sequences
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.solution import Solution, largest_shares, solutions
+from simulate.rays.core.solution import Solution, Tried, largest_shares, solutions
 from simulate.rays.core.surfaces import Surfaces
 
 Chains = Int[np.ndarray, "chains depth"]
@@ -100,7 +100,12 @@ def find_chains(
 
 
 def reflected(
-    ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas, surfaces: Sequence[Surfaces]
+    ray_scene: RayScene,
+    chains: Chains,
+    sources: Antennas,
+    targets: Antennas,
+    surfaces: Sequence[Surfaces],
+    tried: Tried | None = None,
 ) -> Iterator[Solution]:
     """Solve every chain exactly between every source and target.
 
@@ -110,4 +115,4 @@ def reflected(
     for count in np.unique(counts):
         number = np.flatnonzero(counts == count)
         images = Images(ray_scene.mirrors, chains[number, :count], sources.positions)
-        yield from solutions(images, number, sources, targets, surfaces, object_of_face)
+        yield from solutions(images, number, sources, targets, surfaces, object_of_face, tried)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from simulate.rays.core.electric_field import Amplitude, Ways, solved
+from simulate.rays.core.electric_field import Amplitude, Ways, in_empty_space, solved
 from simulate.rays.core.image_method import Combination, batches, pieces
 from simulate.rays.core.multipath import Interaction, Multipath, Paths
 from simulate.rays.core.ray_tracer import dr, mi
@@ -83,6 +83,14 @@ class Geometry(Protocol):
         """The ways of possible combinations."""
 
 
+class Tried(NamedTuple):
+    """How chains are tried: each target with one source, and only paths that may matter there."""
+
+    sources: Int[np.ndarray, " targets"]  # index of each target's source
+    # No ray is traced for a path whose amplitude in empty space is less than this.
+    least: Float[np.ndarray, " targets"]
+
+
 def solutions(
     geometry: Geometry,
     chains: Int[np.ndarray, " chains"],
@@ -90,16 +98,24 @@ def solutions(
     targets: Antennas,
     surfaces: Sequence[Surfaces],
     object_of_face: Int[np.ndarray, " faces"],
+    tried: Tried | None = None,
 ) -> Iterator[Solution]:
     """Solve numbered chains exactly between every source and target, in the order of target, chain and source."""
     wavelengths = [each.wavelength for each in surfaces]
-    size = len(chains), len(sources)
+    size = len(chains), len(sources) if tried is None else 1
     for start, stop in batches(len(targets), *size):
         some = targets.subset(slice(start, stop))
         ends = geometry.ends_of(some.positions)
-        every = dr.arange(mi.UInt, len(some) * len(chains) * len(sources))
-        for lane in pieces(mi.UInt(dr.compress(geometry.possible(ends, Combination.of(every, *size))))):
-            combination = Combination.of(lane, *size)
+        every = dr.arange(mi.UInt, len(some) * size[0] * size[1])
+        own = None if tried is None else mi.UInt(tried.sources[start:stop])
+        lanes = mi.UInt(dr.compress(geometry.possible(ends, Combination.of(every, *size, own))))
+        if tried is not None and dr.width(lanes):
+            combination = Combination.of(lanes, *size, own)
+            strength = in_empty_space(surfaces[0], sources, some, geometry.ways(ends, combination))
+            least = dr.gather(mi.Float, mi.Float(tried.least[start:stop]), combination.target)
+            lanes = dr.gather(mi.UInt, lanes, mi.UInt(dr.compress(strength >= least)))
+        for lane in pieces(lanes):
+            combination = Combination.of(lane, *size, own)
             ways = geometry.ways(ends, combination)
             amplitudes = solved(surfaces, sources, some, ways)
             target, chain, source = (each.numpy().astype(np.int64) for each in combination)
@@ -125,7 +141,7 @@ def _course(
 def largest_shares(
     solutions: Iterable[Solution], chains: int, others: Float[np.ndarray, "targets sources"]
 ) -> Float[np.ndarray, " chains"]:
-    """The largest share of the power between two antennas that each chain carries."""
+    """The largest share of the power between two antennas that each chain carries, beside the power of others."""
     whole, found = others.copy(), []
     for solution in solutions:
         chain, paths = solution.arriving()

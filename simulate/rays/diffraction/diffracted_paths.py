@@ -8,7 +8,7 @@ import numpy as np
 
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.solution import Solution, solutions
+from simulate.rays.core.solution import Solution, Tried, solutions
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.diffraction.chain_geometry import Combinations
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
@@ -31,6 +31,7 @@ def diffracted(
     sources: Antennas,
     targets: Antennas,
     surfaces: Sequence[Surfaces],
+    tried: Tried | None = None,
 ) -> Iterator[Solution]:
     """Solve every chain between every source and target, in the order of shapes, then target, chain and source."""
     ray_scene, shapes = edge_scene.ray_scene, chains.shapes
@@ -44,4 +45,4 @@ def diffracted(
             sources.positions,
             ray_scene.description.wavelength,
         )
-        yield from solutions(combinations, number, sources, targets, surfaces, ray_scene.object_of_face)
+        yield from solutions(combinations, number, sources, targets, surfaces, ray_scene.object_of_face, tried)

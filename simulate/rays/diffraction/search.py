@@ -8,23 +8,24 @@ the chains that carry power there are kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from scenes.files.long_work import doing
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflection_chains import Chains, reflected
 from simulate.rays.core.shooting import Explored
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.solution import largest_shares
+from simulate.rays.core.solution import Solution, Tried, largest_shares
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.diffraction.arms import FoundArms, PassingRays, find_arms, promise_of
+from simulate.rays.diffraction.arm_search import FoundArms, find_arms
+from simulate.rays.diffraction.beams import promise_of
 from simulate.rays.diffraction.diffracted_paths import EdgeScene, diffracted
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, NO_LINKS, DiffractedChains, chains_of, links_between
 from simulate.rays.diffraction.edges import Edges
+from simulate.rays.diffraction.passing_rays import PassingRays
 from simulate.spectra.spectrum import evenly
 
 MOST_REFLECTIONS = 2
@@ -44,7 +45,9 @@ NEGLIGIBLE = 5e-5
 STRONGER = 10_000
 """The most by which a diffracted wave's power may exceed what it promises, near a boundary or by antennas' patterns."""
 
-SECONDS, PER_BEAM = 5e-5, 4e-8  # Seconds that a candidate takes, and a beam for each edge, on two cores
+TURNED = 2  # How much larger an amplitude may be than in empty space, since slabs turn the field before an edge
+
+SECONDS, PER_BEAM = 3e-5, 1e-9  # Seconds that a candidate takes, and a beam for each edge, on two cores
 
 SHADOWED = 0.1
 """The share of the positions with the weakest reflected waves. Beside these, weak diffracted waves are left out."""
@@ -71,18 +74,16 @@ def find_diffracted_chains(
     ray_scene, edges, surfaces = edge_scene.ray_scene, edge_scene.edges, edge_scene.surfaces
     propagation = ray_scene.propagation
     some = elements.subset(evenly(np.arange(len(elements)), ELEMENTS))
-    # Each element is tried with its share of the positions.
-    pairs = [
-        (some.subset(np.array([number])), trials.subset(np.arange(number, len(trials), len(some))))
-        for number in range(len(some))
-    ]
-    others = [_powers(ray_scene, reflecting, *pair, surfaces) for pair in pairs]
-    least = _least(np.concatenate(others), surfaces)
+    own = np.arange(len(trials)) % len(some)  # each position is tried with one element
+    ends = some, trials, [surfaces]
+    others = _powers(reflected(ray_scene, reflecting, *ends, Tried(own, np.zeros(len(trials)))), len(trials))
+    least = _least(others, surfaces)
     forth, back = explored
     beams = len(forth.short) + len(back.short)
     doing(f"finding which of {len(edges):,} edges {beams:,} beams meet", PER_BEAM * beams * len(edges))
-    near = find_arms(surfaces, ray_scene.mirrors, edges, forth, some, trials, rays[0], least)
-    far = find_arms(surfaces, ray_scene.mirrors, edges, back, trials, some, rays[1], least)
+    at = surfaces, ray_scene.mirrors, edges, edge_scene.wedges
+    near = find_arms(*at, forth, some, trials, rays[0], least)
+    far = find_arms(*at, back, trials, some, rays[1], least)
     links = links_between(edges, _linked(near, far, len(edges)), ray_scene) if propagation.max_depth >= 2 else NO_LINKS
     most = most_reflections(propagation)
     most_twice = max(0, min(MOST_REFLECTIONS_TWICE, propagation.max_depth - 2, most))
@@ -91,10 +92,9 @@ def find_diffracted_chains(
     strongest = np.sort(np.argsort(-promises, kind="stable")[:MOST])
     candidates = candidates.subset(strongest[promises[strongest] >= least])
     doing(f"trying {len(candidates):,} chains with diffractions at {len(edges):,} edges", SECONDS * len(candidates))
-    shares = np.zeros(len(candidates))
-    for pair, power in zip(pairs, others, strict=True):
-        solutions = diffracted(edge_scene, candidates, *pair, [surfaces])
-        np.maximum(shares, largest_shares(solutions, len(candidates), power), out=shares)
+    tried = Tried(own, np.sqrt(NEGLIGIBLE * others) / TURNED)
+    solutions = diffracted(edge_scene, candidates, *ends, tried)
+    shares = largest_shares(solutions, len(candidates), np.tile(others[:, None], len(some)))
     kept = shares >= NEGLIGIBLE
     chains = candidates.subset(kept)
     twice = int((chains.link != NO_LINK).sum())
@@ -105,18 +105,16 @@ def find_diffracted_chains(
     return chains
 
 
-def _powers(
-    ray_scene: RayScene, reflecting: Chains, element: Antennas, trials: Antennas, surfaces: Surfaces
-) -> Float[np.ndarray, "trials 1"]:
-    """The power of reflected waves between an element and some positions."""
-    powers = np.zeros((len(trials), 1))
-    for solution in reflected(ray_scene, reflecting, element, trials, [surfaces]):
+def _powers(solutions: Iterable[Solution], trials: int) -> Float[np.ndarray, " trials"]:
+    """The power of all paths to each position."""
+    powers = np.zeros(trials)
+    for solution in solutions:
         _, paths = solution.arriving()
-        np.add.at(powers, (paths.targets, paths.sources), np.abs(paths.responses) ** 2)
+        np.add.at(powers, paths.targets, np.abs(paths.responses) ** 2)
     return powers
 
 
-def _least(powers: Float[np.ndarray, "trials 1"], surfaces: Surfaces) -> float:
+def _least(powers: Float[np.ndarray, " trials"], surfaces: Surfaces) -> float:
     """The weakest promise of a wave that may matter beside those of some powers."""
     received = powers[powers > 0]
     if not len(received):

@@ -12,7 +12,7 @@ from scenes.scene.orientation import facing
 from scenes.scene.shapes import box, sheet
 from simulate.positions.placement import free_positions
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.diffraction import arms, search
+from simulate.rays.diffraction import arm_search, search
 from simulate.rays.tracer import Tracer
 
 pytestmark = pytest.mark.slow
@@ -42,10 +42,10 @@ def test_chains_that_are_never_solved_carry_next_to_nothing(scene, monkeypatch):
     positions = free_positions(scene, scene.transmitter.region, 40, np.random.default_rng(7))
     followed = Propagation(rays=200_000)
     found = Tracer(scene, followed).responses(positions)
-    for name, value in (("STRONGER", 1e30), ("MOST", 10**9), ("MOST_LINKED", 10**9)):
+    for name, value in (("STRONGER", 1e30), ("MOST", 10**9), ("MOST_LINKED", 10**9), ("TURNED", 1e30)):
         monkeypatch.setattr(search, name, value)
     for name, value in (("MOST_ARMS", 10**9), ("LEAST", 200), ("MOST", 10**9)):
-        monkeypatch.setattr(arms, name, value)
+        monkeypatch.setattr(arm_search, name, value)
     everything = Tracer(scene, followed).responses(positions)
     error = (np.abs(found - everything) ** 2).sum() / (np.abs(everything) ** 2).sum()
     assert error < 10**-3.5
