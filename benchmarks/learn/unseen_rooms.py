@@ -3,8 +3,9 @@
 python -m benchmarks.learn.unseen_rooms --json
 
 The settings are those of GRaF: test rooms that differ from the training rooms in the transmitter's positions alone
-("same"), in the furniture ("furniture"), or altogether ("layout"). Of each setting, ``bisplat rooms`` makes some random
-rooms of 1 to 12 pieces of furniture, every second of the layouts L-shaped, at depth 2. The last rooms are test rooms.
+("same"), in the furniture ("furniture"), or altogether ("layout"). Of each setting, ``bisplat simulate --rooms``
+makes some random rooms of 1 to 12 pieces of furniture, every second of the layouts L-shaped, at depth 2. The last
+rooms are test rooms.
 Of each test room a fifth of the spectra is tested, and the same L others, drawn at random, are known to all methods
 (``bisplat.compare``). ``attention`` is trained in the training rooms and sees pictures, the other methods
 know the test room alone. ``helmholtz`` and ``mirror-images`` see responses, too.

@@ -6,22 +6,21 @@ from collections.abc import Callable
 from importlib.metadata import version
 
 from bisplat.commands.comparison_commands import compare
-from bisplat.commands.coverage_command import coverage
-from bisplat.commands.dataset_commands import convert, dataset, responses, rssi
+from bisplat.commands.dataset_commands import dataset
 from bisplat.commands.evaluation_commands import crossvalidate, evaluate
 from bisplat.commands.locate_command import locate
-from bisplat.commands.rooms_command import rooms
+from bisplat.commands.predict_command import predict
 from bisplat.commands.scene_command import scene
 from bisplat.commands.simulate_command import simulate
-from bisplat.commands.training_commands import check, demo, export, predict, train
+from bisplat.commands.training_commands import check, demo, export, train
 from bisplat.commands.uses_commands import calibrate, plan
 from bisplat.commands.view_command import view
 
 GROUPS: dict[str, tuple[Callable[..., None], ...]] = {
     "From a scene to a model": (scene, simulate, train, evaluate, view),
     "First look": (demo,),
-    "Datasets": (check, dataset, convert, responses, rssi, rooms),
-    "Predictions": (predict, locate, plan, coverage, export),
+    "Datasets": (check, dataset),
+    "Predictions": (predict, locate, plan, export),
     "Comparisons": (crossvalidate, compare),
     "Scenes": (calibrate,),
 }

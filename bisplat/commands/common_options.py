@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
+from functools import reduce
+from operator import or_
 from pathlib import Path
-from typing import Annotated
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args
 
 from tyro.conf import arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
@@ -45,4 +49,21 @@ def number(option: PrimitiveTypeInfo) -> PrimitiveConstructorSpec | None:
         instance_from_str=lambda texts: PARSERS[kind](texts[0]),
         is_instance=lambda value: isinstance(value, int | kind),
         str_from_instance=lambda value: [str(value)],
+    )
+
+
+@REGISTRY.primitive_rule
+def stated(option: PrimitiveTypeInfo) -> PrimitiveConstructorSpec | None:
+    """How an option that need not be stated is read and shown: as if it had to be. None for other options."""
+    kinds = get_args(option.type)
+    if NoneType not in kinds or option.type_origin not in (Union, UnionType):
+        return None
+    kind: Any = reduce(or_, [each for each in kinds if each is not NoneType])
+    spec = ConstructorRegistry.get_primitive_spec(PrimitiveTypeInfo.make(kind, option.markers))
+    if not isinstance(spec, PrimitiveConstructorSpec):
+        return None
+    return replace(
+        spec,
+        is_instance=lambda value: value is None or spec.is_instance(value),
+        str_from_instance=lambda value: ["none"] if value is None else spec.str_from_instance(value),
     )

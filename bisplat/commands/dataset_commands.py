@@ -1,166 +1,152 @@
-"""The commands that make or complete a dataset folder: dataset, convert, responses and rssi."""
+"""The command ``bisplat dataset``, which makes or completes a dataset folder."""
 
 from __future__ import annotations
 
-import json as json_format
+from dataclasses import fields, make_dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from tyro.conf import OmitArgPrefixes, Positional
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from bisplat.commands.common_options import Force, require_new
-from bisplat.commands.idle_options import given_options, refuse_idle, refuse_idle_propagation
-from bisplat.commands.scene_changes import SceneChanges, array_option, changed_scene
-from bisplat.commands.simulate_command import Output
+from bisplat.commands.idle_options import given_options, refuse_idle
+from bisplat.commands.scene_changes import array_option
 from scenes.files.atomic import require_writable
-from scenes.files.errors import ParameterError, printable
-from scenes.files.options import changed, checked, unchecked
+from scenes.files.errors import InputError, ParameterError, printable
+from scenes.files.options import changed
+from simulate.dataset.dataset_kinds import Moving
 from simulate.exchange.reading_options import Conversion, Recording
-from simulate.generation.power_receiver import PowerReceiver
-from simulate.positions.positions import Places
-from simulate.rays.core.propagation import Propagation
+
+SHARED = "frequency", "moving"  # Options of recorded responses and of pictures, which the command has once
+
+
+def _others(kind: type) -> Any:
+    """The options of one kind of source alone."""
+    own = [(each.name, each.type, each.default) for each in fields(kind) if each.name not in SHARED]
+    return make_dataclass(kind.__name__, own, namespace={"__doc__": kind.__doc__, "__module__": kind.__module__})
+
+
+RECORDING: Any = _others(Recording)
+CONVERSION: Any = _others(Conversion)
 
 
 def dataset(
-    files: Positional[tuple[Path, ...]],
-    output: Output,
-    frequency: str,
-    array: str,
+    sources: Positional[tuple[Path, ...]],
+    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
+    retrieve: bool = False,
+    frequency: str | None = None,
+    array: str | None = None,
     gateway: tuple[float, float, float] = (0, 0, 0),
     boresight: tuple[float, float, float] = (0, 0, 1),
-    recording: Annotated[Recording, OmitArgPrefixes] = Recording(),
+    moving: Moving | None = None,
+    recording: OmitArgPrefixes[RECORDING] = RECORDING(),  # type: ignore[valid-type]
+    conversion: OmitArgPrefixes[CONVERSION] = CONVERSION(),  # type: ignore[valid-type]
+    force: Force = False,
 ) -> None:
-    """Make a dataset folder from recorded element responses.
+    """Make a dataset of recorded responses or of pictures.
 
-    The files hold positions and complex responses. They are NumPy's, MATLAB's, HDF5 or tables of text. The command
-    prints what it recognised and assumed.
+    Files hold positions and complex element responses. They are NumPy's, MATLAB's, HDF5 or tables of text. A folder
+    holds another program's pictures: spectrum/, tx_pos.csv and gateway_info.yml. The command prints what it recognised
+    and assumed.
+
+    With --retrieve, it recovers the element responses from a dataset's pictures, and writes channels.npz into its
+    folder. They are marked as retrieved, since a picture determines them up to a common phase and the flip
+    y_m -> conj y_{MN-1-m}. If that is interrupted, the same command continues.
 
     Args:
-        files: one file or several, which together hold positions and responses.
+        sources: one file or several, which together hold positions and responses; or a folder with pictures.
         output: the new dataset folder.
-        frequency: carrier frequency: hertz, or such as "2.4 GHz".
-        array: array of the gateway: ROWSxCOLUMNS@SPACING, with the spacing in wavelengths, or a CSV file with columns
-            x,y,z of element positions, metres, gateway frame.
-        gateway: position of the gateway, metres.
-        boresight: direction that the gateway looks in. Its y axis points as far up as possible.
+        retrieve: recover the element responses of a dataset folder without recorded ones; no --output.
+        frequency: carrier frequency: hertz, or such as "2.4 GHz". If freq.txt of a folder lists several, only the
+            pictures of this one are kept.
+        array: of recorded responses: array of the gateway: ROWSxCOLUMNS@SPACING, with the spacing in wavelengths, or a
+            CSV file with columns x,y,z of element positions, metres, gateway frame.
+        gateway: of recorded responses: position of the gateway, metres.
+        boresight: of recorded responses: direction that the gateway looks in. Its y axis points as far up as possible.
+        moving: what is at the positions. receiver: the middle of the array, while the transmitter stands at the
+            gateway's position. both: the transmitter, while the array is at the receivers' positions: rx_pos.csv of a
+            folder (default: what metadata.json says, otherwise the transmitter).
+        recording: of recorded responses.
+        conversion: of pictures.
     """
-    options = given_options(dataset, locals())
+    given = [*given_options(dataset, locals()), *changed(recording), *changed(conversion)]
+    given = [name for name in given if name not in ("sources", "recording", "conversion")]
+    folder = sources[0] if len(sources) == 1 and sources[0].is_dir() else None
+    if not sources:
+        raise ParameterError("sources", "expected at least one file or folder, found none")
+    if retrieve:
+        refuse_idle(given, [name for name in given if name not in ("retrieve", "force")], "with --retrieve")
+        if folder is None:
+            raise InputError(f"{sources[0]}: expected one dataset folder for --retrieve, found no folder")
+        _retrieve(folder, force)
+        return
+    refuse_idle(given, ["force"], "without --retrieve")
+    if output is None:
+        raise ParameterError("output", "expected the new dataset folder, found none")
+    require_writable(output / "metadata.json")
+    stated = {"moving": moving, "frequency": frequency}
+    if folder is not None:
+        refuse_idle(given, ["array", "gateway", "boresight", *changed(recording)], "for a folder of pictures")
+        from simulate.exchange.convert import convert
+
+        said = convert(folder, output, Conversion(**vars(conversion), **stated))  # type: ignore[arg-type]
+    else:
+        refuse_idle(given, changed(conversion), "for files of recorded responses")
+        said = _record(given, sources, output, frequency, array, gateway, boresight, moving, vars(recording))
+    for sentence in said:
+        print(printable(sentence))
+    print(printable(f"dataset: {output}"))
+
+
+def _record(
+    given: list[str],
+    files: tuple[Path, ...],
+    output: Path,
+    frequency: str | None,
+    array: str | None,
+    gateway: tuple[float, float, float],
+    boresight: tuple[float, float, float],
+    moving: Moving | None,
+    options: dict[str, Any],
+) -> list[str]:
     from scenes.scene.antennas import Gateway
     from scenes.scene.orientation import facing
     from simulate.exchange.recorded_responses import record
 
-    if not files:
-        raise ParameterError("files", "expected at least one file, found none")
+    if not files[0].exists():
+        raise InputError(f"{files[0]}: expected a file with responses or a folder of pictures, found none")
+    if frequency is None or array is None:
+        name = "array" if array is None else "frequency"
+        raise ParameterError(name, f"expected that of the responses in {files[0]}, found none")
     own_array = array_option(array)
     if "rows" in own_array and "spacing" not in own_array:
         raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")
-    if recording.moving == "both":
-        refuse_idle(options, ["gateway"], "with --moving both, where the receivers' positions are those of the array")
+    if moving == "both":
+        refuse_idle(given, ["gateway"], "with --moving both, where the receivers' positions are those of the array")
     receiver = Gateway(gateway, facing(boresight), **own_array)
-    for sentence in record(files, output, receiver, frequency, recording):
-        print(printable(sentence))
-    print(printable(f"dataset: {output}"))
+    return record(files, output, receiver, frequency, Recording(**options, moving=moving or Recording.moving))
 
 
-def convert(
-    source: Positional[Path],
-    output: Output,
-    conversion: Annotated[Conversion, OmitArgPrefixes] = Conversion(),
-) -> None:
-    """Convert another program's spectra into a dataset folder.
-
-    The command prints what it changed.
-
-    Args:
-        source: folder with spectrum/, tx_pos.csv and gateway_info.yml.
-        output: the new dataset folder.
-    """
-    from simulate.exchange.convert import convert as convert_folder
-
-    for sentence in convert_folder(source, output, conversion):
-        print(printable(sentence))
-    print(printable(f"dataset: {output}"))
-
-
-def responses(dataset: Positional[Path], json: bool = False, force: Force = False) -> None:
-    """Recover the element responses from a dataset's pictures.
-
-    The command writes channels.npz to the dataset folder, and marks the responses as retrieved. A picture determines
-    its responses up to a common phase and the flip y_m -> conj y_{MN-1-m}. If the command is interrupted, the same
-    command continues.
-
-    Args:
-        dataset: dataset folder without recorded responses.
-        json: print the result as JSON.
-    """
+def _retrieve(folder: Path, force: bool) -> None:
     import numpy as np
 
     from simulate.dataset.dataset_folder import read_dataset
     from simulate.dataset.responses_file import retrieve
     from simulate.spectra.phase_retrieval import GOOD
 
-    given = read_dataset(dataset)
+    given = read_dataset(folder)
     recorded = given.phases_recorded_per_position and "retrieved" in given.values
     if "response" not in given.values and not recorded:  # recorded ones are never replaced
-        require_new(dataset / "channels.npz", force=force)
+        require_new(folder / "channels.npz", force=force)
     residual = retrieve(given).residual
     good = residual < GOOD
-    doubtful = [name for name, fine in zip(given.names, good, strict=True) if not fine]
-    if json:
-        result = {
-            "pictures": len(residual),
-            "retrieved": int(good.sum()),
-            "residual_median_grey_levels": round(float(np.median(residual)), 3),
-            "doubtful": doubtful,
-        }
-        print(json_format.dumps(result, indent=2))
-        return
     print(
         f"the responses reproduce {good.sum()} of {len(residual)} pictures to within {GOOD} grey levels (median "
         f"{np.median(residual):.2f}). Each picture determines its responses up to a common phase and the flip "
         "y_m -> conj y_(MN-1-m)."
     )
+    doubtful = [name for name, fine in zip(given.names, good, strict=True) if not fine]
     if doubtful:
         more = " ..." if len(doubtful) > 10 else ""
         print(printable(f"doubtful: {len(doubtful)} pictures: {', '.join(doubtful[:10])}{more}"))
-    print(printable(f"responses: {dataset / 'channels.npz'}"))
-
-
-def rssi(
-    scene: Positional[str],
-    output: Output,
-    gateways: Path,
-    frequency: str | None = None,
-    content: OmitArgPrefixes[unchecked(Places)] = unchecked(Places)(),  # type: ignore[valid-type]
-    receiver: OmitArgPrefixes[unchecked(PowerReceiver)] = unchecked(PowerReceiver)(),  # type: ignore[valid-type]
-    propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
-) -> None:
-    """Simulate the powers that gateways receive (RSSI).
-
-    Each gateway has one element. The folder has the format of NeRF²'s BLE data. If the command is interrupted, the
-    same command continues.
-
-    Args:
-        scene: built-in name (such as lab) or scene YAML. Its own gateways are left out.
-        output: the folder: a new one, or one that the same command began.
-        gateways: YAML file of the gateways: NAME: [x, y, z], or NAME: {position: [x, y, z], boresight: [x, y, z],
-            pattern: dipole}; metres, world frame.
-        frequency: carrier frequency instead of the scene's: hertz, or such as "2.4 GHz". Materials of ITU-R P.2040
-            follow.
-        content: where the transmitter is.
-        receiver: what a gateway reports.
-        propagation: what the ray tracer follows.
-    """
-    from scenes.storage.scene_yaml import load_scene
-    from simulate.engines.rays_engine import Rays
-    from simulate.generation.simulated_powers import make_rssi
-
-    wanted, heard = checked(Places, content), checked(PowerReceiver, receiver)
-    followed = checked(Propagation, propagation)
-    if wanted.positions is not None:
-        refuse_idle(changed(content), ["n", "placement"], f"beside --positions {wanted.positions}")
-    require_writable(output / "metadata.json")
-    place = changed_scene(load_scene(scene), SceneChanges(frequency=frequency))
-    refuse_idle_propagation(followed, [place])
-    made = make_rssi(place, output, gateways, wanted, heard, Rays(followed))
-    print(printable(f"{len(made)} positions, {len(made.gateway_names)} gateways: {output}"))
+    print(printable(f"responses: {folder / 'channels.npz'}"))

@@ -1,4 +1,4 @@
-"""The commands of a dataset and a run: demo, check, train, predict, export."""
+"""The commands of a dataset and a run: demo, check, train, export."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from learn.data.splits import SplitKind
 from learn.models.model_settings import Steps
 from learn.training.registry import DEFAULT_MODEL, MODELS, PRESETS, PresetName, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
-from scenes.files.long_work import doing
 from scenes.files.options import changed, optional
-from scenes.files.plain_text import print_table, say
+from scenes.files.plain_text import print_table
 
 ModelName = Annotated[str, arg(metavar=f"{{{','.join(MODELS)},MODULE:CLASS}}")]
 
@@ -180,57 +179,6 @@ def _refuse_idle_settings(settings: dict[str, Any], model: str, dataset: Path) -
         refuse_idle(settings, ["find_phases", "full_resolution"], f"for {dataset}, from whose responses {model} learns")
     if issubclass(kind, HasOwnLoss):
         refuse_idle(settings, ["full_resolution"], f"for {model}, which cannot train on a few pixels")
-
-
-def predict(
-    runs: Positional[tuple[Path, ...]],
-    positions: Path,
-    output: Output,
-    dtype: Literal["float32", "uint8"] = "float32",
-    force: Force = False,
-) -> None:
-    """Predict spectra at given positions.
-
-    The .npz file holds spectra [K, 90, 360]. If they are known, it also holds the standard deviation of each spectrum's
-    values, deviation [K], and, of one run whose model predicts them, the element responses, channels [K, elements].
-
-    Args:
-        runs: the run folder. The predictions of several runs of one dataset and split are averaged.
-        positions: CSV file with the header x,y,z, in metres, in the dataset's world frame.
-        output: the .npz file to write.
-        dtype: numbers of the spectra: float32, 0 to 1, or uint8, grey levels 0 to 255, a quarter of the size.
-    """
-    if output.suffix.lower() != ".npz":
-        raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
-    if not runs:
-        raise ParameterError("runs", "expected at least one run folder, found none")
-    require_new(output, force=force)
-    from learn.training.ensemble import Ensemble
-    from learn.training.run_folder import load_run
-    from scenes.files.npz_file import write_arrays
-    from simulate.positions.positions import reach_warning, read_points
-    from simulate.spectra.spectrum import grey_levels
-
-    loaded = [load_run(run) for run in runs]
-    points = read_points(positions)
-    region = loaded[0].model.region.cpu().numpy()
-    warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
-    if warning is not None:
-        say(f"warning: {positions}: {warning}")
-    doing(f"{output}: predicting {len(points):,} spectra")
-    if len(loaded) > 1:
-        together = Ensemble(loaded)
-        mean, deviation = together.predict(points), together.deviation(points)
-        arrays = {"spectra": grey_levels(mean) if dtype == "uint8" else mean}
-    else:
-        prediction, deviation = loaded[0].predict(points, dtype), loaded[0].deviation(points)
-        arrays = {"spectra": prediction.spectra}
-        if prediction.responses is not None:
-            arrays["channels"] = prediction.responses
-    if deviation is not None:
-        arrays["deviation"] = deviation.astype("float32")
-    write_arrays(output, arrays)
-    print(printable(f"{len(points)} spectra: {output}"))
 
 
 def export(

@@ -170,7 +170,7 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     if several:
         warnings.append(
             f"the pictures have several frequencies, {named(np.array(several))}; the description is of the first. To "
-            f'learn from one of them, make it a dataset: bisplat convert {folder} -o FOLDER --frequency "'
+            f'learn from one of them, make it a dataset: bisplat dataset {folder} -o FOLDER --frequency "'
             f'{dataset.frequency}"'
         )
     of_split = None

@@ -64,7 +64,7 @@ def _of_levels(dataset: Dataset) -> list[str]:
         found.append(f"{flat} of {len(dataset.pictures)} pictures have one grey level and show no direction")
     largest = int(dataset.pictures.max(initial=0))
     if 0 < largest < DARK:
-        found.append(f"no picture is brighter than level {largest} of 255; bisplat convert scales them")
+        found.append(f"no picture is brighter than level {largest} of 255; bisplat dataset scales them")
     return found
 
 
@@ -99,9 +99,9 @@ def _explained(found: Explanation) -> str:
         f"explain them to {found.residual:.2f}"
     )
     if found.scale != "magnitude" or grid.elevation_step_deg < 0:
-        return f"{sentence}: bisplat convert turns them into pictures of this format"
+        return f"{sentence}: bisplat dataset turns them into pictures of this format"
     content = json.dumps({"array": array.stated(), "grid": asdict(grid)})
-    return f"{sentence}: bisplat convert states it in metadata.json, or write {content} there"
+    return f"{sentence}: bisplat dataset states it in metadata.json, or write {content} there"
 
 
 def _of_magnitudes(dataset: Dataset) -> list[str]:

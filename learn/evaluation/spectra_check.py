@@ -146,7 +146,7 @@ def ends_of_spectra(dataset: Dataset) -> dict[str, str]:
         told, fixed, turned = {}, "gateway", "gateway"
         made_here = str(dataset.metadata.get("made_by", "")).startswith("bisplat-wrf")
         if "moving" not in dataset.metadata and not made_here:
-            told = {"moving": "the transmitter (assumed; if it was the array: bisplat convert --moving receiver)"}
+            told = {"moving": "the transmitter (assumed; if it was the array: bisplat dataset --moving receiver)"}
     return {**told, "positions (m)": box, f"{fixed} at (m)": stands, f"{turned} looks along": boresight}
 
 

@@ -1,4 +1,4 @@
-"""What ``bisplat coverage`` writes: the arrays of a map, and figures."""
+"""What ``bisplat predict --map`` writes: the arrays of a map, and figures."""
 
 from __future__ import annotations
 

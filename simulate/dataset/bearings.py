@@ -50,7 +50,7 @@ class Turn:
         return " and ".join([*words, *([f"turned by {self.by:.6g}°"] if self.by else [])])
 
     def option(self, grid: AngularGrid) -> str:
-        """The option of ``bisplat convert`` that states these azimuths of pictures on a grid."""
+        """The option of ``bisplat dataset`` that states these azimuths of pictures on a grid."""
         span = grid.azimuths_deg[-1]
         first = self.by - 360 if self.by and not self.mirrored else self.by
         return f"--azimuths {first:.6g} {first - span if self.mirrored else first + span:.6g}"
@@ -110,14 +110,14 @@ class Bearing:
         if self.turn is not None:
             found.append(
                 f"the strongest directions point at the transmitters ({self.error_after:.0f}° off, median) if the "
-                f"pictures are {self.turn}, and not as they are ({self.error:.0f}° off): bisplat convert "
+                f"pictures are {self.turn}, and not as they are ({self.error:.0f}° off): bisplat dataset "
                 f"{self.turn.option(grid)} reads them so"
             )
         if self.error_if_moved is not None:
             found.append(
                 f"the strongest directions point at one transmitter ({self.error_if_moved:.0f}° off, median) if "
                 f"tx_pos.csv holds the places of an array that moved, and not if it holds those of transmitters "
-                f"({self.error:.0f}° off): bisplat convert --moving receiver states it"
+                f"({self.error:.0f}° off): bisplat dataset --moving receiver states it"
             )
         return "; or ".join(found) or None
 

@@ -45,8 +45,8 @@ class Dataset:
     - ``response``: recorded complex element responses, not normalised, [K, elements], or with a band
       [K, elements, subcarriers]. Simulated folders have them;
     - ``retrieved``: element responses of the same shape of which each row has a phase of its own, so that phases of
-      two positions cannot be compared: so recorded, or found from the pictures by ``bisplat responses``, which also
-      leaves the flip ``y_m -> conj(y_{MN−1−m})`` open;
+      two positions cannot be compared: so recorded, or found from the pictures by ``bisplat dataset --retrieve``, which
+      also leaves the flip ``y_m -> conj(y_{MN−1−m})`` open;
     - ``power``: received powers, dBm, [K, G]; NaN where nothing was received;
     - ``channel``: channels, complex [K, A, 2 S]: the S subcarriers of the uplink, then those of the downlink.
 

@@ -105,7 +105,7 @@ def frequency_of(
     lowest, highest = Frequency(float(listed.min()), "freq.txt"), Frequency(float(listed.max()), "freq.txt")
     if highest.hertz > (1 + SAME) * lowest.hertz:
         problems.append(
-            f"{path}: expected one frequency for all pictures, found {lowest} to {highest}; bisplat convert keeps the "
+            f"{path}: expected one frequency for all pictures, found {lowest} to {highest}; bisplat dataset keeps the "
             f'pictures of one, such as --frequency "{lowest}"'
         )
     elif stated is not None and abs(stated.hertz / lowest.hertz - 1) > SAME:

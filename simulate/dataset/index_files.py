@@ -58,7 +58,7 @@ def read_rows(path: Path, names: Sequence[str]) -> list[int]:
         sentence = f"{path}, row {row}: expected the name of a picture, found {shown(name)}, which has no picture"
         numbers = {"0", *(str(int(each)) for each in names)}
         if len(unknown) == len(listed) and all(each in numbers for each in listed):
-            sentence += "; the names lack leading zeros, as GSRF writes them: bisplat convert adds them"
+            sentence += "; the names lack leading zeros, as GSRF writes them: bisplat dataset adds them"
     raise InputError(summary([sentence] * len(unknown), "rows"))
 
 

@@ -61,7 +61,7 @@ def read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[n
     try:
         files = picture_files(folder)
         if int(files[0].stem) == 0:
-            found = f"found {files[0].name}; bisplat convert numbers them from 1"
+            found = f"found {files[0].name}; bisplat dataset numbers them from 1"
             raise InputError(f"{folder}: expected pictures 00001.png, 00002.png, ..., {found}")
     except InputError as error:
         problems.append(str(error))
@@ -119,11 +119,11 @@ def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
 
 def _mended_by(height: int, width: int) -> str:
     if (height, width) == (COLUMNS, ROWS):
-        return ", a transposed spectrum; bisplat convert transposes it back"
+        return ", a transposed spectrum; bisplat dataset transposes it back"
     options = " and ".join((["--elevations"] if height != ROWS else []) + (["--azimuths"] if width != COLUMNS else []))
     if options:
-        return f"; bisplat convert samples it at the directions of this format, given {options}"
-    return "; bisplat convert turns it into 8-bit grey"
+        return f"; bisplat dataset samples it at the directions of this format, given {options}"
+    return "; bisplat dataset turns it into 8-bit grey"
 
 
 def read_any_picture(path: Path) -> tuple[Int[np.ndarray, "H W"], str]:

@@ -6,7 +6,6 @@ import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
-from math import inf
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -127,7 +126,7 @@ def write_powers(
     """Write the files of a folder of received powers, with a random split, into an empty folder."""
     lines = []
     for name, position in gateways.items():
-        key = yaml.dump({name: 0}, Dumper=PlainDumper, allow_unicode=True, width=inf)[: -len("0\n")]
+        key = yaml.dump({name: 0}, Dumper=PlainDumper, allow_unicode=True, width=10**6)[: -len("0\n")]
         lines.append(f"{key}[{', '.join(f'{value:.6f}' for value in position)}]\n")
     stored = powers.round(DECIMALS) + 0.0  # no -0
     stored[~(stored > NOT_RECEIVED)] = NOT_RECEIVED

@@ -147,7 +147,7 @@ def _retrieve(dataset: Dataset) -> Retrieval:
             "digest": Expected("the digest of the pictures", "f", (32,)),
         }
         try:
-            begun = read_npz(partial, "what an interrupted bisplat responses left", expected, LARGEST_NPZ)
+            begun = read_npz(partial, "what an interrupted bisplat dataset --retrieve left", expected, LARGEST_NPZ)
             if (begun["digest"] == digest).all() and len(begun["channels"]) == len(begun["residual"]) <= count:
                 done = len(begun["channels"])
                 responses[:done], residual[:done] = begun["channels"], begun["residual"]

@@ -64,7 +64,7 @@ def read_rooms(folder: Path | str) -> Rooms:
     facts = read_room_facts(folder / ROOMS)
     for name in facts["rooms"]:
         if not (folder / name).is_dir():
-            raise InputError(f"{folder / name}: expected a room, found none: run the same bisplat rooms again")
+            raise InputError(f"{folder / name}: expected a room, found none: run the same bisplat simulate again")
     return Rooms(folder, facts["setting"], tuple(facts["rooms"]), facts)
 
 

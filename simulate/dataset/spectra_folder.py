@@ -118,7 +118,7 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
         problems.append(
             f"{folder / 'spectrum'}: expected row 0 at the horizon, found upside-down pictures with elevation "
             f"{known.beamformer.grid.elevation_first_deg:.0f}° in row 0 (an array explains them in this way to "
-            f"{known.residual:.2f} grey levels); bisplat convert turns them over"
+            f"{known.residual:.2f} grey levels); bisplat dataset turns them over"
         )
     return Dataset(
         folder=folder,
@@ -186,7 +186,7 @@ def _receivers(found: Inspection, moving: Moving, count: int | None) -> Float[np
     if moving != "both":
         if os.path.lexists(path):
             found.problems.append(
-                f'{path}: expected "moving": "both" in metadata.json beside it, found "{moving}"; bisplat convert '
+                f'{path}: expected "moving": "both" in metadata.json beside it, found "{moving}"; bisplat dataset '
                 "--moving both states it"
             )
         return None
@@ -210,7 +210,7 @@ def _look_for_shared_positions(found: Inspection, positions: Float[np.ndarray, "
     elif sharing := int(pictures_there[pictures_there > 1].sum()):
         found.warnings.append(
             f"{sharing} of {len(positions)} pictures share their position with another picture; if the folder mixes "
-            "frequencies or gateways, bisplat convert --one-per-position 1 keeps the first of each"
+            "frequencies or gateways, bisplat dataset --one-per-position 1 keeps the first of each"
         )
 
 

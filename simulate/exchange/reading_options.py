@@ -1,4 +1,4 @@
-"""How to read what other programs wrote: the options of ``bisplat convert`` and ``bisplat dataset``."""
+"""How to read what other programs wrote: the options of ``bisplat dataset``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulate a dataset of received powers (RSSI) from Python: what ``bisplat rssi`` does, as a function."""
+"""Simulate a dataset of received powers (RSSI) from Python: what ``bisplat simulate --gateways`` does."""
 
 from __future__ import annotations
 

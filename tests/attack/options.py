@@ -15,9 +15,6 @@ from tests.attack.victims import PLACE, RECORDED
 COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "check": ("data", ("data",)),
     "dataset": (f"recordings/log.npz {RECORDED}", ("recordings",)),
-    "convert": ("measured", ("measured",)),
-    "responses": ("measured", ("measured",)),
-    "rssi": ("room/scene.yaml --gateways gateways.yml -n 3 --max-depth 0", ("room", "gateways.yml")),
     "train": ("data --model mlp-responses --steps 2 --batch-size 2", ("data", "network")),
     "predict": ("network --positions places.csv", ("data", "network", "places.csv")),
     "compare": ("data --models nearest", ("data",)),
@@ -29,14 +26,12 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "demo": ("--spectra 0", ()),
     "view": ("nowhere", ()),
     "calibrate": ("closet nowhere", ()),
-    "coverage": ("nowhere", ()),
     "plan": ("kriged -n 3", ("data", "kriged")),
-    "rooms": ("-n 0", ()),
     "locate": ("kriged data", ("data", "kriged")),
 }
 """Of each command: arguments, and the files that these need. Where the work takes long, it has no files to work on."""
 
-WITHOUT_OUTPUT = ("check", "responses", "evaluate", "crossvalidate", "view")
+WITHOUT_OUTPUT = ("check", "evaluate", "crossvalidate", "view")
 
 OUTPUTS = (
     *("", "x", "x.npz", "x.png", "a/b", "pipe", "data", "measured", "places.csv", "x" * 300),

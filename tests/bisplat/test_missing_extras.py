@@ -35,8 +35,8 @@ ENVIRONMENT = os.environ | {
 WORK = (
     "--help",
     "check data",
-    "convert data -o converted",
-    "responses converted",
+    "dataset data -o converted",
+    "dataset converted --retrieve",
     "train data -o run --model bisplat-aperture --steps 1 --batch-size 2",
     "predict run --positions data/tx_pos.csv -o out.npz",
     "compare data -o table --models nearest",

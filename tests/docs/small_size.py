@@ -28,10 +28,9 @@ COARSE = {"max_depth": 1, "rays": 20_000, "diffraction": False}  # How rays are 
 def smaller(arguments: list[str]) -> list[str]:
     """The arguments of a command that does the same at a small size."""
     command, rest = arguments[0], list(arguments[1:])
+    rooms = "--rooms" in rest
     limit_of = {
-        "simulate": {"-n": SPECTRA, "--spectra": SPECTRA, "--patches": 50},
-        "rssi": {"-n": SPECTRA},
-        "rooms": {"-n": 3, "--spectra": 15},
+        "simulate": {"-n": 15 if rooms else SPECTRA, "--spectra": SPECTRA, "--patches": 50, "--rooms": 3},
         "crossvalidate": {"-n": 6, "--positions": 6},
         "plan": {"-n": 3, "--positions": 3},
         "calibrate": {"-n": 10, "--spectra": 10},
@@ -47,7 +46,7 @@ def smaller(arguments: list[str]) -> list[str]:
     folder = bool(rest) and Path(rest[0]).is_dir()  # simulate a dataset again, or plan for a run: no rays to limit
     if command == "simulate" and not folder and not {"-n", "--spectra", "--positions", "--help"} & set(rest):
         rest += ["-n", str(SPECTRA)]
-    traces = command in {"calibrate", "rssi"} or (command in {"simulate", "plan"} and not folder)
+    traces = command == "calibrate" or (command in {"simulate", "plan"} and not folder and not rooms)
     if traces and "--help" not in rest:
         rest = [each for each in rest if each != "--diffraction"]
         if not in_full_wave:
@@ -107,7 +106,7 @@ def use_quick_fits() -> None:
 
 
 def trace_rooms_coarsely() -> None:
-    """Make the rays of ``bisplat rooms``, which has no options for them, coarse."""
+    """Make the rays of ``bisplat simulate --rooms``, which has no options for them, coarse."""
     from functools import partial
 
     from simulate.generation import simulated_rooms
@@ -172,7 +171,7 @@ if __name__ == "__main__":
         use_small_sizes()
     if sys.argv[1:2] and sys.argv[1] in FITS and not asks_for_help:
         use_quick_fits()
-    if sys.argv[1:2] == ["rooms"]:
+    if "--rooms" in sys.argv:
         trace_rooms_coarsely()
     serves = sys.argv[1:2] == ["view"]
     if serves:

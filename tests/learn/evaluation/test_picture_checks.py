@@ -74,7 +74,7 @@ def test_pictures_are_told_for_what_they_are_and_the_advice_works(kind, write, t
     folder = write(pictures)
     found = check(folder)
     (warning,) = [each for each in found.warnings if words in each]
-    assert "bisplat convert" in warning and found.valid
+    assert "bisplat dataset" in warning and found.valid
     convert(folder, tmp_path / "mended")
     mended = check(tmp_path / "mended")
     assert not [each for each in mended.warnings if "index" not in each], mended.warnings
@@ -116,7 +116,7 @@ def test_other_azimuths_are_told_by_the_positions(write, tmp_path):
     for number, image in enumerate(np.roll(picture(Beamformer(ARRAY).spectrum(responses)), 180, axis=2), start=1):
         Image.fromarray(image).save(folder / "spectrum" / f"{number:05d}.png")
     (warning,) = [each for each in check(folder).warnings if "strongest directions" in each]
-    options = shlex.split(re.search(r"bisplat convert (--azimuths \S+ \S+)", warning)[1])
+    options = shlex.split(re.search(r"bisplat dataset (--azimuths \S+ \S+)", warning)[1])
     convert(folder, tmp_path / "mended", Conversion(azimuths=(float(options[1]), float(options[2]))))
     assert not [each for each in check(tmp_path / "mended").warnings if "strongest directions" in each]
 
@@ -126,7 +126,7 @@ def test_grating_lobes_of_elements_far_apart_are_told(write):
     folder = write(picture(Beamformer(array).spectrum(RESPONSES)))
     write_metadata(folder / "metadata.json", {"array": array.stated()})
     (warning,) = [each for each in check(folder).warnings if "strongest directions" in each]
-    assert "elements 2.7 wavelengths apart have grating lobes" in warning and "bisplat convert" not in warning
+    assert "elements 2.7 wavelengths apart have grating lobes" in warning and "bisplat dataset" not in warning
 
 
 def test_array_that_moves_is_told_by_the_positions(write, tmp_path):
@@ -141,7 +141,7 @@ def test_array_that_moves_is_told_by_the_positions(write, tmp_path):
         Image.fromarray(image).save(folder / "spectrum" / f"{number:05d}.png")
     found = check(folder)
     (warning,) = [each for each in found.warnings if "strongest directions" in each]
-    assert warning.endswith("bisplat convert --moving receiver states it")
+    assert warning.endswith("bisplat dataset --moving receiver states it")
     assert found.description()["moving"].startswith("the transmitter (assumed")
     convert(folder, tmp_path / "stated", Conversion(moving="receiver"))
     stated = check(tmp_path / "stated")

@@ -1,4 +1,4 @@
-"""What ``bisplat coverage`` writes: arrays and figures."""
+"""What ``bisplat predict --map`` writes: arrays and figures."""
 
 import json
 import shutil

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bisplat.commands.training_commands import predict
+from bisplat.commands.predict_command import predict
 from learn.training.config import Config
 from learn.training.ensemble import Ensemble
 from learn.training.registry import MODELS
@@ -47,7 +47,7 @@ def test_runs_that_have_learned_the_validation_spectra_state_no_deviation(runs, 
     together = Ensemble([runs[0], load_run(tmp_path / "run")])
     assert together.deviation(POSITIONS) is None and together.predict(POSITIONS).shape == (3, 90, 360)
     (tmp_path / "places.csv").write_text("x,y,z\n1,0,1\n")
-    predict((runs[0].folder, tmp_path / "run"), tmp_path / "places.csv", tmp_path / "out.npz")
+    predict((runs[0].folder, tmp_path / "run"), tmp_path / "out.npz", tmp_path / "places.csv")
     with np.load(tmp_path / "out.npz") as found:
         assert set(found) == {"spectra"}
 
@@ -55,12 +55,12 @@ def test_runs_that_have_learned_the_validation_spectra_state_no_deviation(runs, 
 def test_command_writes_the_mean(runs, tmp_path):
     (tmp_path / "places.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in POSITIONS))
     output = tmp_path / "out.npz"
-    predict(tuple(run.folder for run in runs), tmp_path / "places.csv", output)
+    predict(tuple(run.folder for run in runs), output, tmp_path / "places.csv")
     with np.load(output) as found:
         np.testing.assert_allclose(found["spectra"], Ensemble(runs).predict(POSITIONS), atol=1e-6)
         assert found["deviation"].shape == (3,) and "channels" not in found
     with pytest.raises(ParameterError, match="at least one run"):
-        predict((), tmp_path / "places.csv", tmp_path / "other.npz")
+        predict((), tmp_path / "other.npz", tmp_path / "places.csv")
 
 
 def test_runs_of_another_split_are_refused(runs, tmp_path):

@@ -1,10 +1,10 @@
-"""``bisplat responses``: channels.npz retrieved from pictures, marked, and continued after an interruption."""
+"""``bisplat dataset --retrieve``: channels.npz retrieved from pictures, marked, and continued after an interruption."""
 
 import numpy as np
 import pytest
 
 import bisplat
-from bisplat.commands.dataset_commands import responses
+from bisplat.commands.dataset_commands import dataset as make_dataset
 from scenes.files.errors import InputError
 from simulate.dataset import responses_file
 from simulate.dataset.dataset_folder import read_dataset
@@ -77,16 +77,16 @@ def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
 
 
 def test_command_replaces_retrieved_responses_only_by_force_and_recorded_ones_never(folder):
-    responses(folder)
+    make_dataset((folder,), retrieve=True)
     before = (folder / "channels.npz").stat().st_mtime_ns
     with pytest.raises(InputError, match=r"channels\.npz: expected no such file yet"):
-        responses(folder)
+        make_dataset((folder,), retrieve=True)
     assert (folder / "channels.npz").stat().st_mtime_ns == before
-    responses(folder, force=True)
+    make_dataset((folder,), retrieve=True, force=True)
     assert (folder / "channels.npz").stat().st_mtime_ns > before
     write_responses(folder / "channels.npz", np.ones((COUNT + 1, 16)))
     with pytest.raises(InputError, match="found recorded ones"):
-        responses(folder, force=True)
+        make_dataset((folder,), retrieve=True, force=True)
 
 
 def test_responses_recorded_with_a_phase_of_each_position_are_not_replaced(tmp_path):
@@ -97,7 +97,7 @@ def test_responses_recorded_with_a_phase_of_each_position_are_not_replaced(tmp_p
     bisplat.write_dataset(tmp_path / "mine", places, waves, array, "2.4 GHz", phases="per-position")
     before = (tmp_path / "mine" / "channels.npz").read_bytes()
     with pytest.raises(InputError, match="found recorded ones"):
-        responses(tmp_path / "mine", force=True)
+        make_dataset((tmp_path / "mine",), retrieve=True, force=True)
     assert (tmp_path / "mine" / "channels.npz").read_bytes() == before
 
 

@@ -1,0 +1,145 @@
+"""The command ``bisplat predict``: spectra at positions, or maps of received powers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from tyro.conf import OmitArgPrefixes, Positional
+
+from bisplat.commands.common_options import Force, require_new
+from bisplat.commands.idle_options import given_options, refuse_idle
+from bisplat.commands.simulate_command import Output
+from scenes.files.errors import InputError, ParameterError, printable
+from scenes.files.long_work import doing
+from scenes.files.options import changed
+from scenes.files.output_folder import new_folder
+from scenes.files.plain_text import say
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """A map of received powers (RSSI) at a height, with 90 % intervals, as arrays and figures.
+
+    Attributes:
+        map: map the powers of every gateway. The source is then a folder of received powers: the method learns from all
+            of its positions.
+        height: z of the map, metres (default: the median of the known positions).
+        step: side of a cell, metres.
+        region: smallest x and y, then largest x and y of the map, metres, within which every cell is predicted
+            (default: the convex hull of the known positions).
+        method: name of the method, as for bisplat compare. Only twin traces rays; otherwise, walls count as far as the
+            measured powers show them.
+        scene: scene whose walls are drawn, and which the method twin traces: a built-in name or a scene YAML (default,
+            for the walls: that of the folder, if any).
+    """
+
+    map: bool = False
+    height: float | None = None
+    step: float = 0.1
+    region: tuple[float, float, float, float] | None = None
+    method: str = "helmholtz"
+    scene: str | None = None
+
+
+def predict(
+    sources: Positional[tuple[Path, ...]],
+    output: Output,
+    positions: Path | None = None,
+    dtype: Literal["float32", "uint8"] = "float32",
+    mapped: OmitArgPrefixes[MapOptions] = MapOptions(),
+    force: Force = False,
+) -> None:
+    """Predict spectra at positions, or map received powers (RSSI).
+
+    The .npz file holds spectra [K, 90, 360]. If they are known, it also holds the standard deviation of each spectrum's
+    values, deviation [K], and, of one run whose model predicts them, the element responses, channels [K, elements].
+
+    Args:
+        sources: the run folder. The predictions of several runs of one dataset and split are averaged. With --map, a
+            folder of received powers.
+        output: the .npz file to write; with --map, the new folder.
+        positions: CSV file with the header x,y,z, in metres, in the dataset's world frame.
+        dtype: numbers of the spectra: float32, 0 to 1, or uint8, grey levels 0 to 255, a quarter of the size.
+        mapped: a map of received powers.
+    """
+    if not sources:
+        raise ParameterError("sources", "expected at least one run folder, found none")
+    if mapped.map:
+        refuse_idle(given_options(predict, locals()), ["positions", "dtype"], "with --map")
+        if len(sources) > 1:
+            raise ParameterError("sources", f"expected one folder of received powers, found {len(sources)} folders")
+        map_powers(sources[0], output, mapped, force)
+        return
+    refuse_idle(changed(mapped), changed(mapped), "without --map")
+    if positions is None:
+        raise ParameterError("positions", "expected a CSV file of positions, or --map, found neither")
+    predict_spectra(sources, positions, output, dtype, force)
+
+
+def predict_spectra(
+    runs: tuple[Path, ...], positions: Path, output: Path, dtype: Literal["float32", "uint8"], force: bool
+) -> None:
+    """Write the spectra that runs predict at positions."""
+    if output.suffix.lower() != ".npz":
+        raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
+    require_new(output, force=force)
+    from learn.training.ensemble import Ensemble
+    from learn.training.run_folder import load_run
+    from scenes.files.npz_file import write_arrays
+    from simulate.positions.positions import reach_warning, read_points
+    from simulate.spectra.spectrum import grey_levels
+
+    loaded = [load_run(run) for run in runs]
+    points = read_points(positions)
+    region = loaded[0].model.region.cpu().numpy()
+    warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
+    if warning is not None:
+        say(f"warning: {positions}: {warning}")
+    doing(f"{output}: predicting {len(points):,} spectra")
+    if len(loaded) > 1:
+        together = Ensemble(loaded)
+        mean, deviation = together.predict(points), together.deviation(points)
+        arrays = {"spectra": grey_levels(mean) if dtype == "uint8" else mean}
+    else:
+        prediction, deviation = loaded[0].predict(points, dtype), loaded[0].deviation(points)
+        arrays = {"spectra": prediction.spectra}
+        if prediction.responses is not None:
+            arrays["channels"] = prediction.responses
+    if deviation is not None:
+        arrays["deviation"] = deviation.astype("float32")
+    write_arrays(output, arrays)
+    print(printable(f"{len(points)} spectra: {output}"))
+
+
+def map_powers(powers: Path, output: Path, options: MapOptions, force: bool) -> None:
+    """Write maps of received powers."""
+    from learn.fitted.coverage import coverage_map
+    from learn.fitted.fit_powers import fit_powers
+    from learn.methods.method_table import TWIN
+    from learn.reports.coverage_report import write_coverage_files
+    from learn.training.fit_progress import FitProgress
+    from scenes.storage.scene_yaml import load_scene
+
+    drawn = None if options.scene is None else load_scene(options.scene)
+    with new_folder(output, force) as unfinished:
+        fitted = fit_powers(powers, options.method, scene=drawn) if options.method == TWIN else powers
+        with FitProgress("coverage") as report:
+            found = coverage_map(
+                fitted,
+                height=options.height,
+                step=options.step,
+                region=options.region,
+                method=options.method,
+                report=report,
+            )
+        write_coverage_files(found, unfinished, drawn)
+    columns, rows = len(found.x), len(found.y)
+    gateways = len(found.median)
+    print(
+        printable(
+            f"{gateways} gateway{'s' * (gateways > 1)}, {columns} × {rows} cells of {found.step:g} m at "
+            f"z = {found.height:.2f} m: {output}"
+        )
+    )
