@@ -12,7 +12,6 @@ from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
 from learn.fitted.coverage import coverage_map as coverage_map
-from learn.fitted.fit_powers import fit_powers as fit_powers
 from learn.localisation.locate import locate as locate
 from learn.localisation.located_places import Located as Located
 from learn.models.base import SpectrumModel as SpectrumModel

@@ -19,7 +19,7 @@ from learn.models.base import Report
 from learn.quantities.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.training.config import Origin, require_same_link
 from learn.training.conformal_deviation import pixel_errors
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, load_spectra
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -195,7 +195,7 @@ def evaluate(
     if index is not None:
         require_path(index=index)
     require_flag(ceiling=ceiling)
-    run = run if isinstance(run, Run) else load_run(run)
+    run = load_spectra(run)
     if dataset is None:
         tested_on = run.dataset()
     else:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from learn.fitted.coverage import CoverageMap, coverage_map
-from learn.fitted.fit_powers import FittedPowers, fit_powers
+from learn.fitted.fitted_method import Fitted, fit_method
 from learn.quantities.quantity import Prediction
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
@@ -33,7 +33,7 @@ class PowerSubject:
     scene: Scene | None  # the scene of the folder. None: it has none.
     missing: list[str]  # one sentence for each part of the subject that could not be read
     planned: Float[np.ndarray, "n 3"] | None = None  # further positions to show, metres, world frame
-    _fitted: dict[str, FittedPowers] = field(default_factory=dict, repr=False)
+    _fitted: dict[str, Fitted] = field(default_factory=dict, repr=False)
     _maps: dict[tuple[str, float], CoverageMap] = field(default_factory=dict, repr=False)
     _one_at_a_time: Lock = field(default_factory=Lock, repr=False)
 
@@ -88,7 +88,7 @@ class PowerSubject:
                 self._maps[key] = coverage_map(self._fit(method), height=height, step=self.step)
             return self._maps[key]
 
-    def _fit(self, method: str) -> FittedPowers:
+    def _fit(self, method: str) -> Fitted:
         if method not in self._fitted:
-            self._fitted[method] = fit_powers(self.dataset, method, known=self.known)
+            self._fitted[method] = fit_method(self.dataset, "power", method, known=self.known)
         return self._fitted[method]

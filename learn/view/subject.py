@@ -20,7 +20,7 @@ from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
 from learn.models.capabilities import HasPrimitives, PredictsResponses
 from learn.models.splatting.splat import Splats
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import SpectrumRun, load_spectra
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
@@ -67,7 +67,7 @@ class Subject:
     scene: Scene | None  # the scene
     dataset: Dataset | None  # the dataset
     parts: Split | None  # parts of the dataset: those of the run, or without a run the folder's own
-    run: Run | None  # the run
+    run: SpectrumRun | None  # the run
     missing: list[str]  # one sentence for each part of the subject that could not be read
     planned: Float[np.ndarray, "n 3"] | None = None  # further positions to show, metres, world frame
 
@@ -208,7 +208,7 @@ def subject(what: str) -> Subject:
         nothing = np.zeros(0, dtype=int)
         parts = Split(train=dataset.train, validation=nothing, test=dataset.test)
         return _with_scene(folder.resolve().name, dataset, parts, None)
-    run = load_run(folder)
+    run = load_spectra(folder)
     try:
         dataset = run.dataset()
         parts = run.split(dataset)
@@ -224,7 +224,7 @@ def subject(what: str) -> Subject:
     return _with_scene(folder.resolve().name, dataset, parts, run)
 
 
-def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> Subject:
+def _with_scene(name: str, dataset: Dataset, parts: Split, run: SpectrumRun | None) -> Subject:
     array = dataset.array
     position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
     gateway = Gateway(position, orientation, **array.of_gateway())  # type: ignore[arg-type]

@@ -290,7 +290,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.train,
             {"dataset": data, "output": "out", "model": "mlp"},
             {
-                "model": WORD, "options": ("x", 3, {"wrong": 1}, {"pixels": object()}), "steps": WHOLE[:6],
+                "model": WORD, "quantity": WORD[:2], "options": ("x", 3, {"wrong": 1}, {"pixels": object()}),
+                "steps": WHOLE[:6],
                 "batch_size": WHOLE[:6], "patience": (1.5, -1), "preset": WORD[:2], "learning_rate": (*NUMBER, 0),
                 "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2), "matmul_precision": WORD[:2],
                 "find_phases": FLAG[:1], "init": PATH, "trainer": ("x", {"devices": 0}, {"wrong": 1}), "wrong": (1,),
@@ -322,14 +323,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "data": other, "methods": NAMES[:6], "quantity": WORD[:2], "sizes": ("5", 5, [], [5, 5], [0], [1.5]),
                 "tested": WHOLE[:5], "steps": WHOLE[:5], "test_rooms": (), "init": (*PATH, "x"),
-                "scene": (3, True, "nowhere", [], {"x": 1}),
-            },
-        ),
-        "fit_powers": Call(
-            bisplat.fit_powers,
-            {"dataset": powers, "method": "mean"},
-            {
-                "dataset": other, "known": ("x", 3, [], [1.5], [-1], [12], [True], {"x": 1}),
                 "scene": (3, True, "nowhere", [], {"x": 1}),
             },
         ),
