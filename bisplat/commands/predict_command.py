@@ -51,7 +51,7 @@ def predict(
     mapped: OmitArgPrefixes[MapOptions] = MapOptions(),
     force: Force = False,
 ) -> None:
-    """Predict at positions what a run has learned, or map powers (RSSI).
+    """Predict what a run has learned, or map received powers (RSSI).
 
     Of spectra, the .npz file holds spectra [K, 90, 360]. If they are known, it also holds the standard deviation of
     each spectrum's values, deviation [K], and, of one run whose model predicts them, the element responses, channels
