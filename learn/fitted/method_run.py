@@ -15,10 +15,13 @@ from jaxtyping import Float, Num
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 
+from learn.comparison.compare import compare
+from learn.comparison.comparison import Comparison
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import Split, distances_known
 from learn.data.splits import split as split_of
 from learn.fitted.fitted_method import Fitted, fit_method, make_method
+from learn.quantities.known import Known, Method
 from learn.quantities.quantity import Prediction
 from learn.quantities.quantity_table import quantity_named
 from learn.training.config import (
@@ -74,6 +77,28 @@ class MethodRun(Run):
             ParameterError: the positions are not finite points, or ``given`` has another shape.
         """
         return self.fitted.predict(positions, given)
+
+
+class Kept:
+    """A fitted method as ``compare`` takes it. To fit it again changes nothing."""
+
+    def __init__(self, method: Method):
+        self._method = method
+        self.found = getattr(method, "found", None)
+
+    def fit(self, known: Known) -> None:
+        """Nothing: it is fitted to these rows."""
+
+    def predict(self, *given: Any) -> Any:
+        return self._method.predict(*given)
+
+
+def evaluate_method(run: MethodRun) -> Comparison:
+    """Score a run beside the baselines on the test part of its split."""
+    config, label = run.config, run.config.model
+    fitted = {label: Kept(run.fitted.method)}
+    how: dict[str, Any] = {"split": config.split, "seed": config.split_seed, "guard": config.guard}
+    return compare(run.fitted.dataset, fitted, quantity=config.quantity, **how)
 
 
 def train_method(data: Dataset, folder: Path, config: Config, minutes: float | None) -> MethodRun:
