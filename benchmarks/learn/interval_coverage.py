@@ -26,7 +26,7 @@ from learn.evaluation.prediction_intervals import intervals_by_distance
 from learn.training.config import Config
 from learn.training.conformal_deviation import nearest_known, pixel_errors
 from learn.training.registry import MODELS
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import SpectrumRun, load_spectra
 from scenes.places.built_in import closet, lab
 from scenes.places.room import build_place, table
 from scenes.scene.antennas import Gateway, Transmitter
@@ -103,7 +103,7 @@ def dataset_of(scene: Scene, folder: Path, known_count: int, test_count: int, de
     return read_dataset(folder)
 
 
-def rows(name: str, method: str, run: Run, others: list[Run]) -> dict[str, Any]:
+def rows(name: str, method: str, run: SpectrumRun, others: list[SpectrumRun]) -> dict[str, Any]:
     """Coverage of a run's intervals, or of those of several runs together, for each band."""
     from learn.training.ensemble import Ensemble
 
@@ -160,7 +160,7 @@ def main(
     print_figures(figures, json_output, smallest)
 
 
-def trained(data: Dataset, folder: Path, seed: int, given: dict[str, Any]) -> Run:
+def trained(data: Dataset, folder: Path, seed: int, given: dict[str, Any]) -> SpectrumRun:
     """A run of one seed. All have the split of seed 0, as those of ``bisplat compare`` have."""
     from learn.training.train import train_run
 
@@ -175,7 +175,7 @@ def trained(data: Dataset, folder: Path, seed: int, given: dict[str, Any]) -> Ru
         by_steps=by_steps and replace(by_steps, steps=given["steps"]),
     )
     train_run(config, folder.with_name(f"{folder.name}-{seed}"), dataset=data)
-    return load_run(folder.with_name(f"{folder.name}-{seed}"))
+    return load_spectra(folder.with_name(f"{folder.name}-{seed}"))
 
 
 if __name__ == "__main__":

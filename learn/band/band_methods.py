@@ -66,7 +66,7 @@ class LearnedBand:
             network = build(region, dataset.beamformer, dataset.wavelength, **entry.options)
             assert isinstance(network, ResponseNetwork)
             adapt_to(network, dataset, known.rows)
-            self._network = network.to(device)
+            self.network = network.to(device)
             assert network.band is not None
 
             def loss() -> Tensor:
@@ -82,11 +82,11 @@ class LearnedBand:
         self.found = f"{len(self.delays)} delays from {first:.0f} to {last:.0f} ns"
 
     def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
-        band = self._network.band
+        band = self.network.band
         assert band is not None
         with torch.inference_mode():
-            batches = batches_for(self._network, positions, PREDICTED_AT_ONCE)
-            found = [as_complex(self._network.over_band(band, each)) for each in batches]
+            batches = batches_for(self.network, positions, PREDICTED_AT_ONCE)
+            found = [as_complex(self.network.over_band(band, each)) for each in batches]
         return Prediction(self._scale * np.concatenate(found).astype(complex))
 
 

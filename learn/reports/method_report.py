@@ -33,7 +33,7 @@ def write_method_report(comparison: Comparison, model: str, folder: Path) -> Non
     made = Provenance.of_comparison(comparison, f"{model} on held-out {comparison.quantity.things}")
     write_results(comparison, folder, made)
     name, of_each = draw_distribution(comparison, folder, made), comparison.quantity.of_each
-    captions, table, section = SECTIONS[comparison.quantity.name](comparison, model, folder, made)
+    captions, table, section = SECTIONS.get(comparison.quantity.name, _others)(comparison, model, folder, made)
     captions = {name: f"Distribution of the {of_each.label}, {of_each.share}.", **captions}
     write_atomically(folder / "per_sample.csv", as_csv(table).encode())
     warning = None if comparison.distances is None else comparison.distances.warning()
@@ -109,6 +109,13 @@ def _each_channel(comparison: Comparison) -> Iterable[Sequence[Any]]:
     for row, index in enumerate(comparison.test):
         snr = [each["snr_db"][row] for each in comparison.each.values()]
         yield [index, *([] if places is None else places[index]), *("" if one != one else f"{one:.3f}" for one in snr)]
+
+
+def _others(comparison: Comparison, model: str, folder: Path, made: Provenance) -> Section:
+    """What the report of another quantity shows: the scores of each row."""
+    key, each = comparison.quantity.of_each.key, comparison.each.values()
+    lines = [[index, *(method[key][row] for method in each)] for row, index in enumerate(comparison.test)]
+    return {}, [["row", *(f"{key}_{name}" for name in comparison.each)], *lines], {}
 
 
 WORST = 95  # Percentile of the errors at which the colour scale ends

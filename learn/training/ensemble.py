@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from learn.training.conformal_deviation import Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.prediction import uncertainty
 from learn.training.run_files import read_training
-from learn.training.run_folder import Run, stated_deviation
+from learn.training.run_folder import SpectrumRun, stated_deviation
 from learn.training.validation_part import validation_sample
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
@@ -23,7 +23,7 @@ from simulate.spectra.spectrum import spectrum_of
 class Ensemble:
     """Runs of one dataset and split, such as those that ``bisplat compare --seeds`` trains."""
 
-    runs: Sequence[Run]  # at least two
+    runs: Sequence[SpectrumRun]  # at least two
 
     def __post_init__(self) -> None:
         first = self.runs[0]

@@ -17,7 +17,7 @@ from torch._higher_order_ops.scan import scan  # a private module, but the only 
 from torch.export import ExportedProgram, save
 
 from learn.models.capabilities import TracesRays
-from learn.training.run_folder import Run
+from learn.training.run_folder import Run, load_spectra
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.optional_packages import require_extra
@@ -57,19 +57,20 @@ def export(run: Run, path: Path | str) -> None:
         torch.Size([1, 90, 360])
     """
     require_instance(Run, run=run)
+    spectra = load_spectra(run)
     require_path(path=path)
     path = Path(path)
     writers: dict[str, Callable[[ExportedProgram], bytes]] = {".onnx": _onnx, ".pt2": _pt2}
     if path.suffix not in writers:
         raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
-    if isinstance(run.model, TracesRays):
+    if isinstance(spectra.model, TracesRays):
         raise InputError(
             f"{run.folder}: expected a model that needs no ray tracer, found {run.config.model}, which does"
         )
     if path.suffix == ".onnx":
         require_extra("onnx", "export to ONNX")
     batch = {0: torch.export.Dim("batch")}
-    model: Any = copy.deepcopy(run.model).cpu()
+    model: Any = copy.deepcopy(spectra.model).cpu()
     for part in model.modules():
         if hasattr(part, "solve"):  # ONNX has no operator that solves linear equations
             part.solve = solve_by_elimination

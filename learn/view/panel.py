@@ -72,8 +72,7 @@ class ValuesPanel(Panel):
         if len(subject.known) and (given is None or len(rows)):
             method = subject.fitted(self.quantity, self._by.value)
             with subject.alone:
-                found = method.predict(position[None], *([] if given is None else [given]))
-            prediction = of.checked(self._by.value, found, (1, *truth.shape[1:]))
+                prediction = method.predict(position[None], given)
             curves.append(Curve(profile(prediction.value[0]), PREDICTED))
             if len(rows):
                 row = of.score(prediction, truth, dataset).row

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,7 +12,6 @@ from PIL import Image, ImageDraw
 from viser import ImageHandle
 
 from learn.fitted.coverage import NO_GATEWAY, CoverageMap, coverage_map
-from learn.fitted.fit_powers import FittedPowers
 from learn.methods.method_table import named_for
 from learn.quantities.quantity import Prediction
 from learn.reports.coverage_report import INTERVAL, distinct
@@ -69,7 +69,7 @@ class PowerPanel(Panel):
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
         subject, dataset, method = self.tab.subject, self._dataset, self._by.value
         with subject.alone:
-            predicted = fitted_powers(subject, method).predict(position[None])
+            predicted = subject.fitted("power", method).predict(position[None])
         asked = (method, self._height.value, self._shown.value, self._part.value)
         if asked != self._mapped:
             self._draw_map(coverage(subject, method, self._height.value))
@@ -93,19 +93,13 @@ class PowerPanel(Panel):
         self.draw(drawn.key)
 
 
-def fitted_powers(subject: Subject, method: str) -> FittedPowers:
-    """A method that has learned the powers at the known positions."""
-    assert subject.dataset is not None
-    return FittedPowers(subject.dataset, method, subject.known, subject.fitted("power", method))
-
-
 def coverage(subject: Subject, method: str, height: float) -> CoverageMap:
     """The map of a method at a height in metres, which is computed once for all tabs."""
     assert subject.known_region is not None
     width, depth = np.ptp(subject.known_region, axis=0)[:2]
     step = max(float(np.sqrt(width * depth / CELLS)), float(max(width, depth)) / CELLS, 0.01)
-    make = lambda: coverage_map(fitted_powers(subject, method), height=height, step=step)  # noqa: E731
-    return subject.once(("map", method, height), make)
+    fitted = subject.fitted("power", method)
+    return subject.once(("map", method, height), partial(coverage_map, fitted, height=height, step=step))
 
 
 def power_rows(names: Sequence[str], floor: float, predicted: Prediction, measured: np.ndarray | None) -> list[str]:

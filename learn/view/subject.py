@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from threading import RLock
 from typing import NamedTuple, TypeVar
@@ -18,12 +18,10 @@ from learn.data.metrics import ssim
 from learn.data.neighbours import NEIGHBOURS, inverse_distance, nearest
 from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
-from learn.methods.method_table import methods_of
+from learn.fitted.fitted_method import Fitted, fit_method
 from learn.models.capabilities import HasPrimitives, PredictsResponses
 from learn.models.splatting.splat import Splats
-from learn.quantities.known import Known, Method
-from learn.quantities.quantity_table import quantity_named
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import SpectrumRun, load_spectra
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
@@ -73,7 +71,7 @@ class Subject:
     scene: Scene | None  # the scene
     dataset: Dataset | None  # the dataset
     parts: Split | None  # parts of the dataset: those of the run, or without a run the folder's own
-    run: Run | None  # the run
+    run: SpectrumRun | None  # the run
     missing: list[str]  # one sentence for each part of the subject that could not be read
     planned: Float[np.ndarray, "n 3"] | None = None  # further positions to show, metres, world frame
 
@@ -88,15 +86,10 @@ class Subject:
                 self._shared[key] = make()
             return self._shared[key]  # type: ignore[return-value]
 
-    def fitted(self, quantity: str, method: str) -> Method:
+    def fitted(self, quantity: str, method: str) -> Fitted:
         """A method that has learned a quantity at the known positions."""
-
-        def fit() -> Method:
-            found = methods_of(quantity, self.dataset)[method]()
-            found.fit(Known.of(self.dataset, quantity_named(quantity), self.known))
-            return found
-
-        return self.once((quantity, method), fit)
+        assert self.dataset is not None
+        return self.once((quantity, method), partial(fit_method, self.dataset, quantity, method, known=self.known))
 
     @property
     def known(self) -> Int[np.ndarray, " n"]:
@@ -250,7 +243,7 @@ def subject(what: str) -> Subject:
         every = nothing if len(dataset.test) else np.arange(len(dataset))  # methods learn from all, if none are tested
         parts = Split(train=dataset.train if len(dataset.train) else every, validation=nothing, test=dataset.test)
         return _with_scene(folder.resolve().name, dataset, parts, None)
-    run = load_run(folder)
+    run = load_spectra(folder)
     try:
         dataset = run.dataset()
         parts = run.split(dataset)
@@ -266,7 +259,7 @@ def subject(what: str) -> Subject:
     return _with_scene(folder.resolve().name, dataset, parts, run)
 
 
-def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> Subject:
+def _with_scene(name: str, dataset: Dataset, parts: Split, run: SpectrumRun | None) -> Subject:
     found = Subject(name, None, bounding_box(dataset.positions), None, dataset, parts, run, [])
     if isinstance(dataset.receiver, ArrayReceiver):
         position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)

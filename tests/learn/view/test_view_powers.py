@@ -8,7 +8,7 @@ from matplotlib import colormaps
 
 import bisplat
 from learn.view.delay_panel import DelayPanel, delay_profile
-from learn.view.power_panel import CELLS, POWER, SILENT, STRONGEST, WIDTH, coverage, draw_map, fitted_powers
+from learn.view.power_panel import CELLS, POWER, SILENT, STRONGEST, WIDTH, coverage, draw_map
 from learn.view.subject import subject
 from learn.view.tab import PANELS, Tab, panels_of
 from scenes.browser.served_page import serving
@@ -41,7 +41,7 @@ def test_methods_learn_from_the_training_part_and_maps_are_made_once(shown):
     np.testing.assert_array_equal(found.fitted.known, shown.known)
     place = np.array([[found.x[30], found.y[20], 1.2]])
     np.testing.assert_allclose(
-        fitted_powers(shown, "inverse-distance").predict(place).value[0], found.median[:, 20, 30]
+        shown.fitted("power", "inverse-distance").predict(place).value[0], found.median[:, 20, 30]
     )
 
 
