@@ -37,7 +37,7 @@ class DelayPanel(Panel):
         return dataset.band is not None
 
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
-        dataset = self.tab.subject.dataset
+        dataset = self.view.subject.dataset
         assert dataset is not None and dataset.band is not None
         distances = np.linalg.norm(dataset.positions - position, axis=1)
         row = int(distances.argmin()) if index is None else index

@@ -13,22 +13,19 @@ from learn.methods.method_table import named_for
 from learn.quantities.quantity_table import quantity_named
 from learn.view.compared_spectra import PREDICTED, TRUE
 from learn.view.line_chart import Curve, draw_curves
+from learn.view.room_view import RoomView
 from learn.view.subject import Position
 from simulate.dataset.dataset import Dataset
 
 if TYPE_CHECKING:
-    from learn.view.tab import Tab
     from learn.view.tracing import Traced
-
-
-POSITION = (110, 110, 130)  # RGB of a recorded position without a score
 
 
 class Panel(ABC):
     """A panel of a tab, which builds its controls when it is made."""
 
-    def __init__(self, tab: Tab, quantity: str):
-        self.tab, self.quantity = tab, quantity
+    def __init__(self, view: RoomView, quantity: str):
+        self.view, self.quantity = view, quantity
         self._image: GuiImageHandle | None = None  # made when the first picture is drawn
 
     @classmethod
@@ -49,7 +46,7 @@ class Panel(ABC):
     def draw(self, picture: UInt8[np.ndarray, "H W 3"]) -> None:
         """Show a picture at the top of the control panel."""
         if self._image is None:
-            self._image = self.tab.client.gui.add_image(picture, format="jpeg", jpeg_quality=92, order=-3)
+            self._image = self.view.client.gui.add_image(picture, format="jpeg", jpeg_quality=92, order=-3)
         else:
             self._image.image = picture
 
@@ -57,15 +54,15 @@ class Panel(ABC):
 class ValuesPanel(Panel):
     """Recorded and predicted values of any quantity over their last axis, and the scores of the prediction."""
 
-    def __init__(self, tab: Tab, quantity: str):
-        super().__init__(tab, quantity)
+    def __init__(self, view: RoomView, quantity: str):
+        super().__init__(view, quantity)
         self._of = quantity_named(quantity)
-        with tab.client.gui.add_folder(quantity):
-            self._by = tab.client.gui.add_dropdown("predicted by", named_for(quantity))
-        tab.redraw_on(self._by)
+        with view.client.gui.add_folder(quantity):
+            self._by = view.client.gui.add_dropdown("predicted by", named_for(quantity))
+        view.redraw_on(self._by)
 
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
-        subject, dataset, of = self.tab.subject, self.tab.subject.dataset, self._of
+        subject, dataset, of = self.view.subject, self.view.subject.dataset, self._of
         assert dataset is not None
         rows = np.array([] if index is None else [index], int)
         truth, given, curves, words = of.of(dataset, rows), of.given(dataset, rows), [], ""

@@ -18,13 +18,13 @@ from learn.reports.coverage_report import INTERVAL, distinct
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import BACKGROUND, INK, Colours, colour_of, font
 from learn.view.panel import Panel
+from learn.view.room_view import RoomView
 from learn.view.subject import Position, Subject
 from scenes.browser.scene_view import GATEWAY
 from scenes.files.errors import printable
 from scenes.files.plain_text import in_markdown
 
 if TYPE_CHECKING:
-    from learn.view.tab import Tab
     from learn.view.tracing import Traced
 
 CELLS = 4000  # About the number of cells of a map; more would take longer than a user wants to wait
@@ -47,27 +47,27 @@ KEY = (400, 66)  # Width and height of the key, pixels
 class PowerPanel(Panel):
     """Powers at the transmitter's position, and their map."""
 
-    def __init__(self, tab: Tab, quantity: str):
-        super().__init__(tab, quantity)
-        assert tab.subject.dataset is not None
-        self._dataset, gui = tab.subject.dataset, tab.client.gui
+    def __init__(self, view: RoomView, quantity: str):
+        super().__init__(view, quantity)
+        assert view.subject.dataset is not None
+        self._dataset, gui = view.subject.dataset, view.client.gui
         names = self._dataset.gateway_names
-        middle = float(np.median(self._dataset.positions[tab.subject.known, 2]))
+        middle = float(np.median(self._dataset.positions[view.subject.known, 2]))
         with gui.add_folder("Map"):
             self._shown = gui.add_dropdown("gateway", (*names, STRONGEST), initial_value=names[0])
             self._part = gui.add_dropdown("quantity", (POWER, WIDTH))
             self._by = gui.add_dropdown("predicted by", named_for("power"), initial_value="helmholtz")
             self._height = gui.add_number("height (m)", round(middle, 2), step=0.01)
-        tab.redraw_on(self._shown, self._part, self._by, self._height)
+        view.redraw_on(self._shown, self._part, self._by, self._height)
         self._map: ImageHandle | None = None
         self._mapped: tuple[str | float, ...] = ()
 
     def add_layers(self) -> None:
-        self._on = self.tab.client.gui.add_checkbox("map", True)
-        self.tab.redraw_on(self._on)
+        self._on = self.view.client.gui.add_checkbox("map", True)
+        self.view.redraw_on(self._on)
 
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
-        subject, dataset, method = self.tab.subject, self._dataset, self._by.value
+        subject, dataset, method = self.view.subject, self._dataset, self._by.value
         with subject.alone:
             predicted = subject.fitted("power", method).predict(position[None])
         asked = (method, self._height.value, self._shown.value, self._part.value)
@@ -85,11 +85,11 @@ class PowerPanel(Panel):
         left, bottom, right, top = found.edges
         middle = ((left + right) / 2, (bottom + top) / 2, found.height)
         # viser draws the first row of an image at the smallest y of its own frame, which is the world's here.
-        self._map = self.tab.client.scene.add_image(
+        self._map = self.view.client.scene.add_image(
             "/map", drawn.image, right - left, top - bottom, position=middle, cast_shadow=False, receive_shadow=False
         )
-        self.tab.colour_rows(drawn.points)
-        self.tab.gateway.colors = drawn.gateways
+        self.view.colour_rows(drawn.points)
+        self.view.gateway.colors = drawn.gateways
         self.draw(drawn.key)
 
 
