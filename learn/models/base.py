@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
@@ -147,7 +148,7 @@ class SpectrumModel(nn.Module):
 
 
 class SplatModel(SpectrumModel):
-    """Base class of the models that draw Gaussians on the dataset's grid."""
+    """Base class of the models that draw Gaussians, to which its parameters belong, on the dataset's grid."""
 
     azimuths: Tensor  # those of the grid's columns, degrees
     elevations: Tensor  # those of its rows, degrees
@@ -156,6 +157,21 @@ class SplatModel(SpectrumModel):
         super().__init__(region, wavelength)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
+
+    @abstractmethod
+    def drawn(
+        self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
+    ) -> Float[Tensor, "B H W"]:
+        """The spectra in these directions, degrees."""
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        return self.drawn(positions, self.azimuths, self.elevations)
+
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        return self.drawn(positions, self.azimuths[pixels.columns], self.elevations[pixels.rows])
+
+    def undecayed(self) -> list[nn.Parameter]:
+        return list(self.parameters(recurse=False))
 
 
 class BeamformingLayer(nn.Module):

@@ -113,7 +113,7 @@ class BiSplatAperture(ResponseNetwork):
 
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
         """The complex field F(φ, θ) of each transmitter position on a 6° grid (real, imaginary)."""
-        return splat(*self.splats(positions), self.azimuths, self.elevations)
+        return splat(self.splats(positions), self.azimuths, self.elevations)
 
     def _coefficients(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B N_p 2"]:
         """c_i (real, imaginary)."""

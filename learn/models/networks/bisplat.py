@@ -16,7 +16,6 @@ from torch import Tensor, nn
 from learn.models.base import Region, SplatModel, power
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks.feed_forward import Interpolated, LinearOfParts, ResidualFFN
-from learn.models.quadrature import Quadrature
 from learn.models.splatting.splat import Splats, splat
 from scenes.files.errors import ParameterError, shown
 from simulate.spectra.beamformer import Beamformer
@@ -222,12 +221,10 @@ class BiSplatWRF(SplatModel):
 
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
         """The complex field F(φ, θ) of each transmitter position on this model's grid (real, imaginary)."""
-        return splat(*self.splats(positions), self.azimuths, self.elevations)
+        return splat(self.splats(positions), self.azimuths, self.elevations)
 
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+    def drawn(
+        self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
+    ) -> Float[Tensor, "B H W"]:
         """``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
-        return power(self.field(positions))
-
-    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        azimuths, elevations = self.azimuths[pixels.columns], self.elevations[pixels.rows]
-        return power(splat(*self.splats(positions), azimuths, elevations))
+        return power(splat(self.splats(positions), azimuths, elevations))

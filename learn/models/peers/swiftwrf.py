@@ -11,8 +11,7 @@ from torch import Tensor, nn
 from learn.models.base import Region, SplatModel, power
 from learn.models.encoding import octaves
 from learn.models.networks.feed_forward import SkipNetwork
-from learn.models.quadrature import Quadrature
-from learn.models.splatting.splat import splat_by_conic
+from learn.models.splatting.splat import Ordered, splat_in_order
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 10_000  # number of Gaussians of the authors' runs
@@ -57,16 +56,7 @@ class SwiftWRF(SplatModel):
         self.coefficient = nn.Parameter(torch.rand(primitives, 2))
         self.deformation = DeformationNetwork(width)
 
-    def undecayed(self) -> list[nn.Parameter]:
-        return [self.place, self.cholesky, self.opacity, self.coefficient]
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        return self._spectra(positions, self.azimuths, self.elevations)
-
-    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        return self._spectra(positions, self.azimuths[pixels.columns], self.elevations[pixels.rows])
-
-    def _spectra(
+    def drawn(
         self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
     ) -> Float[Tensor, "B H W"]:
         middle = self.region.mean(dim=0)
@@ -76,12 +66,10 @@ class SwiftWRF(SplatModel):
         a, b, c = (entry.expand_as(azimuth) for entry in self._conic())
         elevation = 45 * (place[..., 1] + 1)
         weight = (self.opacity + fade[..., 0])[..., None] * (self.coefficient + change)
-        field = splat_by_conic(
-            azimuth, elevation, (a, b, c), torch.full_like(azimuth, FAINT), weight / FAINT, azimuths, elevations
-        )
-        return clipped_magnitude(field)
+        ordered = Ordered(azimuth, elevation, (a, b, c), torch.full_like(azimuth, FAINT), weight / FAINT)
+        return clipped_magnitude(splat_in_order(ordered, azimuths, elevations))
 
-    def _conic(self) -> tuple[Float[Tensor, " N_p"], Float[Tensor, " N_p"], Float[Tensor, " N_p"]]:
+    def _conic(self) -> tuple[Float[Tensor, " N_p"], ...]:
         """a, b, c of Σ⁻¹ = [[a, b], [b, c]] for Σ = L Lᵀ with L = [[l_0, 0], [l_1, l_2]], per square degree."""
         across, slope, along = (self.size * self.cholesky).unbind(-1)
         across, along = ((own + self.size * SMALLEST_SCALE).clamp_min(NARROWEST) for own in (across, along))
