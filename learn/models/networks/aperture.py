@@ -173,7 +173,7 @@ class BiSplatAperture(ResponseNetwork):
 
     def _transmitter_features(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B features"]:
         """[t(r), 1]."""
-        features = self.transmitter(self.encoded(positions))
+        features = self.transmitter(self.encoding(positions, self.region, self.wavelength))
         return torch.cat([features, torch.ones_like(features[:, :1])], dim=-1)
 
 

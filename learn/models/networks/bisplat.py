@@ -193,7 +193,7 @@ class BiSplatWRF(SplatModel):
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
-        tx_pe = self.encoded(positions)
+        tx_pe = self.encoding(positions, self.region, self.wavelength)
         encodings = gs_pe[None], tx_pe[:, None]  # 1 N_p 51 and, in octaves, B 1 39
         features = self.bst(azimuth, elevation, *encodings)
 

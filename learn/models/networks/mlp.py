@@ -45,7 +45,11 @@ class SpectrumMLP(SpectrumModel):
     def _interpolated(
         self, positions: Float[Tensor, "B 3"], rows: Float[Tensor, "H h"], columns: Float[Tensor, "W w"]
     ) -> Float[Tensor, "B H W"]:
-        few = self.network(self.encoded(positions)).sigmoid().unflatten(-1, (rows.shape[1], columns.shape[1]))
+        few = (
+            self.network(self.encoding(positions, self.region, self.wavelength))
+            .sigmoid()
+            .unflatten(-1, (rows.shape[1], columns.shape[1]))
+        )
         return (rows @ few @ columns.T).clamp(0, 1)
 
 
@@ -97,6 +101,12 @@ class ResponseMLP(ResponseNetwork):
     ) -> Float[Tensor, "B some gains 2"]:
         """Gains of all delays; their sum is the response at the carrier, which is the only gain if there is no band."""
         if self.turn is None:
-            return self.network(self.encoded(positions)).unflatten(-1, (len(elements), -1, 2))
+            return self.network(self.encoding(positions, self.region, self.wavelength)).unflatten(
+                -1, (len(elements), -1, 2)
+            )
         places = (positions[:, None] + self.wavelength * elements @ self.turn.T).flatten(0, 1)
-        return self.network(self.encoded(places)).unflatten(0, (-1, len(elements))).unflatten(-1, (-1, 2))
+        return (
+            self.network(self.encoding(places, self.region, self.wavelength))
+            .unflatten(0, (-1, len(elements)))
+            .unflatten(-1, (-1, 2))
+        )

@@ -230,7 +230,7 @@ class NeRF2(SpectrumModel):
 
     def marched(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B h w"]:
         """Magnitudes at the pixels that have rays; the voxels are computed once for all transmitters."""
-        transmitters = self.encoded(positions)
+        transmitters = self.encoding(positions, self.region, self.wavelength)
         at_once = max(1, RAYS_AT_ONCE // len(positions))
         magnitudes = [self.received(each, *self.voxels(each), transmitters) for each in self.directions.split(at_once)]
         return torch.cat(magnitudes, dim=1).unflatten(1, (self.rows.shape[1], self.columns.shape[1]))
@@ -243,5 +243,7 @@ class NeRF2(SpectrumModel):
         count = min(max(1, self.rays // len(positions)), len(self.directions))
         drawn = torch.randperm(len(self.directions), device=positions.device)[:count]
         directions = self.directions[drawn]
-        magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions))
+        magnitude = self.received(
+            directions, *self.voxels(directions), self.encoding(positions, self.region, self.wavelength)
+        )
         return (magnitude - spectra.flatten(1)[:, self.pixels[drawn]]).square().mean()
