@@ -72,7 +72,7 @@ class SpectrumModel(nn.Module):
 
     def __init__(self, region: Float[np.ndarray, "2 3"], wavelength: float):
         super().__init__()
-        self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
+        self.register_buffer("region", torch.tensor(region, dtype=torch.float32))
         self.register_buffer("wavelength", torch.tensor(wavelength, dtype=torch.float32))
 
     def predict(

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel, power
-from learn.models.encoding import octaves
+from learn.models.encoding import positional_encoding
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.splatting.splat import Ordered, splat_in_order
 from simulate.spectra.beamformer import Beamformer
@@ -93,7 +93,10 @@ class DeformationNetwork(SkipNetwork):
         self, place: Float[Tensor, "N_p 2"], position: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B N_p 2"], Float[Tensor, "B N_p 1"], Float[Tensor, "B N_p 2"]]:
         """Changes of the place (before the hyperbolic tangent), of the opacity and of the coefficient."""
-        x = self.features(octaves(place, PLACE_OCTAVES)[None], octaves(position, POSITION_OCTAVES)[:, None])
+        x = self.features(
+            positional_encoding(place, PLACE_OCTAVES, lowest=1.0)[None],
+            positional_encoding(position, POSITION_OCTAVES, lowest=1.0)[:, None],
+        )
         move, fade, change = (head(x) for head in self.heads)
         return move, fade, change
 

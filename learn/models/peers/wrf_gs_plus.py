@@ -7,7 +7,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel
-from learn.models.encoding import octaves
+from learn.models.encoding import positional_encoding
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.peers.swiftwrf import clipped_magnitude
 from learn.models.quadrature import composite_loss
@@ -112,7 +112,7 @@ class DeformationOfSpace(SkipNetwork):
         self, place: Float[Tensor, "N_p 3"], position: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B N_p 4"], Float[Tensor, "B N_p 3"], Float[Tensor, "B N_p 2"]]:
         """What is added to the quaternions and to the axes (metres), and the dynamic signal."""
-        transmitter = self.position(octaves(position, POSITION_OCTAVES))
-        features = self.features(octaves(place, PLACE_OCTAVES)[None], transmitter[:, None])
+        transmitter = self.position(positional_encoding(position, POSITION_OCTAVES, lowest=1.0))
+        features = self.features(positional_encoding(place, PLACE_OCTAVES, lowest=1.0)[None], transmitter[:, None])
         turn, stretch, dynamic = (head(features) for head in self.heads)
         return turn, stretch, dynamic
