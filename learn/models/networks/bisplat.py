@@ -14,7 +14,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel, power
-from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
+from learn.models.encoding import PRIMITIVE_ORDER, TransmitterEncoding, positional_encoding
 from learn.models.networks.feed_forward import Interpolated, LinearOfParts, ResidualFFN
 from learn.models.splatting.splat import Splats, splat
 from scenes.files.errors import ParameterError, shown
@@ -146,6 +146,9 @@ W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: smaller for coarse primitives, to keep the background stable."""
 
 
+TRANSFORMER_HEADS = 4
+
+
 class BiSplatWRF(SplatModel):
     """The paper's model. The defaults are those of BiSplat-WRF; the registry has those of BiSplat-WRF+."""
 
@@ -160,9 +163,7 @@ class BiSplatWRF(SplatModel):
         ffn_width: int = 128,
         ffn_layers: int = 4,
         transformer_layers: int = 3,
-        transformer_heads: int = 4,
         transformer_ffn_width: int = 256,
-        encoding: EncodingKind = "octaves",
         bypass: Sequence[Bypass] = (),
     ):
         super().__init__(region, beamformer, wavelength)
@@ -170,7 +171,7 @@ class BiSplatWRF(SplatModel):
         if unknown:
             raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {shown(unknown[0])}")
         self.bypass = frozenset(bypass)
-        self.encoding = TransmitterEncoding(encoding)
+        self.encoding = TransmitterEncoding("octaves")
         gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), self.encoding.size
         self.primitives = Primitives(primitives)
         self.static = ResidualFFN(gs_pe, 2, ffn_width, ffn_layers)
@@ -179,7 +180,7 @@ class BiSplatWRF(SplatModel):
             ffn_width,
             clusters,
             transformer_layers,
-            transformer_heads,
+            TRANSFORMER_HEADS,
             transformer_ffn_width,
             bypass="bst" in bypass,
         )

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from learn.models.base import Region, SpectrumModel
 from learn.models.capabilities import relative_error
-from learn.models.encoding import EncodingKind, TransmitterEncoding
+from learn.models.encoding import TransmitterEncoding
 from learn.models.networks.feed_forward import ResidualFFN
 from learn.models.networks.response_network import PathDelays, ResponseNetwork
 from learn.models.quadrature import Quadrature, interpolation, picture_pixels
@@ -25,11 +25,9 @@ class SpectrumMLP(SpectrumModel):
     rows: Tensor
     columns: Tensor
 
-    def __init__(
-        self, region: Region, beamformer: Beamformer, wavelength: float, *, encoding: EncodingKind = "octaves"
-    ):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, wavelength)
-        self.encoding = TransmitterEncoding(encoding)
+        self.encoding = TransmitterEncoding("octaves")
         pixels = picture_pixels(beamformer)
         rows, columns = (torch.from_numpy(matrix).float() for matrix in interpolation(pixels))
         self.register_buffer("rows", rows, persistent=False)
@@ -54,24 +52,20 @@ class SpectrumMLP(SpectrumModel):
 
 
 class ResponseMLP(ResponseNetwork):
-    """A network that predicts the complex element responses from the encoded position of the transmitter.
+    """A network from the position, as plane waves, to the complex element responses.
 
     Over a band, it predicts the gains of ``PATHS`` learned delays at each element.
 
-    If the receiver moves, its elements at all places of the array sample one field, that of the fixed transmitter. The
-    network then predicts this field at the elements' own positions, y_m(r) = y(r + d_m), and learns from as many
-    samples as there are elements at each place.
+    If the receiver moves, it predicts the field of the fixed transmitter at the elements' own places, y(r + d_m).
     """
 
     elements: Tensor
     paths = PATHS
 
-    def __init__(
-        self, region: Region, beamformer: Beamformer, wavelength: float, *, encoding: EncodingKind = "octaves"
-    ):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength)
         self.register_buffer("elements", torch.from_numpy(beamformer.array.positions).float(), persistent=False)
-        self.encoding = TransmitterEncoding(encoding)
+        self.encoding = TransmitterEncoding("waves")
         self.rebuild()
 
     def rebuild(self) -> None:

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SpectrumModel
-from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
+from learn.models.encoding import TransmitterEncoding, positional_encoding
 from learn.models.model_settings import OPTION_MOST
 from learn.models.networks.feed_forward import LinearOfParts
 from learn.models.quadrature import interpolation, picture_pixels
@@ -183,13 +183,12 @@ class NeRF2(SpectrumModel):
         rays: int = 8192,
         width: int = 256,
         layers: int = 8,
-        encoding: EncodingKind = "octaves",
     ):
         require_whole(2, OPTION_MOST, samples=samples)
         require_whole(4, OPTION_MOST, layers=layers)
         super().__init__(region, wavelength)
         self.samples, self.rays = samples, rays
-        self.encoding = TransmitterEncoding(encoding, ORDER)
+        self.encoding = TransmitterEncoding("octaves", ORDER)
         pixels = picture_pixels(beamformer)
         flat = torch.from_numpy((pixels.rows[:, None] * COLUMNS + pixels.columns).ravel())
         directions = torch.from_numpy(beamformer.grid.directions).float().flatten(0, 1)[flat]

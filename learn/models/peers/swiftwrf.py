@@ -46,7 +46,6 @@ class SwiftWRF(SplatModel):
         wavelength: float,
         *,
         primitives: int = PUBLISHED,
-        width: int = WIDTH,
     ):
         super().__init__(region, beamformer, wavelength)
         self.size = math.sqrt(PUBLISHED / primitives)
@@ -54,7 +53,7 @@ class SwiftWRF(SplatModel):
         self.cholesky = nn.Parameter(torch.rand(primitives, 3))
         self.opacity = nn.Parameter(torch.rand(primitives))
         self.coefficient = nn.Parameter(torch.rand(primitives, 2))
-        self.deformation = DeformationNetwork(width)
+        self.deformation = DeformationNetwork()
 
     def drawn(
         self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
@@ -82,11 +81,11 @@ class DeformationNetwork(SkipNetwork):
     again, and a head of two layers for each of the three changes.
     """
 
-    def __init__(self, width: int):
+    def __init__(self) -> None:
         inputs = 2 * (2 * PLACE_OCTAVES + 1) + 3 * (2 * POSITION_OCTAVES + 1)
-        super().__init__(inputs, width, LAYERS, LAYERS // 2)
+        super().__init__(inputs, WIDTH, LAYERS, LAYERS // 2)
         self.heads = nn.ModuleList(
-            nn.Sequential(nn.Linear(width, width), nn.ReLU(), nn.Linear(width, outputs)) for outputs in (2, 1, 2)
+            nn.Sequential(nn.Linear(WIDTH, WIDTH), nn.ReLU(), nn.Linear(WIDTH, outputs)) for outputs in (2, 1, 2)
         )
 
     def forward(

@@ -54,7 +54,7 @@ def test_unknown_models_and_options_are_refused():
         ParameterError, match=r"model: expected the name of a model, or .* found 'helmholz'; did you mean"
     ):
         model_entry("helmholz")
-    with pytest.raises(ParameterError, match="octaves: expected an option of the model mlp, which has encoding"):
+    with pytest.raises(ParameterError, match="octaves: expected an option of the model mlp, which has none"):
         check_options("mlp", {"octaves": 3})
     check_options("bisplat-aperture", {"primitives": 3, "encoding": "octaves"})
     with pytest.raises(ParameterError, match="size: expected an option of the model bisplat-aperture"):
