@@ -1,7 +1,6 @@
 # Every public name of bisplat and the module it comes from: __init__.py, type checkers and editors read this.
 
 from learn.comparison.compare import compare as compare
-from learn.comparison.comparison import Comparison as Comparison
 from learn.comparison.variants import variants as variants
 from learn.data.metrics import aoa_error as aoa_error
 from learn.data.metrics import score as score
@@ -13,7 +12,6 @@ from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
 from learn.fitted.coverage import coverage_map as coverage_map
 from learn.localisation.locate import locate as locate
-from learn.localisation.located_places import Located as Located
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
@@ -21,8 +19,6 @@ from learn.quantities.known import Known as Known
 from learn.quantities.quantity import Prediction as Prediction
 from learn.quantities.quantity import Quantity as Quantity
 from learn.reports.coverage_report import write_coverage as write_coverage
-from learn.reports.plots import plot_cdf as plot_cdf
-from learn.reports.plots import plot_polar as plot_polar
 from learn.reports.plots import plot_spectrum as plot_spectrum
 from learn.training.model_export import export as export
 from learn.training.run_folder import Run as Run
@@ -38,7 +34,6 @@ from scenes.scene.antennas import Transmitter as Transmitter
 from scenes.scene.description import Scene as Scene
 from scenes.scene.description import SceneObject as SceneObject
 from scenes.scene.materials import RadioMaterial as RadioMaterial
-from scenes.scene.materials import p2040_material as p2040_material
 from scenes.scene.materials import p2040_materials as p2040_materials
 from scenes.scene.orientation import facing as facing
 from scenes.scene.tolerances import Tolerances as Tolerances
@@ -62,6 +57,4 @@ from simulate.spectra.array import PlanarArray as PlanarArray
 from simulate.spectra.band import Band as Band
 from simulate.spectra.beamformer import Beamformer as Beamformer
 from simulate.spectra.element_array import ElementArray as ElementArray
-from simulate.spectra.lags import fit_lags as fit_lags
 from simulate.spectra.measurement import Measurement as Measurement
-from simulate.spectra.phase_retrieval import retrieve_responses as retrieve_responses

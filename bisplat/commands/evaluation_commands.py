@@ -12,7 +12,6 @@ from bisplat.commands.common_options import require_new
 from bisplat.commands.comparison_commands import print_comparison
 from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.simulate_command import EngineName
-from learn.training.config import read_settings
 from scenes.files.errors import ParameterError, printable
 from scenes.files.plain_text import print_table, say
 from simulate.dataset.dataset_kinds import QUANTITIES
@@ -49,6 +48,8 @@ def evaluate(
         ceiling: score the array's ceiling, too, which takes half a minute for 16 × 16 elements without responses.
         json: print the scores as JSON.
     """
+    from learn.training.config import read_settings
+
     if (run / "config.json").exists() and (quantity := read_settings(run).quantity) != "spectrum":
         refuse_idle(given_options(evaluate, locals()), OF_SPECTRA, f"for {QUANTITIES[quantity].words}")
         _evaluate_method(run, json)

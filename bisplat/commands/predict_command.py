@@ -44,7 +44,7 @@ class MapOptions:
 
 
 def predict(
-    sources: Positional[tuple[Path, ...]],
+    source: Positional[Path],
     output: Output,
     positions: Path | None = None,
     dtype: Literal["float32", "uint8"] = "float32",
@@ -54,26 +54,21 @@ def predict(
     """Predict what a run has learned, or map received powers (RSSI).
 
     Of spectra, the .npz file holds spectra [K, 90, 360]. If they are known, it also holds the standard deviation of
-    each spectrum's values, deviation [K], and, of one run whose model predicts them, the element responses, channels
+    each spectrum's values, deviation [K], and, if the model predicts them, the element responses, channels
     [K, elements]. Of received powers it holds powers [K, gateways] in dBm, and of responses over a band responses
     [K, elements, subcarriers], with low and high, the ends of the 90 % interval, or deviation [K], if the method states
     them.
 
     Args:
-        sources: the run folder. The predictions of several runs of one dataset and split are averaged. With --map, a
-            run of received powers, or their folder.
+        source: the run folder. With --map, a run of received powers, or their folder.
         output: the .npz file to write; with --map, the new folder.
         positions: CSV file with the header x,y,z, in metres, in the dataset's world frame.
         dtype: numbers of the spectra: float32, 0 to 1, or uint8, grey levels 0 to 255, a quarter of the size.
         mapped: a map of received powers.
     """
-    if not sources:
-        raise ParameterError("sources", "expected at least one run folder, found none")
     if mapped.map:
         refuse_idle(given_options(predict, locals()), ["positions", "dtype"], "with --map")
-        if len(sources) > 1:
-            raise ParameterError("sources", f"expected one folder of received powers, found {len(sources)} folders")
-        map_powers(sources[0], output, mapped, force)
+        map_powers(source, output, mapped, force)
         return
     refuse_idle(changed(mapped), changed(mapped), "without --map")
     if positions is None:
@@ -81,14 +76,14 @@ def predict(
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
     require_new(output, force=force)
-    if len(sources) == 1 and (sources[0] / "config.json").exists():
+    if (source / "config.json").exists():
         from learn.training.config import read_settings
 
-        if read_settings(sources[0]).quantity != "spectrum":
+        if read_settings(source).quantity != "spectrum":
             refuse_idle(given_options(predict, locals()), ["dtype"], "for other quantities than spectra")
-            predict_values(sources[0], positions, output)
+            predict_values(source, positions, output)
             return
-    predict_spectra(sources, positions, output, dtype)
+    predict_spectra(source, positions, output, dtype)
 
 
 def predict_values(folder: Path, positions: Path, output: Path) -> None:
@@ -106,30 +101,23 @@ def predict_values(folder: Path, positions: Path, output: Path) -> None:
     print(printable(f"{quantity.in_words} at {len(points)} positions: {output}"))
 
 
-def predict_spectra(runs: tuple[Path, ...], positions: Path, output: Path, dtype: Literal["float32", "uint8"]) -> None:
-    """Write the spectra that runs predict at positions."""
-    from learn.training.ensemble import Ensemble
+def predict_spectra(folder: Path, positions: Path, output: Path, dtype: Literal["float32", "uint8"]) -> None:
+    """Write the spectra that a run predicts at positions."""
     from learn.training.run_folder import load_spectra
     from scenes.files.npz_file import write_arrays
     from simulate.positions.positions import reach_warning, read_points
-    from simulate.spectra.spectrum import grey_levels
 
-    loaded = [load_spectra(run) for run in runs]
+    run = load_spectra(folder)
     points = read_points(positions)
-    region = loaded[0].model.region.cpu().numpy()
+    region = run.model.region.cpu().numpy()
     warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
     if warning is not None:
         say(f"warning: {positions}: {warning}")
     doing(f"{output}: predicting {len(points):,} spectra")
-    if len(loaded) > 1:
-        together = Ensemble(loaded)
-        mean, deviation = together.predict(points), together.deviation(points)
-        arrays = {"spectra": grey_levels(mean) if dtype == "uint8" else mean}
-    else:
-        prediction, deviation = loaded[0].predict(points, dtype), loaded[0].deviation(points)
-        arrays = {"spectra": prediction.spectra}
-        if prediction.responses is not None:
-            arrays["channels"] = prediction.responses
+    prediction, deviation = run.predict(points, dtype), run.deviation(points)
+    arrays = {"spectra": prediction.spectra}
+    if prediction.responses is not None:
+        arrays["channels"] = prediction.responses
     if deviation is not None:
         arrays["deviation"] = deviation.astype("float32")
     write_arrays(output, arrays)

@@ -13,7 +13,7 @@ from matplotlib.ticker import StrMethodFormatter
 from scipy.special import ndtri
 
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save, write_png
-from learn.reports.plots import MAGNITUDE, plot_cdf, plot_polar, plot_spectrum
+from learn.reports.plots import MAGNITUDE, plot_cdf, plot_spectrum
 from learn.reports.provenance import Provenance
 from simulate.spectra.angular_grid import AngularGrid
 
@@ -86,7 +86,7 @@ def draw_examples_polar(
     for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, panel, difference in zip(column, panels, (False, False, True), strict=True):
-            plot_polar(panel, axis, grid, difference)
+            plot_spectrum(panel, axis, grid, difference)
             axis.set(xlabel="", yticklabels=["", "", ""])
             axis.tick_params(labelsize="x-small", pad=-2)
             axis.set_xticklabels([])

@@ -116,7 +116,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
     no_grid = {"grid": (*OBJECT, None)}
     powers, links = file.with_name("powers"), file.with_name("links")
     other = (*PATH, "nowhere", data)
-    seen = {"spectra": dataset.spectra[:1], "beamformer": beamformer}
     two = {"positions": [[1, 0, 1], [2, 0, 1]]}
     return {
         "load_scene": Call(bisplat.load_scene, {}, {"name_or_path": ("x", 3, None, "x.yaml")}),
@@ -274,18 +273,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "Beamformer": Call(bisplat.Beamformer),
         "Beamformer.spectrum": Call(beamformer.spectrum),
         "Beamformer.power_db": Call(beamformer.power_db),
-        "fit_lags": Call(bisplat.fit_lags, seen),
-        "retrieve_responses": Call(bisplat.retrieve_responses, seen),
         "ssim": Call(bisplat.ssim, pair, {"prediction": [*SPECTRA, np.zeros((2, 90, 360))]}),
         "aoa_error": Call(bisplat.aoa_error, pair, no_grid | {"array": (*OBJECT, None)}),
         "plot_spectrum": Call(bisplat.plot_spectrum, {"spectrum": spectrum}, no_grid),
-        "plot_polar": Call(bisplat.plot_polar, {"spectrum": spectrum}, no_grid),
-        "plot_cdf": Call(
-            bisplat.plot_cdf,
-            {"scores": [0.1, 0.2]},
-            {"scores": ("x", None, 3, [], [NAN], {"a": ["x"]}, MASKED)},
-            {"quantity": "any text"},
-        ),
         "train": Call(
             bisplat.train,
             {"dataset": data, "output": "out", "model": "mlp"},
@@ -437,14 +427,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             | {"color": ("x", None, 3, (0, 0), (0, 0, 2), (0, 0, "x"), (0, 0, NAN))},
             {"name": "checked with the scene"},
         ),
-        "p2040_material": Call(
-            bisplat.p2040_material,
-            {"name": "concrete", "frequency": 1e9},
-            {
-                "name": WORD, "frequency": (*NUMBER, 0, -1, None, 1e15), "thickness": (*NUMBER, 0),
-                "scattering_coefficient": (*NUMBER, 2, None),
-            },
-        ),
         "p2040_materials": Call(
             bisplat.p2040_materials,
             {"names": ["concrete"], "frequency": 1e9},
@@ -471,12 +453,10 @@ NOT_CALLED = {
     "InputError": "an error",
     "SpectrumModel": "a base class",
     "PredictsResponses": "a protocol",
-    "Comparison": "made by compare",
     "Known": "made by compare",
     "Prediction": "what a method returns, checked where it is used",
     "Quantity": "a base class",
     "Run": "made by train and load_run",
-    "Located": "made by locate",
     "Dataset": "made by simulate and read_dataset",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",

@@ -17,8 +17,7 @@ import bisplat
 from learn.quantities.known import Known
 from learn.quantities.spectra import SpectraInRooms
 from learn.rooms.neighbour_attention import RoomTensors, local_places, to_all_pixels
-from learn.rooms.room_methods import AttentionOverNeighbours, TwinInRoom
-from learn.twin.twin_model import Twin
+from learn.rooms.room_methods import AttentionOverNeighbours
 from scenes.storage.scene_yaml import load_scene
 
 SIGHT = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
@@ -85,15 +84,6 @@ def test_models_of_one_room(rooms):
     comparison = bisplat.compare(rooms, names, sizes=[4], tested=1)
     assert min(row["ssim_mean"] for row in comparison if row["label"] in names) > 0.2
     assert comparison.rows[-1]["ssim_mean"] > 0.9  # in sight of the gateway, one wave explains nearly everything
-
-
-def test_the_description_of_the_twin_is_wrong(rooms, monkeypatch):
-    monkeypatch.setattr(Twin, "fit", lambda self, dataset, known: "")  # which takes a minute
-    method, dataset = TwinInRoom(), next(iter(rooms))
-    method.fit(Known.of(dataset, SpectraInRooms(), np.arange(3)))
-    off = np.linalg.norm(np.array(method._model.corrected.gateway.position) - dataset.gateway_position)
-    assert 0.005 < off < 0.15
-    assert method._model.propagation.max_depth == 0  # of the dataset, not the default
 
 
 @pytest.mark.parametrize(
