@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
+from learn.models.base import SpectrumModel
 from learn.quantities.known import Known
 from learn.quantities.quantity import Prediction
 from learn.training.config import Config, read_config
@@ -87,7 +88,7 @@ class TrainedModel:
         return bool(small) and self.options == small
 
     @property
-    def model_class(self) -> type:
+    def model_class(self) -> type[SpectrumModel]:
         """The class of the model, which may be the user's."""
         return model_class(self.model)
 
