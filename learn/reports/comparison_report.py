@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -17,10 +16,10 @@ from learn.comparison.averages import average_name, footnote_of
 from learn.comparison.comparison import Comparison
 from learn.comparison.results_folder import run_folder
 from learn.quantities.array_ceiling import CEILING
+from learn.reports.figures import draw_distribution
 from learn.reports.html_page import embedded, write_page
 from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
-from learn.reports.plots import plot_cdf
 from learn.reports.provenance import Provenance
 from learn.reports.sweep_figure import draw_sweep, over_seeds
 from learn.reports.table_files import marked_rows, write_tables
@@ -40,7 +39,7 @@ def write_comparison(comparison: Comparison, folder: Path, variants: bool = Fals
     write_results(comparison, folder, made)
     sizes = {row["train_size"] for row in comparison.rows if row["label"] != CEILING}
     if comparison.each and len(sizes) == 1:
-        name = draw_distribution(comparison, folder, made)
+        name = draw_scores(comparison, folder, made)
         figures[name] = f"Distribution of {comparison.quantity.of_each.label}, first seed."
     if sizes != {None}:
         _draw_sizes(comparison, folder, made)
@@ -78,37 +77,18 @@ def _measure(comparison: Comparison) -> str:
     return comparison.quantity.columns[comparison.quantity.ranked_by]
 
 
-def draw_distribution(comparison: Comparison, folder: Path, made: Provenance) -> str:
+def draw_scores(comparison: Comparison, folder: Path, made: Provenance) -> str:
     """Draw how the scores of each method spread over the test rows, first seed. Return the name of the figure."""
     of_each, quantity = comparison.quantity.of_each, comparison.quantity
     scores = {name: comparison.each[name][of_each.key] for name in map(average_name, comparison.table())}
-    doubts = comparison.doubts()
+    doubts, name = comparison.doubts(), f"{of_each.key.partition('_')[0]}_cdf"
+    ends: tuple[float | None, float | None] = (None, None)
+    heard = [each[~np.isnan(each)] for each in scores.values()]
+    if quantity.small_is_good and all(each.size for each in heard):
+        ends = 0, max(float(np.percentile(each, SHOWN)) for each in heard) or 1
     marked = {f"{name}{DOUBTFUL if name in doubts else ''}": each for name, each in scores.items()}
-    name, ends = f"{of_each.key.partition('_')[0]}_cdf", SHOWN if quantity.small_is_good else None
-    draw_score_distribution(marked, of_each.label, of_each.share, folder / f"{name}.png", made, ends)
+    draw_distribution(marked, folder / f"{name}.png", of_each.label, of_each.share, made, ends)
     return name
-
-
-@at_paper_size()
-def draw_score_distribution(
-    scores: Mapping[str, Float[np.ndarray, "..."]],
-    label: str,
-    share: str,
-    path: Path,
-    made: Provenance,
-    percentile: float | None = None,
-) -> None:
-    """Draw the cumulative distribution of the scores of each method."""
-    stated = {name: each[~np.isnan(each)] for name, each in scores.items()}
-    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(stated)), layout="constrained")
-    axis = figure.subplots()
-    if all(each.size for each in stated.values()):
-        plot_cdf(stated, axis, label)
-        if percentile is not None:
-            axis.set_xlim(0, max(float(np.percentile(each, percentile)) for each in stated.values()) or 1)
-        figure.legend(loc="outside upper left", handlelength=3.2)
-    axis.set_ylabel(share)
-    save(figure, path, made)
 
 
 def _draw_sizes(comparison: Comparison, folder: Path, made: Provenance) -> None:

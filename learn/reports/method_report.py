@@ -16,8 +16,8 @@ from learn.data.split_distances import distance_bands
 from learn.quantities.channels import examples
 from learn.quantities.powers import score_powers
 from learn.quantities.quantity import Prediction
-from learn.reports.comparison_report import draw_distribution, draw_score_distribution, write_results
-from learn.reports.figures import MapScore, draw_error_map, ranked
+from learn.reports.comparison_report import draw_scores, write_results
+from learn.reports.figures import MapScore, draw_distribution, draw_error_map, ranked
 from learn.reports.html_page import embedded, write_page
 from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
@@ -32,7 +32,7 @@ def write_method_report(comparison: Comparison, model: str, folder: Path) -> Non
     """Write report.html, results.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF."""
     made = Provenance.of_comparison(comparison, f"{model} on held-out {comparison.quantity.things}")
     write_results(comparison, folder, made)
-    name, of_each = draw_distribution(comparison, folder, made), comparison.quantity.of_each
+    name, of_each = draw_scores(comparison, folder, made), comparison.quantity.of_each
     captions, table, section = SECTIONS.get(comparison.quantity.name, _others)(comparison, model, folder, made)
     captions = {name: f"Distribution of the {of_each.label}, {of_each.share}.", **captions}
     write_atomically(folder / "per_sample.csv", as_csv(table).encode())
@@ -169,7 +169,7 @@ def _draw_channels(comparison: Comparison, model: str, folder: Path, made: Prove
             for row in comparison.table()
         }
         label = "error of the delay spread (ns)"
-        draw_score_distribution(late, label, "share of rows", folder / "delay_spread.png", made)
+        draw_distribution(late, folder / "delay_spread.png", label, "share of rows", made)
         captions["delay_spread"] = (
             f"Absolute errors of the downlink's RMS delay spread at {len(rows)} test rows. The true spreads have a "
             f"median of {1e9 * np.median(true):.3g} ns. "
