@@ -10,7 +10,6 @@ from jaxtyping import Float
 from torch import Tensor
 
 from learn.models.base import as_complex
-from learn.models.capabilities import adapt_to
 from learn.models.kriging.band_field import BandField
 from learn.models.networks.response_network import ResponseNetwork
 from learn.quantities.known import Known
@@ -65,7 +64,7 @@ class LearnedBand:
             build: Any = model_class(self.model)
             network = build(region, dataset.beamformer, dataset.wavelength, **entry.options)
             assert isinstance(network, ResponseNetwork)
-            adapt_to(network, dataset, known.rows)
+            network.adapt_to(dataset, known.rows)
             self.network = network.to(device)
             assert network.band is not None
 

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
-from learn.models.capabilities import unsuited
+from learn.models.base import SpectrumModel
 from learn.quantities.known import Known
 from learn.quantities.quantity import Prediction
 from learn.training.config import Config, read_config
@@ -79,7 +79,7 @@ class TrainedModel:
 
     def unsuited(self, dataset: Dataset) -> str | None:
         """Why the model cannot be fitted to a dataset, for the user. None: it can be."""
-        return unsuited(self.model_class, dataset)
+        return self.model_class.unsuited(dataset)
 
     @property
     def reduced(self) -> bool:
@@ -88,7 +88,7 @@ class TrainedModel:
         return bool(small) and self.options == small
 
     @property
-    def model_class(self) -> type:
+    def model_class(self) -> type[SpectrumModel]:
         """The class of the model, which may be the user's."""
         return model_class(self.model)
 

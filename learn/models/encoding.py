@@ -32,17 +32,13 @@ def evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
     return torch.stack([across * azimuth.cos(), across * azimuth.sin(), z], dim=-1)
 
 
-def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:
-    """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise."""
-    frequencies = torch.pi * 2.0 ** torch.arange(order, device=t.device, dtype=t.dtype)
+def positional_encoding(
+    t: Float[Tensor, "*batch n"], order: int, lowest: float = torch.pi
+) -> Float[Tensor, "*batch m"]:
+    """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise; π is the lowest."""
+    frequencies = lowest * 2.0 ** torch.arange(order, device=t.device, dtype=t.dtype)
     angles = (frequencies[:, None] * t[..., None, :]).flatten(-2)
     return torch.cat([t, angles.sin(), angles.cos()], dim=-1)
-
-
-def octaves(x: Float[Tensor, "*batch n"], count: int) -> Float[Tensor, "*batch encoded"]:
-    """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1, element-wise: as γ, without π."""
-    angles = (2.0 ** torch.arange(count, device=x.device, dtype=x.dtype)[:, None] * x[..., None, :]).flatten(-2)
-    return torch.cat([x, angles.sin(), angles.cos()], dim=-1)
 
 
 class TransmitterEncoding(nn.Module):

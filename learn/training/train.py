@@ -20,7 +20,6 @@ from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import unsuited
 from learn.models.kriging.retrieved_field import not_retrieved
 from learn.models.model_settings import MINUTES_MOST, PATIENCE, Steps
 from learn.models.quadrature import quadrature
@@ -260,7 +259,7 @@ def train_run(
     if not finished:
         require_writable(folder / "config.json")
     dataset = given_dataset(dataset or config.dataset)
-    why = unsuited(model_class(config.model), dataset)
+    why = model_class(config.model).unsuited(dataset)
     if why is not None:
         raise InputError(f"{dataset.folder}: the model {config.model}: {why}")
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)

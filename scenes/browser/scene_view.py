@@ -33,18 +33,15 @@ def xyzw(orientation: np.ndarray) -> Quaternion:
 
 
 def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]:
-    """Draw the objects under /walls and /furniture. Return the nodes of each object by name."""
-    api.add_frame("/walls", show_axes=False)
-    api.add_frame("/furniture", show_axes=False)
-    nodes: dict[str, list[SceneNodeHandle]] = {}
+    """Draw the objects. Return the nodes of "walls" and "furniture"."""
+    nodes: dict[str, list[SceneNodeHandle]] = {"walls": [], "furniture": []}
     for item in scene.objects:
         colour = np.array(scene.materials[item.material].color)
         encloses = enclosing(scene, item, item.mesh.triangles)
-        nodes[item.name] = []
         for group, chosen, opacity in (("walls", encloses, WALL_OPACITY), ("furniture", ~encloses, None)):
             if chosen.any():
                 corners = np.asarray(item.mesh.triangles[chosen], np.float32).reshape(-1, 3)
-                nodes[item.name].append(
+                nodes[group].append(
                     api.add_mesh_simple(
                         f"/{group}/{item.name}",
                         corners,

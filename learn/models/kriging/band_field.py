@@ -15,8 +15,7 @@ from learn.models.base import Region
 from learn.models.kriging.delay_powers import fit_delay_powers, white_noise
 from learn.models.kriging.deviation_curve import left_out_curve, normal_curve, on_curve
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.vecchia import FAR, NUGGET_LEAST, fit_covariance
-from learn.models.kriging.wave_covariance import distances
+from learn.models.kriging.vecchia import NUGGET_LEAST, fit_covariance
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
@@ -175,28 +174,13 @@ class BandField(KrigedField):
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None, radius: float
     ) -> tuple[Float[Tensor, "B elements I 2"], Float[Tensor, "B I"]]:
         """The components at positions, and their kriging variances relative to ``powers``."""
-        distance = distances(positions, self.places)
-        if left_out is not None:
-            distance = distance.index_put((torch.arange(len(positions)), left_out), -torch.ones(()))
-            distance = torch.where(distance >= radius, distance, torch.inf)
-        distance, near = distance.topk(min(self.neighbours, len(self.places)), largest=False)
-        samples, wanted = self.places[near] - positions[:, None], torch.zeros_like(positions[:, None])
-        if left_out is not None:  # what is left out is moved so far away that it says nothing
-            away = FAR * torch.arange(1, near.shape[1] + 1)[None, :, None]
-            samples = torch.where(distance.isinf()[..., None], away, samples)
-        times = self.times[near][..., None]
-        covariance = self.covariance(samples, samples, self.fading(distances(times, times), self.drift), *self._of())
-        fading = self.expected_fading(positions, near, left_out)[..., None]
-        cross = self.covariance(samples, wanted, fading, *self._of())[..., :1]
+        near, covariance, cross = self.around(positions, left_out, radius)
         identity = torch.eye(covariance.shape[-1], device=covariance.device)
         # One solution for each component: [B, I, 2n, 1].
         weights = self.solve(covariance[:, None] + self.noises[:, None, None] * identity, cross[:, None])[..., 0]
         rows = self._rows(near).unflatten(-1, (-1, len(self.powers), 2))
         found = torch.einsum("bin,bneic->beic", weights, rows)
         return found, (1 - torch.einsum("bin,bn->bi", weights, cross[..., 0])).clamp(0, 1)
-
-    def _of(self) -> tuple[Tensor, Tensor]:
-        return self.shares, self.length
 
     def learn_deviations(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
         """Let known responses, predicted from one another, tell the deviations (``left_out_curve``)."""

@@ -15,7 +15,6 @@ from learn.models.base import Beamformed, Region, SpectrumModel
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.retrieved_field import RetrievedOnce
 from learn.models.kriging.stacking import best_mixture, by_distance, nearest_known
 from learn.models.kriging.wave_covariance import distances
 from learn.models.quadrature import Quadrature
@@ -51,7 +50,7 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
         self.band = nn.ModuleDict()
-        self._retrieved = RetrievedOnce()
+        self._fitting: FieldFits | None = None
         self._used: dict[str, float] = {}  # the weights as numbers, since an exported program cannot branch on a tensor
 
     def predict(
@@ -133,21 +132,20 @@ class HelmholtzField(SpectrumModel):
         """Fit the field over the band, if the dataset has one, and say what was found."""
         if dataset.band is None:
             return ""
-        field = self._empty_band()
+        field = BandField(*self._built)
         field.report = self.report  # type: ignore[method-assign]
         found = field.fit(dataset, known)
         self.band = nn.ModuleDict({"field": field})
         return f"; responses over the band: {found}"
 
-    def _empty_band(self) -> BandField:
-        return BandField(*self._built)
-
     @property
     def _built(self) -> Built:
-        return Built(self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength))
+        return self.region.cpu().numpy(), self._beamformer, float(self.wavelength)
 
     def _fits(self, dataset: Dataset) -> FieldFits:
-        return FieldFits(self._built, dataset, self._retrieved)
+        if self._fitting is None or self._fitting.dataset is not dataset:
+            self._fitting = FieldFits(self._built, dataset)
+        return self._fitting
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
         self.weights = torch.tensor([weights.get(way, 0.0) for way in WAYS])
@@ -177,7 +175,7 @@ class HelmholtzField(SpectrumModel):
                 fields[way].load_state_dict(of_field)
         self.fields = nn.ModuleDict(fields)
         of_band = {name.removeprefix(OF_BAND): each for name, each in state_dict.items() if name.startswith(OF_BAND)}
-        self.band = nn.ModuleDict({"field": self._empty_band()} if of_band else {})
+        self.band = nn.ModuleDict({"field": BandField(*self._built)} if of_band else {})
         if of_band:
             self.band["field"].load_state_dict(of_band)
         loaded = super().load_state_dict(state_dict, strict, assign)

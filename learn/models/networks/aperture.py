@@ -113,7 +113,7 @@ class BiSplatAperture(ResponseNetwork):
 
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
         """The complex field F(φ, θ) of each transmitter position on a 6° grid (real, imaginary)."""
-        return splat(*self.splats(positions), self.azimuths, self.elevations)
+        return splat(self.splats(positions), self.azimuths, self.elevations)
 
     def _coefficients(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B N_p 2"]:
         """c_i (real, imaginary)."""
@@ -173,7 +173,7 @@ class BiSplatAperture(ResponseNetwork):
 
     def _transmitter_features(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B features"]:
         """[t(r), 1]."""
-        features = self.transmitter(self.encoded(positions))
+        features = self.transmitter(self.encoding(positions, self.region, self.wavelength))
         return torch.cat([features, torch.ones_like(features[:, :1])], dim=-1)
 
 

@@ -23,6 +23,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from learn.models.splatting.splat import Ordered
 from simulate.parallel.compiled import ONE_KERNEL, compiled
 
 CUTOFF = 1e-8
@@ -155,15 +156,8 @@ class _Splat(torch.autograd.Function):
 
 
 def splat_cpu(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
-    opacity: Float[Tensor, "B N_p"],
-    coefficient: Float[Tensor, "B N_p 2"],
-    azimuths: Float[Tensor, " W"],
-    elevations: Float[Tensor, " H"],
+    ordered: Ordered, azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
 ) -> Float[Tensor, "B H W 2"]:
-    """As ``learn.models.splatting.splat.splat_reference``, in double precision, with the cut-off ``CUTOFF``."""
-    rows, columns = elevations.double().numpy(), len(azimuths)
-    centres = (axis.expand(opacity.shape) for axis in (azimuth, elevation))
-    return _Splat.apply(*centres, *conic, opacity, *coefficient.unbind(-1), rows, columns, 360.0 / columns)
+    """As ``splat_reference``, in double precision, with the cut-off ``CUTOFF``, of azimuths that make one turn."""
+    columns = len(azimuths)
+    return _Splat.apply(*ordered.attributes(), elevations.double().numpy(), columns, 360.0 / columns)

@@ -15,6 +15,7 @@ import triton.language as tl
 from jaxtyping import Float
 from torch import Tensor
 
+from learn.models.splatting.splat import Ordered
 from learn.models.splatting.splat_cpu import LEVEL
 
 TILE_ROWS, TILE_COLUMNS = 8, 32
@@ -152,14 +153,7 @@ class _Splat(torch.autograd.Function):
 
 
 def splat_triton(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
-    opacity: Float[Tensor, "B N_p"],
-    coefficient: Float[Tensor, "B N_p 2"],
-    azimuths: Float[Tensor, " W"],
-    elevations: Float[Tensor, " H"],
+    ordered: Ordered, azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
 ) -> Float[Tensor, "B H W 2"]:
-    """As ``learn.models.splatting.splat.splat_reference``, in single precision, with the cut-off ``CUTOFF``."""
-    centres = (axis.expand(opacity.shape) for axis in (azimuth, elevation))
-    return _Splat.apply(*centres, *conic, opacity, *coefficient.unbind(-1), elevations, len(azimuths))
+    """As ``splat_reference``, in single precision, with the cut-off ``CUTOFF``, of azimuths that make one turn."""
+    return _Splat.apply(*ordered.attributes(), elevations, len(azimuths))

@@ -7,7 +7,7 @@ import pytest
 
 import bisplat
 from learn.localisation.located_places import NEW, Located, Place, read_places
-from learn.view.room_layers import CLOUD, LOCATIONS, cloud, located
+from learn.view.run_layers import CLOUD, LOCATIONS, cloud, located
 from learn.view.subject import subject
 from scenes.files.errors import InputError
 
