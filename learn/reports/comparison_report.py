@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from learn.comparison.averages import average_name, footnote_of
+from learn.comparison.averages import average_name, footnote_of, spread_of
 from learn.comparison.comparison import Comparison
 from learn.comparison.results_folder import run_folder
 from learn.quantities.array_ceiling import CEILING
@@ -21,7 +21,6 @@ from learn.reports.html_page import embedded, write_page
 from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
 from learn.reports.provenance import Provenance
-from learn.reports.sweep_figure import draw_sweep, over_seeds
 from learn.reports.table_files import marked_rows, write_tables
 from scenes.files.atomic import write_atomically
 from scenes.files.plain_text import in_figure
@@ -42,7 +41,7 @@ def write_comparison(comparison: Comparison, folder: Path, variants: bool = Fals
         name = draw_scores(comparison, folder, made)
         figures[name] = f"Distribution of {comparison.quantity.of_each.label}, first seed."
     if sizes != {None}:
-        _draw_sizes(comparison, folder, made)
+        draw_sizes(comparison, folder, made)
         figures["sweep"] = f"{_measure(comparison)} over the number of training {comparison.quantity.things}."
     if variants:
         draw_variants(comparison, folder / "variants.png", made)
@@ -91,12 +90,38 @@ def draw_scores(comparison: Comparison, folder: Path, made: Provenance) -> str:
     return name
 
 
-def _draw_sizes(comparison: Comparison, folder: Path, made: Provenance) -> None:
-    """Draw sweep.png: the score over the number of training rows."""
-    averages, doubts = comparison.averages(), comparison.doubts()
-    axes = (f"training {comparison.quantity.things}", f"{_measure(comparison)}\n{over_seeds(averages).strip()}")
-    key = comparison.quantity.ranked_by
-    draw_sweep(averages, key, axes, folder / "sweep.png", made, doubts, footnote_of(doubts))
+@at_paper_size()
+def draw_sizes(comparison: Comparison, folder: Path, made: Provenance) -> None:
+    """Draw sweep.png: the score over the number of training rows. Of several seeds, the bars are deviations."""
+    key, doubts = comparison.quantity.ranked_by, comparison.doubts()
+    averages = [row for row in comparison.averages() if row["train_size"] is not None]
+    stated = [row for row in averages if row.get(key) is not None]
+    styles = line_styles(row["label"] for row in stated)
+    figure = Figure(figsize=(COLUMN, 2.9), layout="constrained")
+    axis = figure.subplots()
+    for label in dict.fromkeys(row["label"] for row in stated):
+        rows = sorted((row for row in stated if row["label"] == label), key=lambda row: row["train_size"])
+        spreads = [row.get(spread_of(key), np.nan) for row in rows]  # nan draws no bar
+        marked = f"{label}{DOUBTFUL}" if any(average_name(row) in doubts for row in rows) else label
+        bars = spreads if np.isfinite(spreads).any() else None
+        points = [row["train_size"] for row in rows], [row[key] for row in rows]
+        axis.errorbar(*points, yerr=bars, capsize=2, label=in_figure(marked), **styles[label])
+    label = f"{_measure(comparison)}\n{over_seeds(averages).strip()}"
+    axis.set(xscale="log", xlabel=f"training {comparison.quantity.things}", ylabel=label)
+    sizes = sorted({row["train_size"] for row in averages})
+    if len(sizes) == 1:  # an axis of two decades around one point would promise a curve
+        axis.set_xlim(0.8 * sizes[0], 1.25 * sizes[0])
+    axis.set_xticks(sizes, [f"{size:g}" for size in sizes], rotation=45 if len(sizes) > 5 else 0)
+    axis.minorticks_off()
+    axis.grid(alpha=0.3)
+    if stated:
+        figure.legend(loc="outside upper center", ncols=2, handlelength=3.2)
+    save(figure, folder / "sweep.png", made, footnote_of(doubts))
+
+
+def over_seeds(averages: Sequence[Mapping[str, Any]]) -> str:
+    """What the points and bars of a figure are, if there are several seeds."""
+    return " (mean ± deviation over seeds)" if any(row["seeds"] > 1 for row in averages) else " (one seed)"
 
 
 @at_paper_size()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.spatial import cKDTree
 
+from learn.quantities.spectra import Spectra
 from learn.reports.figures import (
     MapScore,
     draw_distribution,
@@ -19,7 +20,7 @@ from learn.reports.figures import (
     draw_examples_polar,
     draw_reliability,
 )
-from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
+from learn.reports.html_page import embedded, write_page
 from learn.reports.method_styles import THIS_RUN
 from learn.reports.provenance import Provenance
 from learn.reports.table_files import as_csv, write_tables
@@ -48,7 +49,7 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     if evaluation.errors_in_deviations is not None:
         draw_reliability(evaluation.errors_in_deviations, folder / f"{RELIABILITY}.png", made)
     rows = {name: scores.summary() for name, scores in named_scores(evaluation).items()}
-    write_tables(rows, SCORE_COLUMNS, folder, made)
+    write_tables(rows, Spectra.columns, folder, made)
     _write_page(evaluation, folder, None)
 
 
@@ -88,7 +89,7 @@ def evaluation_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
     """Values that the template evaluation_part.html.j2 shows."""
     return {
         "rows": {name: scores.summary() for name, scores in named_scores(evaluation).items()},
-        "columns": SCORE_COLUMNS,
+        "columns": Spectra.columns,
         "dataset": evaluation.dataset,
         "test": len(evaluation.test),
         "bands": evaluation.intervals_by_distance(),
@@ -143,7 +144,7 @@ def crossvalidation_values(fresh: CrossValidation, folder: Path) -> dict[str, An
     """Values that the template crossvalidation_part.html.j2 shows."""
     return {
         "fresh_rows": {f"{fresh.origin.model}{THIS_RUN}": fresh.scores.summary()},
-        "columns": SCORE_COLUMNS,
+        "columns": Spectra.columns,
         "fresh": fresh.metrics(),
         "figures": embedded(folder, CROSSVALIDATED),
     }

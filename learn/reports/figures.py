@@ -121,7 +121,7 @@ def draw_distribution(
         stated = values[~np.isnan(values)]
         if len(stated):
             style = {key: each for key, each in styles[name].items() if key != "marker"}
-            axis.ecdf(stated, label=f"{in_figure(shown_name(name))}: median {np.median(stated):.3f}", **style)
+            axis.ecdf(stated, label=f"{in_figure(shown_name(name))}: median {np.median(stated):.3g}", **style)
     axis.set(xlabel=label, ylabel=share, xlim=ends, ylim=(0, 1))
     axis.grid(alpha=0.3)
     if logarithmic:

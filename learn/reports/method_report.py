@@ -99,23 +99,22 @@ def _each_power(comparison: Comparison, each: Mapping[str, np.ndarray]) -> Itera
 
 def _channels(comparison: Comparison, model: str, folder: Path, made: Provenance) -> Section:
     """What the report of channels shows."""
-    return _draw_channels(comparison, model, folder, made), _each_channel(comparison), {}
-
-
-def _each_channel(comparison: Comparison) -> Iterable[Sequence[Any]]:
-    """A line for each test row, headings first: the SNR of each method."""
-    places = comparison.dataset.positions
-    yield ["row", *([] if places is None else "xyz"), *(f"snr_db_{name}" for name in comparison.each)]
-    for row, index in enumerate(comparison.test):
-        snr = [each["snr_db"][row] for each in comparison.each.values()]
-        yield [index, *([] if places is None else places[index]), *("" if one != one else f"{one:.3f}" for one in snr)]
+    return _draw_channels(comparison, model, folder, made), _each_row(comparison), {}
 
 
 def _others(comparison: Comparison, model: str, folder: Path, made: Provenance) -> Section:
-    """What the report of another quantity shows: the scores of each row."""
-    key, each = comparison.quantity.of_each.key, comparison.each.values()
-    lines = [[index, *(method[key][row] for method in each)] for row, index in enumerate(comparison.test)]
-    return {}, [["row", *(f"{key}_{name}" for name in comparison.each)], *lines], {}
+    """What the report of another quantity shows."""
+    return {}, _each_row(comparison), {}
+
+
+def _each_row(comparison: Comparison) -> Iterable[Sequence[Any]]:
+    """A line for each test row, headings first: the score of each method."""
+    places, key = comparison.dataset.places, comparison.quantity.of_each.key
+    yield ["row", *([] if places is None else "xyz"), *(f"{key}_{name}" for name in comparison.each)]
+    for row, index in enumerate(comparison.test):
+        scores = [each[key][row] for each in comparison.each.values()]
+        where = [] if places is None else places[index]
+        yield [index, *where, *("" if one != one else f"{one:.3f}" for one in scores)]
 
 
 WORST = 95  # Percentile of the errors at which the colour scale ends
