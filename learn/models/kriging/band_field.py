@@ -91,7 +91,11 @@ class BandField(KrigedField):
         self.noise = white_noise(rows)
         delays, _ = fit_delay_powers(rows, self.noise)
         self._decompose(delays, self.noise, responses.shape[2], every)
-        self._keep(positions, responses, times)
+        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
+        components = torch.view_as_complex(self.components.double())
+        values = (torch.from_numpy(responses) / float(self.level)) @ components.conj()
+        self.values = torch.view_as_real(values).flatten(1).float()
+        self.mean = torch.zeros(self.values.shape[1])
         self.fit_covariance(np.arange(len(positions)))
         self._state(*normal_curve(self.noise))
         effective = float(torch.exp(-(self.shares * self.shares.log()).sum()))
@@ -100,21 +104,6 @@ class BandField(KrigedField):
             f"{spread}{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
             f"{10 * np.log10(self.noise):.0f} dB, about {effective:.0f} directions, length {self.length:.2f} m"
         )
-
-    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        self._keep(dataset.positions[known], dataset.band_responses[known], known.astype(float))
-
-    def _keep(
-        self,
-        positions: Float[np.ndarray, "n 3"],
-        responses: Complex[np.ndarray, "n elements subcarriers"],
-        times: Float[np.ndarray, " n"],
-    ) -> None:
-        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
-        components = torch.view_as_complex(self.components.double())
-        values = (torch.from_numpy(responses.astype(complex)) / float(self.level)) @ components.conj()
-        self.values = torch.view_as_real(values).flatten(1).float()
-        self.mean = torch.zeros(self.values.shape[1])
 
     def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None:
         """Fit the covariance over positions to some of the known ones; all of them are still interpolated."""
