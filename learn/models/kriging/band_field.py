@@ -31,19 +31,12 @@ AT_ONCE = 32  # positions that ``at`` predicts at once
 class BandField(KrigedField):
     """Interpolates every element's responses at all subcarriers as one random field over position and frequency.
 
-    As ``KrigedField``, with waves that arrive from direction u_j after delay τ_t. A wave has the share s_j p_t of the
-    power, so that two responses have the covariance::
+    As ``KrigedField``, with waves that arrive after the delay τ_t with the share p_t of the power (``delay_powers``)::
 
         κ(Δ, δ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ) · Σ_t p_t e^{−i 2π δ τ_t}
 
-    δ is the difference of their frequencies, and k is the wavenumber of the carrier. The powers p_t and the noise σ²
-    are fitted to the known responses as a profile of delays (``fit_delay_powers``), then the s_j, ℓ, T and ν to all
-    subcarriers together. The covariance over N known positions and S subcarriers is a Kronecker product, K ⊗ R. With
-    the eigenvectors v_i of R and its eigenvalues λ_i, kriging of all N S responses falls apart into one of each
-    component v_iᴴ y, with the nugget ν + σ² / λ_i. Only few components exceed the noise. They are all that is kept.
-
-    Known positions that are predicted from others, near and far, tell how large the errors are at each kriging
-    variance (``rising_curve``).
+    δ is the difference of their frequencies. With the eigenvectors v_i of the factor over frequency and its eigenvalues
+    λ_i, kriging falls apart into one of each component v_iᴴ y, with the nugget ν + σ² / λ_i.
     """
 
     components: Tensor  # v_i (real, imaginary)

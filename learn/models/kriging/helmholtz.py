@@ -27,18 +27,9 @@ PIECE = 16
 
 
 class HelmholtzField(SpectrumModel):
-    """A weighted mean of spectra interpolated in up to five ways.
+    """A weighted mean of spectra interpolated in up to five of the ``WAYS``.
 
-    ``S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r)``
-
-    ``KrigedField`` interpolates S_responses and S_spectra, ``SquaredExponentialField`` S_smooth. S_distance is the mean
-    of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the pictures
-    where this improves the prediction (``fit_to_pictures``). If the receiver moves, the fifth way krigs the one field
-    that the elements of the array sample at all its known places (``MovingArrayField``).
-
-    Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
-    says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
-    with which known spectra are best predicted from the others (stacking [wolpert1992]).
+    ``fit`` finds the weights with which known spectra are best predicted from the others (stacking [wolpert1992]).
     """
 
     weights: Tensor  # w of each of ``WAYS``; they add up to 1
