@@ -6,7 +6,6 @@ left to the caller, who knows what else is in the figure.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from learn.quantities.array_ceiling import shown_name
-from learn.reports.method_styles import line_styles
 from scenes.files.errors import ParameterError, require_flag, require_instance
-from scenes.files.plain_text import in_figure
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import check_spectra
 
@@ -97,16 +93,6 @@ def plot_spectrum(
     if given is None:
         ax.figure.colorbar(image, ax=ax, label="difference" if difference else "normalised magnitude")
     return ax
-
-
-def plot_cdf(scores: Mapping[str, Float[np.ndarray, " K"]], ax: Axes, quantity: str = "SSIM") -> None:
-    """Plot the distribution of the scores of methods, with their medians as labels."""
-    styles = line_styles(scores)
-    for name, values in scores.items():
-        style = {key: value for key, value in styles[name].items() if key != "marker"}
-        ax.ecdf(values, label=f"{in_figure(shown_name(name))}: median {np.median(values):.3f}", **style)
-    ax.set(xlabel=quantity, ylabel="share of spectra", ylim=(0, 1))
-    ax.grid(alpha=0.3)
 
 
 def _new_axis(**style: Any) -> Axes:

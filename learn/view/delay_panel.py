@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.view.compared_spectra import PREDICTED, TRUE
-from learn.view.line_chart import Curve, draw_curves
-from learn.view.panel import Panel
+from learn.view.compared_spectra import TRUE
+from learn.view.panel import Panel, line_chart, of_unit
 from learn.view.subject import Position
 from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
@@ -25,6 +24,8 @@ BEFORE, SHOWN = 3, 16  # Resolution cells that are drawn before the strongest de
 
 LEAST = -40.0  # Lower end of the axis, dB below the maximum
 
+STEMS: dict[str, Any] = {"linefmt": "C1-", "markerfmt": "C1.", "basefmt": " ", "label": "traced paths"}
+
 
 class DelayPanel(Panel):
     """Power over delay of the recorded row that is nearest to the transmitter, with the traced paths if it is there."""
@@ -37,21 +38,22 @@ class DelayPanel(Panel):
         return dataset.band is not None
 
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
-        dataset = self.tab.subject.dataset
+        dataset = self.view.subject.dataset
         assert dataset is not None and dataset.band is not None
         distances = np.linalg.norm(dataset.positions - position, axis=1)
         row = int(distances.argmin()) if index is None else index
         profile = delay_profile(dataset.values[self.quantity][row].astype(complex), dataset.band)
-        curves, title = [], f"power over delay, position {row + 1}"
-        if index is None:
-            title += f", the nearest one, {distances[row]:.2f} m away"
-        elif traced is not None and traced.paths:
+        away = "" if index is not None else f", the nearest one, {distances[row]:.2f} m away"
+        figure, axis = line_chart(f"power over delay, position {row + 1}{away}")
+        axis.plot(1e9 * profile.delays, profile.decibels, color=of_unit(TRUE), label="recorded")
+        if index is not None and traced is not None and traced.paths:
             lengths = [np.linalg.norm(np.diff(path.vertices, axis=0), axis=1).sum() for path in traced.paths]
             gains = np.abs([path.response for path in traced.paths])
-            stems = np.column_stack([1e9 * np.array(lengths) / SPEED_OF_LIGHT, 20 * np.log10(gains / gains[0])])
-            curves, title = [Curve(stems, PREDICTED, stems=True)], f"{title} (orange: traced paths)"
-        curves.append(Curve(np.column_stack([1e9 * profile.delays, profile.decibels]), TRUE))
-        self.draw(draw_curves(title, curves, "delay (ns)", (LEAST, 0.0), " dB", profile.sentence()))
+            axis.stem(1e9 * np.array(lengths) / SPEED_OF_LIGHT, 20 * np.log10(gains / gains[0]), bottom=LEAST, **STEMS)
+            axis.legend(fontsize="small")
+        axis.set(xlim=1e9 * profile.delays[[0, -1]], ylim=(LEAST, 2), ylabel="dB")
+        axis.set_xlabel(f"delay (ns); {profile.sentence()}", fontsize="small")
+        self.draw_figure(figure)
         return f"strongest delay {1e9 * profile.delays[profile.decibels.argmax()]:.4g} ns"
 
 

@@ -7,28 +7,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Num, UInt8
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from viser import GuiImageHandle
 
 from learn.methods.method_table import named_for
 from learn.quantities.quantity_table import quantity_named
 from learn.view.compared_spectra import PREDICTED, TRUE
-from learn.view.line_chart import Curve, draw_curves
+from learn.view.room_view import RoomView
 from learn.view.subject import Position
+from scenes.files.plain_text import in_figure
 from simulate.dataset.dataset import Dataset
 
 if TYPE_CHECKING:
-    from learn.view.tab import Tab
     from learn.view.tracing import Traced
 
 
-POSITION = (110, 110, 130)  # RGB of a recorded position without a score
+PIXEL = 1 / 100  # Inches of a figure
 
 
 class Panel(ABC):
     """A panel of a tab, which builds its controls when it is made."""
 
-    def __init__(self, tab: Tab, quantity: str):
-        self.tab, self.quantity = tab, quantity
+    def __init__(self, view: RoomView, quantity: str):
+        self.view, self.quantity = view, quantity
         self._image: GuiImageHandle | None = None  # made when the first picture is drawn
 
     @classmethod
@@ -49,42 +52,65 @@ class Panel(ABC):
     def draw(self, picture: UInt8[np.ndarray, "H W 3"]) -> None:
         """Show a picture at the top of the control panel."""
         if self._image is None:
-            self._image = self.tab.client.gui.add_image(picture, format="jpeg", jpeg_quality=92, order=-3)
+            self._image = self.view.client.gui.add_image(picture, format="jpeg", jpeg_quality=92, order=-3)
         else:
             self._image.image = picture
+
+    def draw_figure(self, figure: Figure) -> None:
+        """Show a figure of Matplotlib, which takes tens of milliseconds to draw."""
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        self.draw(np.asarray(canvas.buffer_rgba())[..., :3])
 
 
 class ValuesPanel(Panel):
     """Recorded and predicted values of any quantity over their last axis, and the scores of the prediction."""
 
-    def __init__(self, tab: Tab, quantity: str):
-        super().__init__(tab, quantity)
+    def __init__(self, view: RoomView, quantity: str):
+        super().__init__(view, quantity)
         self._of = quantity_named(quantity)
-        with tab.client.gui.add_folder(quantity):
-            self._by = tab.client.gui.add_dropdown("predicted by", named_for(quantity))
-        tab.redraw_on(self._by)
+        with view.client.gui.add_folder(quantity):
+            self._by = view.client.gui.add_dropdown("predicted by", named_for(quantity))
+        view.redraw_on(self._by)
 
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
-        subject, dataset, of = self.tab.subject, self.tab.subject.dataset, self._of
+        subject, dataset, of = self.view.subject, self.view.subject.dataset, self._of
         assert dataset is not None
         rows = np.array([] if index is None else [index], int)
-        truth, given, curves, words = of.of(dataset, rows), of.given(dataset, rows), [], ""
+        truth, given, words = of.of(dataset, rows), of.given(dataset, rows), ""
+        figure, axis = line_chart(of.in_words)
         if len(subject.known) and (given is None or len(rows)):
             method = subject.fitted(self.quantity, self._by.value)
             with subject.alone:
                 prediction = method.predict(position[None], given)
-            curves.append(Curve(profile(prediction.value[0]), PREDICTED))
+            axis.plot(profile(prediction.value[0]), "o-", ms=3, color=of_unit(PREDICTED), label="predicted")
             if len(rows):
                 row = of.score(prediction, truth, dataset).row
                 stated = {heading: row[key] for key, heading in of.columns.items() if row.get(key) is not None}
                 words = ", ".join(f"{heading} {value:.3g}" for heading, value in stated.items())
-        curves += [Curve(profile(each), TRUE) for each in truth]
-        self.draw(draw_curves(f"{of.in_words}: recorded (blue), predicted (orange)", curves, "number"))
+        for each in truth:
+            axis.plot(profile(each), "o-", ms=3, color=of_unit(TRUE), label="recorded")
+        axis.legend(fontsize="small")
+        self.draw_figure(figure)
         return words
 
 
-def profile(value: Num[np.ndarray, "..."]) -> Float[np.ndarray, "n 2"]:
-    """The last axis of a value: the numbers of its entries, and their means, of complex ones of the magnitude."""
-    real = np.abs(value) if np.iscomplexobj(value) else value.astype(float)
-    means = np.atleast_1d(real).reshape(-1, np.atleast_1d(real).shape[-1]).mean(axis=0)
-    return np.column_stack([np.arange(1, len(means) + 1), means])
+def profile(value: Num[np.ndarray, "..."]) -> Float[np.ndarray, " n"]:
+    """The means of a value over all axes but the last, of complex ones those of the magnitude."""
+    real = np.atleast_1d(np.abs(value) if np.iscomplexobj(value) else value)
+    return real.reshape(-1, real.shape[-1]).mean(axis=0)
+
+
+def line_chart(title: str) -> tuple[Figure, Axes]:
+    """A figure as wide as the spectra are."""
+    figure = Figure(figsize=(500 * PIXEL, 200 * PIXEL), dpi=1 / PIXEL, layout="constrained")
+    axis = figure.subplots()
+    axis.set_title(in_figure(title), fontsize="medium", loc="left")
+    axis.tick_params(labelsize="small")
+    axis.grid(alpha=0.3)
+    return figure, axis
+
+
+def of_unit(colour: tuple[int, int, int]) -> tuple[float, ...]:
+    """A colour as Matplotlib takes it."""
+    return tuple(each / 255 for each in colour)

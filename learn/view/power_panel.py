@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import UInt8
-from PIL import Image, ImageDraw
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from viser import ImageHandle
 
 from learn.fitted.coverage import NO_GATEWAY, CoverageMap, coverage_map
@@ -16,15 +19,14 @@ from learn.methods.method_table import named_for
 from learn.quantities.quantity import Prediction
 from learn.reports.coverage_report import INTERVAL, distinct
 from learn.reports.plots import MAGNITUDE
-from learn.view.chart import BACKGROUND, INK, Colours, colour_of, font
-from learn.view.panel import Panel
+from learn.view.chart import Colours, colour_of
+from learn.view.panel import PIXEL, Panel
+from learn.view.room_view import RoomView
 from learn.view.subject import Position, Subject
 from scenes.browser.scene_view import GATEWAY
-from scenes.files.errors import printable
-from scenes.files.plain_text import in_markdown
+from scenes.files.plain_text import in_figure, in_markdown
 
 if TYPE_CHECKING:
-    from learn.view.tab import Tab
     from learn.view.tracing import Traced
 
 CELLS = 4000  # About the number of cells of a map; more would take longer than a user wants to wait
@@ -41,33 +43,31 @@ ENDS = (1, 99)  # Percentiles of the measured powers at which the colours end
 
 OPAQUE = 215  # Opacity of the map, 0 to 255: the floor shines through
 
-KEY = (400, 66)  # Width and height of the key, pixels
-
 
 class PowerPanel(Panel):
     """Powers at the transmitter's position, and their map."""
 
-    def __init__(self, tab: Tab, quantity: str):
-        super().__init__(tab, quantity)
-        assert tab.subject.dataset is not None
-        self._dataset, gui = tab.subject.dataset, tab.client.gui
+    def __init__(self, view: RoomView, quantity: str):
+        super().__init__(view, quantity)
+        assert view.subject.dataset is not None
+        self._dataset, gui = view.subject.dataset, view.client.gui
         names = self._dataset.gateway_names
-        middle = float(np.median(self._dataset.positions[tab.subject.known, 2]))
+        middle = float(np.median(self._dataset.positions[view.subject.known, 2]))
         with gui.add_folder("Map"):
             self._shown = gui.add_dropdown("gateway", (*names, STRONGEST), initial_value=names[0])
             self._part = gui.add_dropdown("quantity", (POWER, WIDTH))
             self._by = gui.add_dropdown("predicted by", named_for("power"), initial_value="helmholtz")
             self._height = gui.add_number("height (m)", round(middle, 2), step=0.01)
-        tab.redraw_on(self._shown, self._part, self._by, self._height)
+        view.redraw_on(self._shown, self._part, self._by, self._height)
         self._map: ImageHandle | None = None
         self._mapped: tuple[str | float, ...] = ()
 
     def add_layers(self) -> None:
-        self._on = self.tab.client.gui.add_checkbox("map", True)
-        self.tab.redraw_on(self._on)
+        self._on = self.view.client.gui.add_checkbox("map", True)
+        self.view.redraw_on(self._on)
 
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
-        subject, dataset, method = self.tab.subject, self._dataset, self._by.value
+        subject, dataset, method = self.view.subject, self._dataset, self._by.value
         with subject.alone:
             predicted = subject.fitted("power", method).predict(position[None])
         asked = (method, self._height.value, self._shown.value, self._part.value)
@@ -85,12 +85,12 @@ class PowerPanel(Panel):
         left, bottom, right, top = found.edges
         middle = ((left + right) / 2, (bottom + top) / 2, found.height)
         # viser draws the first row of an image at the smallest y of its own frame, which is the world's here.
-        self._map = self.tab.client.scene.add_image(
+        self._map = self.view.client.scene.add_image(
             "/map", drawn.image, right - left, top - bottom, position=middle, cast_shadow=False, receive_shadow=False
         )
-        self.tab.colour_rows(drawn.points)
-        self.tab.gateway.colors = drawn.gateways
-        self.draw(drawn.key)
+        self.view.colour_rows(drawn.points)
+        self.view.gateway.colors = drawn.gateways
+        self.draw_figure(drawn.key)
 
 
 def coverage(subject: Subject, method: str, height: float) -> CoverageMap:
@@ -126,7 +126,7 @@ class Drawn(NamedTuple):
     image: UInt8[np.ndarray, "ny nx 4"]
     points: UInt8[np.ndarray, "K 3"]  # RGB of the survey positions
     gateways: UInt8[np.ndarray, "G 3"]  # RGB of the gateways
-    key: UInt8[np.ndarray, "H W 3"]  # a title, and the colour bar if there is one
+    key: Figure  # the colour bar, or the colours of the gateways
 
 
 def draw_map(coverage: CoverageMap, shown: str, part: str) -> Drawn:
@@ -137,6 +137,7 @@ def draw_map(coverage: CoverageMap, shown: str, part: str) -> Drawn:
     """
     dataset, powers, strongest = coverage.dataset, coverage.dataset.powers, coverage.strongest
     names, scale, title = dataset.gateway_names, None, f"{shown}; grey: nothing received"
+    entries: list[tuple[str, np.ndarray]] = []
     points = np.broadcast_to(np.array(SILENT, np.uint8), (len(dataset), 3))
     gateways = np.broadcast_to(np.array(GATEWAY, np.uint8), (len(names), 3))
     if part == WIDTH and coverage.width is not None:
@@ -145,22 +146,23 @@ def draw_map(coverage: CoverageMap, shown: str, part: str) -> Drawn:
         values = np.where(one == NO_GATEWAY, np.nan, width)
         told = values[np.isfinite(values)]
         low, high = (float(told.min()), float(told.max())) if told.size else (0.0, 0.0)
-        scale, title = Colours(INTERVAL, low, high + 1e-6, " dB"), f"width of the 90 % interval, {title}"
+        scale, title = Colours(INTERVAL, low, high + 1e-6, ""), f"width (dB) of the 90 % interval, {title}"
         cells = _coloured(values, scale)
     elif shown == STRONGEST:
         gateways = np.round(255 * np.array([each[:3] for each in distinct(len(names))])).astype(np.uint8)
         table = np.vstack([gateways, [SILENT]]).astype(np.uint8)  # −1 is the last
         measured = np.where(np.isnan(powers), -np.inf, powers)
-        cells = table[strongest]
-        points = table[np.where(np.isfinite(measured).any(axis=1), measured.argmax(axis=1), NO_GATEWAY)]
+        heard = np.where(np.isfinite(measured).any(axis=1), measured.argmax(axis=1), NO_GATEWAY)
+        cells, points = table[strongest], table[heard]
+        entries = [(names[each], table[each]) for each in np.unique([*strongest.flat, *heard]) if each != NO_GATEWAY]
     else:
         heard, gateway = powers[~np.isnan(powers)], names.index(shown)
         low, high = (float(each) for each in np.percentile(heard, ENDS)) if heard.size else (dataset.floor_dbm, 0.0)
-        scale, title = Colours(MAGNITUDE, low, max(high, low + 1e-6), " dBm"), f"power at {title}"
+        scale, title = Colours(MAGNITUDE, low, max(high, low + 1e-6), ""), f"power (dBm) at {title}"
         cells = _coloured(np.where(coverage.received[gateway], coverage.median[gateway], np.nan), scale)
         points = _coloured(powers[:, gateway], scale)
     opacity = np.where(np.isnan(coverage.median[0]), 0, OPAQUE).astype(np.uint8)
-    return Drawn(np.dstack([cells, opacity]), points, gateways, _key(title, scale))
+    return Drawn(np.dstack([cells, opacity]), points, gateways, _key(title, scale, entries))
 
 
 def _coloured(values: np.ndarray, scale: Colours) -> np.ndarray:
@@ -169,16 +171,14 @@ def _coloured(values: np.ndarray, scale: Colours) -> np.ndarray:
     return cells
 
 
-def _key(title: str, scale: Colours | None) -> UInt8[np.ndarray, "H W 3"]:
-    """A title above a horizontal colour bar with three values below it."""
-    image = Image.new("RGB", KEY, BACKGROUND)
-    across = KEY[0] - 12
-    pen = ImageDraw.Draw(image)
-    pen.text((6, 16), printable(title), fill=INK, font=font(13), anchor="ls")
-    if scale is not None:
-        bar = np.tile(colour_of(np.linspace(scale.low, scale.high, across), scale), (16, 1, 1))
-        image.paste(Image.fromarray(bar), (6, 26))
-        for share, anchor in ((0.0, "lt"), (0.5, "mt"), (1.0, "rt")):
-            value = f"{scale.low + share * (scale.high - scale.low):.1f}{scale.unit}".replace("-", "−")
-            pen.text((6 + share * across, 47), value, fill=INK, font=font(11), anchor=anchor)
-    return np.asarray(image)
+def _key(title: str, scale: Colours | None, entries: Sequence[tuple[str, np.ndarray]]) -> Figure:
+    """A title with a horizontal colour bar, or with the names of gateways beside their colours."""
+    if scale is None:
+        figure = Figure(figsize=(400 * PIXEL, (30 + 10 * len(entries)) * PIXEL), dpi=1 / PIXEL)
+        patches = [Patch(color=tuple(colour / 255), label=in_figure(name)) for name, colour in entries]
+        figure.legend(handles=patches, title=title, loc="center", ncols=2, fontsize="small", frameon=False)
+        return figure
+    figure = Figure(figsize=(400 * PIXEL, 70 * PIXEL), dpi=1 / PIXEL, layout="constrained")
+    bar = ScalarMappable(Normalize(scale.low, scale.high), scale.name)
+    figure.colorbar(bar, cax=figure.subplots(), orientation="horizontal").set_label(in_figure(title), fontsize="small")
+    return figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -12,11 +12,9 @@ from learn.localisation.located_places import read_places
 from learn.localisation.place_search import grid_in
 from learn.reports.plots import MAGNITUDE
 from learn.view.chart import Colours, colour_of
+from learn.view.room_view import RoomView
 from learn.view.subject import Subject
 from scenes.files.errors import InputError
-
-if TYPE_CHECKING:
-    from learn.view.tab import Tab
 
 CLOUD = 1200  # Number of positions in the region at which the standard deviation is drawn
 
@@ -58,31 +56,31 @@ def located(subject: Subject) -> Float[np.ndarray, "K 2 3"] | None:
     return np.array([[subject.dataset.positions[number], position] for number, position in found])
 
 
-def add_located(tab: Tab) -> None:
+def add_located(view: RoomView) -> None:
     """Draw located transmitters with their errors, if there are any."""
-    lines = located(tab.subject)
+    lines = located(view.subject)
     if lines is not None:
-        errors = tab.client.scene.add_line_segments(
+        errors = view.client.scene.add_line_segments(
             "/located/errors", lines.astype(np.float32), LOCATED, thickness=2, thickness_units="screen"
         )
-        places = tab.add_dots("/located/places", lines[:, 1], LOCATED, 0.005)
-        tab.switch(f"located transmitters, with errors ({len(lines)})", [errors, places])
+        places = view.add_dots("/located/places", lines[:, 1], LOCATED, 0.005)
+        view.switch(f"located transmitters, with errors ({len(lines)})", [errors, places])
 
 
-def add_cloud(tab: Tab) -> None:
+def add_cloud(view: RoomView) -> None:
     """Add a checkbox for the cloud of standard deviations, which are computed when it is first drawn."""
-    box = tab.client.gui.add_checkbox("standard deviation of the prediction (yellow: large)", False)
+    box = view.client.gui.add_checkbox("standard deviation of the prediction (yellow: large)", False)
     drawn: list[SceneNodeHandle] = []
 
     @box.on_update
-    @tab.shield
+    @view.shield
     def _(event) -> None:
         if box.value and not drawn:
-            found = cloud(tab.subject)
+            found = cloud(view.subject)
             if found is None:
                 raise InputError("expected a run that states its standard deviation, found one that does not")
             scale = Colours(MAGNITUDE, float(found.deviations.min()), float(found.deviations.max()) + 1e-9, "")
-            drawn.append(tab.add_dots("/deviation", found.positions, colour_of(found.deviations, scale), 0.003))
+            drawn.append(view.add_dots("/deviation", found.positions, colour_of(found.deviations, scale), 0.003))
             box.label = f"standard deviation ({scale.low:.3f} to {scale.high:.3f}; yellow: large)"
         for node in drawn:
             node.visible = box.value

@@ -8,27 +8,24 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
-from scipy.spatial import cKDTree
-from viser import ClientHandle, GuiInputHandle, PointCloudHandle, SceneNodeHandle, TransformControlsEvent
+from jaxtyping import Float
+from viser import ClientHandle, TransformControlsEvent
 
 from learn.view.delay_panel import DelayPanel
-from learn.view.panel import POSITION, Panel, ValuesPanel
+from learn.view.panel import Panel, ValuesPanel
 from learn.view.power_panel import PowerPanel
+from learn.view.room_view import TRANSMITTER, RoomView
 from learn.view.run_layers import add_cloud, add_located
 from learn.view.spectrum_panel import SpectrumPanel
 from learn.view.subject import Position, Subject
 from learn.view.tracing import Traced, Tracing
 from scenes.browser.moved_antennas import MovedAntennas
-from scenes.browser.scene_view import GATEWAY, add_gateway, add_objects, add_region, set_up
+from scenes.browser.scene_view import GATEWAY
 from scenes.browser.served_page import shield
 from scenes.files.plain_text import in_markdown
-from scenes.scene.shapes import bounding_box
 
 PANELS: dict[str, type[Panel]] = {
     "spectrum": SpectrumPanel,
@@ -44,8 +41,6 @@ PLAY_SECONDS = 0.4  # Time between two positions when the recorded path is playe
 AT_A_POSITION = 1e-4
 """Largest distance between the transmitter and a recorded position that counts as the same position, metres."""
 
-PLANNED, TRANSMITTER = (200, 0, 200), (255, 210, 0)  # RGB of planned positions and of the transmitter
-
 
 class Tab:
     """The control panel and the 3D view. All tabs share the subject and the ray tracer."""
@@ -59,19 +54,26 @@ class Tab:
         self._position: Position = start.astype(float)
         self._asked, self._changed, self._open = 0, threading.Event(), True
         self._build()
-        bounds = [] if subject.scene is None else [subject.scene.bounds]
-        whole = bounding_box(np.vstack([subject.region, subject.gateways, *bounds]))
-        self.size = float(np.linalg.norm(whole[1] - whole[0])) or 1.0  # length of the diagonal, metres
-        set_up(client, whole)
-        self._panels = [panel(self, name) for name, panel in panels_of(subject).items()]
-        self._add_layers()
+        self._view = RoomView(client, subject, self._changed.set)
+        self._panels = [panel(self._view, name) for name, panel in panels_of(subject).items()]
+        with client.gui.add_folder("Layers"):
+            self._view.add_layers()
+            for panel in self._panels:
+                panel.add_layers()
+            if subject.run is not None:
+                self.shield(add_located)(self._view)
+                add_cloud(self._view)
         if subject.scene is not None and subject.run is None and subject.dataset is None:
             MovedAntennas(client, subject.scene)
         self._handle = client.scene.add_transform_controls(
-            "/transmitter", scale=0.1 * self.size, disable_rotations=True, depth_test=False, position=self._position
+            "/transmitter",
+            scale=0.1 * self._view.size,
+            disable_rotations=True,
+            depth_test=False,
+            position=self._position,
         )
         colour = GATEWAY if subject.array_moves else TRANSMITTER
-        client.scene.add_icosphere("/transmitter/tag", radius=0.008 * self.size, color=colour)
+        client.scene.add_icosphere("/transmitter/tag", radius=0.008 * self._view.size, color=colour)
         self._handle.on_update(self.shield(self._dragged))
         self._moved(finished=True)
         threading.Thread(target=self._keep_up_to_date, daemon=True).start()
@@ -82,35 +84,6 @@ class Tab:
         self._changed.set()
         if self._tracing is not None:
             self._tracing.forget(self)
-
-    def redraw_on(self, *controls: GuiInputHandle) -> None:
-        """Show the position anew when one of the controls changes."""
-        for each in controls:
-            each.on_update(self.shield(self._switched))
-
-    def add_dots(
-        self, name: str, positions: Float[np.ndarray, "n 3"], colours: tuple[int, int, int] | np.ndarray, size: float
-    ) -> PointCloudHandle:
-        """Draw round dots, whose size is relative to that of the whole."""
-        colours = np.broadcast_to(np.asarray(colours, np.uint8), positions.shape)
-        style = {"point_size": size * self.size, "point_shape": "circle", "point_shading": "flat"}
-        return self.client.scene.add_point_cloud(name, positions.astype(np.float32), colours, **style)  # type: ignore[arg-type]
-
-    def switch(self, label: str, nodes: Sequence[SceneNodeHandle]) -> None:
-        """Add a checkbox that shows and hides nodes; none if there are no nodes."""
-        if nodes:
-            box = self.client.gui.add_checkbox(label, nodes[0].visible)
-
-            @box.on_update
-            @self.shield
-            def _(event) -> None:
-                for node in nodes:
-                    node.visible = box.value
-
-    def colour_rows(self, colours: UInt8[np.ndarray, "K 3"]) -> None:
-        """Colour the recorded positions, each of which has a row."""
-        for dots, rows in self._rows:
-            dots.colors = colours[rows]
 
     def _build(self) -> None:
         """Build the panel above the controls of the quantities."""
@@ -130,46 +103,6 @@ class Tab:
             self._play = gui.add_checkbox("play along the recorded path", False, visible=count > 1)
             self._play.on_update(self.shield(self._switched))
         self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
-
-    def _add_layers(self) -> None:
-        """Draw what stands in the room, and the checkboxes that hide it."""
-        subject, api = self.subject, self.client.scene
-        objects = {} if subject.scene is None else add_objects(api, subject.scene)
-        labels: list[SceneNodeHandle] = []
-        self.gateway: Any  # the frame of the array, or the dots of antennas of one element each
-        if subject.gateway is not None:
-            self.gateway = add_gateway(api, subject.gateway, subject.wavelength, 0.07 * self.size)
-        else:
-            assert subject.dataset is not None
-            self.gateway = self.add_dots("/gateways", subject.gateways, GATEWAY, 0.014)
-            for name, place in zip(subject.dataset.gateway_names, subject.gateways, strict=True):
-                labels.append(api.add_label(f"/names/{len(labels)}", name, position=place))
-        if subject.array_moves:
-            stands = tuple(subject.gateways[0])
-            api.add_icosphere("/standing", radius=0.008 * self.size, color=TRANSMITTER, position=stands)
-        places, apart = self._recorded, 1.0
-        if len(places) > 1:  # smaller where they are dense, so that a map shows between them
-            apart = float(np.median(cKDTree(places).query(places, k=2)[0][:, 1])) / self.size
-        dot = float(np.clip(0.3 * apart, 0.001, 0.004))
-        with self.client.gui.add_folder("Layers"):
-            self.switch("walls, floor, ceiling", objects.get("walls", []))
-            self.switch("furniture", objects.get("furniture", []))
-            self.switch("gateways", [self.gateway, *labels] if labels else [])
-            what = "receiver region" if subject.array_moves else "transmitter region"
-            self.switch(what, [add_region(api, subject.region)])
-            self._rows = []
-            for what, rows, size in (("training", subject.known, dot), ("test", subject.tested, 1.5 * dot)):
-                if len(rows):
-                    self._rows.append((self.add_dots(f"/{what}", places[rows], POSITION, size), rows))
-                    self.switch(f"{what} positions", [self._rows[-1][0]])
-            if subject.planned is not None:
-                planned = self.add_dots("/planned", subject.planned, PLANNED, 0.008)
-                self.switch(f"planned positions ({len(subject.planned)})", [planned])
-            for panel in self._panels:
-                panel.add_layers()
-            if subject.run is not None:
-                self.shield(add_located)(self)
-                add_cloud(self)
 
     def _moved(self, finished: bool) -> None:
         """The transmitter has moved; ``finished``: it is not being dragged on."""
@@ -248,7 +181,7 @@ class Tab:
         if traced is not None and not np.array_equal(traced.position, position):
             traced = None
         if self.subject.array_moves:
-            self.gateway.position = position
+            self._view.gateway.position = position
         words = [panel.show(position, index, traced) for panel in self._panels]
         self._words.content = "\n\n".join([self._where(position, index), *words])
 

@@ -74,7 +74,7 @@ def up_evidence(file: ImportedFile, antennas: Float[np.ndarray, "n 3"] | None, m
         votes["names"] = found
     if found := _by_area(areas.sum(axis=0)):
         votes["area"] = found
-    if file.path.suffix.lower() == ".obj" and "blender" in file.header.lower():
+    if file.blender:
         votes["exporter"] = "y", "Blender writes OBJ files with y up unless told otherwise"
     if not votes:
         return None

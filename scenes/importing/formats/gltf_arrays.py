@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 import binascii
 from pathlib import Path
+from typing import Literal
 from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
 
 from scenes.files.errors import InputError, named
 from scenes.files.input_file import MEGABYTE, beside, read_bytes
-from scenes.importing.formats.gltf_header import COMPONENTS, COMPRESSION, Accessor, Header, pick
+from scenes.importing.formats.gltf_header import COMPRESSION, Header, pick
 
 LARGEST_FILE = 256 * MEGABYTE
 """Most bytes of a mesh file, and of all files together that a glTF file names."""
@@ -25,20 +26,14 @@ class Arrays:
     def __init__(self, header: Header, binary: bytes | None, path: Path) -> None:
         self.header, self.binary, self.path, self.source = header, binary, path, str(path)
         self.buffers: dict[int, bytes] = {}
-        self.arrays: dict[int, np.ndarray] = {}
         self.left = LARGEST_FILE
 
-    def read(self, index: int, kind: str) -> np.ndarray:
+    def read(self, index: int, kind: Literal["SCALAR", "VEC3", "VEC4"]) -> np.ndarray:
         """Return the array of an accessor, with integers that stand for −1 to 1 or 0 to 1 converted."""
         accessor = pick(self.header.accessors, index, self.source, "accessors")
+        label = f"{self.source}: accessors[{index}]"
         if accessor.type != kind:
-            raise InputError(f"{self.source}: accessors[{index}]: expected {kind}, found {named(accessor.type)}")
-        if index not in self.arrays:
-            self.arrays[index] = self._read(accessor, f"{self.source}: accessors[{index}]")
-        return self.arrays[index]
-
-    def _read(self, accessor: Accessor, label: str) -> np.ndarray:
-        shape = (accessor.count,) if accessor.type == "SCALAR" else (accessor.count, COMPONENTS[accessor.type])
+            raise InputError(f"{label}: expected {kind}, found {named(accessor.type)}")
         if accessor.sparse is not None:
             raise InputError(f"{label}: expected a plain array, found a sparse one; export without sparse accessors")
         if accessor.buffer_view is None:
@@ -46,25 +41,24 @@ class Arrays:
                 f"{label}: expected plain geometry, found none; if it is compressed by {COMPRESSION[0]}, export it "
                 "uncompressed"
             )
-        values = self._table(accessor.buffer_view, accessor.byte_offset, shape, accessor.component_type, label)
-        if accessor.normalized and values.dtype.kind in "iu":
-            return np.maximum(values / np.iinfo(values.dtype).max, -1)
+        if accessor.component_type not in TYPES:
+            raise InputError(f"{label}: expected a componentType of glTF, found {accessor.component_type}")
+        view = pick(self.header.buffer_views, accessor.buffer_view, self.source, "bufferViews")
+        number = np.dtype(TYPES[accessor.component_type])
+        numbers = 1 if kind == "SCALAR" else int(kind[3:])
+        shape = (accessor.count,) if kind == "SCALAR" else (accessor.count, numbers)
+        row = number.itemsize * numbers
+        stride = view.byte_stride or row  # there may be gaps between the rows
+        end = accessor.byte_offset + (stride * (accessor.count - 1) + row if accessor.count else 0)
+        data = memoryview(self._buffer(view.buffer))[view.byte_offset : view.byte_offset + view.byte_length]
+        if end > len(data):
+            raise InputError(f"{label}: expected {end} bytes in bufferViews[{accessor.buffer_view}], found {len(data)}")
+        if not accessor.count:
+            return np.zeros(shape)
+        values = np.ndarray(shape, number, data, accessor.byte_offset, (stride, number.itemsize)[: len(shape)])
+        if accessor.normalized and number.kind in "iu":
+            return np.maximum(values / np.iinfo(number).max, -1)
         return values
-
-    def _table(self, view: int, offset: int, shape: tuple[int, ...], component: int, label: str) -> np.ndarray:
-        """Return a part of a buffer as rows, which may have gaps between them."""
-        entry = pick(self.header.buffer_views, view, self.source, "bufferViews")
-        if component not in TYPES:
-            raise InputError(f"{label}: expected a componentType of glTF, found {component}")
-        kind = np.dtype(TYPES[component])
-        row = kind.itemsize * int(np.prod(shape[1:]))
-        stride = entry.byte_stride or row
-        size = stride * (shape[0] - 1) + row if shape[0] else 0
-        data = memoryview(self._buffer(entry.buffer))[entry.byte_offset : entry.byte_offset + entry.byte_length]
-        if offset + size > len(data):
-            raise InputError(f"{label}: expected {offset + size} bytes in bufferViews[{view}], found {len(data)}")
-        strides = (stride, kind.itemsize)[: len(shape)]
-        return np.ndarray(shape, kind, data, offset, strides) if shape[0] else np.zeros(shape, kind)
 
     def _buffer(self, index: int) -> bytes:
         if index not in self.buffers:
@@ -72,8 +66,7 @@ class Arrays:
             label = f"{self.source}: buffers[{index}]"
             if buffer.uri is None:
                 if index or self.binary is None:
-                    cause = next((f" (compressed by {name})" for name in COMPRESSION if name in buffer.extensions), "")
-                    raise InputError(f"{label}: expected data, found none{cause}")
+                    raise InputError(f"{label}: expected data, found none; if they are compressed, export without that")
                 self.buffers[index] = self.binary
             elif buffer.uri.startswith("data:"):
                 self.buffers[index] = _decoded(buffer.uri, label)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Container, Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Integer
@@ -15,23 +16,21 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, listed, named, shown
-from scenes.importing.formats.gltf_arrays import LARGEST_FILE, Arrays
+from scenes.importing.formats.gltf_arrays import Arrays
 from scenes.importing.formats.gltf_header import (
     COMPRESSION,
     DEEPEST,
     FAN,
-    IRRELEVANT,
-    OBEYED,
     POINTS_AND_LINES,
     STRIP,
     Header,
     Node,
     Primitive,
-    check_sizes,
     instances,
     node_name,
     pick,
     read_header,
+    unknown,
 )
 from scenes.importing.formats.mesh_part import (
     ImportedFile,
@@ -40,50 +39,46 @@ from scenes.importing.formats.mesh_part import (
     require_corners,
     require_ordinary,
 )
-from scenes.scene.description import MOST_TRIANGLES
+from scenes.scene.shapes import union
 
 Vertices = Float[np.ndarray, "V 3"]
 Faces = Integer[np.ndarray, "F 3"]
+Places = Float[np.ndarray, "n 4 4"]
 
 LISTED = 5  # Most names in a sentence
-
-Places = Float[np.ndarray, "n 4 4"]
 
 
 def read_gltf(data: bytes, path: Path) -> ImportedFile:
     """Read the triangles of a glTF file's scene, y up (specification, 3.4), with a part for each node and material."""
     header, binary = read_header(data, str(path))
-    check_sizes(header, str(path), 2 * LARGEST_FILE, MOST_TRIANGLES)
     arrays = Arrays(header, binary, path)
     parts: list[ImportedPart] = []
     with np.errstate(all="ignore"):  # numbers that are not finite are refused
         places = _node_places(header, str(path))
         for index in sorted(places):
             name = node_name(header, index)
-            parts += parts_of_node(name, name, _meshes(index, places, arrays, f"{path}: {shown(name)}"))
-    return ImportedFile(path, parts, "y", tuple(_left_out(header, places)), header.asset.generator)
+            parts += parts_of_node(name, name, _meshes(index, places[index], arrays, f"{path}: {shown(name)}"))
+    return ImportedFile(path, parts, "y", tuple(_left_out(header, places)))
 
 
-def _meshes(index: int, places: dict[int, np.ndarray], arrays: Arrays, label: str) -> dict[str | None, Trimesh]:
+def _meshes(index: int, place: Float[np.ndarray, "4 4"], arrays: Arrays, label: str) -> dict[str | None, Trimesh]:
     """Return the triangles of a node by material, in the world."""
     header, node = arrays.header, arrays.header.nodes[index]
     if node.mesh is None:
         return {}
     mesh = pick(header.meshes, node.mesh, arrays.source, "meshes")
-    by_material: dict[str | None, list[tuple[Vertices, Faces]]] = defaultdict(list)
+    by_material: dict[str | None, list[Trimesh]] = defaultdict(list)
     for part in filter(_has_triangles, mesh.primitives):
         _require_plain(node, part, node.weights or mesh.weights, label)
         positions = arrays.read(part.attributes["POSITION"], "VEC3")
         faces = _faces(part, len(positions), arrays, label)
         require_corners(faces, len(positions), label)
         used, corners = np.unique(faces, return_inverse=True)
-        faces = corners.reshape(-1, 3)
-        vertices = positions[used].astype(float)
+        places = place @ _instance_places(node, arrays, label)
+        vertices, faces = _repeat(positions[used].astype(float), corners.reshape(-1, 3), places)
         require_ordinary(vertices, label)
-        vertices, faces = _repeat(vertices, faces, places[index] @ _instance_places(node, arrays, label))
-        require_ordinary(vertices, label)
-        by_material[_material(part, arrays)].append((vertices, faces))
-    return {material: _joined(pieces) for material, pieces in by_material.items()}
+        by_material[_material(part, arrays)].append(Trimesh(vertices, faces, process=False))
+    return {material: union(*meshes) for material, meshes in by_material.items()}
 
 
 def _require_plain(node: Node, part: Primitive, weights: list[float], label: str) -> None:
@@ -115,27 +110,18 @@ def _material(part: Primitive, arrays: Arrays) -> str | None:
     return name or f"material_{part.material}"
 
 
-def _joined(pieces: list[tuple[Vertices, Faces]]) -> Trimesh:
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in pieces)])
-    faces = [faces + start for (_, faces), start in zip(pieces, starts, strict=False)]
-    return Trimesh(np.concatenate([vertices for vertices, _ in pieces]), np.concatenate(faces), process=False)
-
-
 def _has_triangles(part: Primitive) -> bool:
     return part.mode not in POINTS_AND_LINES and "POSITION" in part.attributes
 
 
 def _left_out(header: Header, places: Container[int]) -> Iterator[str]:
     """Yield a sentence for each kind of thing that is not read."""
-    without, elsewhere, unknown = [], [], dict[str, str]()
+    without, elsewhere = [], []
     for index, node in enumerate(header.nodes):
-        name = node_name(header, index)
-        if index in places:
-            unknown |= dict.fromkeys(_extensions(header, node), name)
         if node.mesh is not None and index not in places:
-            elsewhere.append(named(name))
+            elsewhere.append(named(node_name(header, index)))
         elif node.mesh is not None and not all(map(_has_triangles, header.meshes[node.mesh].primitives)):
-            without.append(named(name))
+            without.append(named(node_name(header, index)))
     used = {node.mesh for node in header.nodes}
     unused = [named(mesh.name or f"mesh_{index}") for index, mesh in enumerate(header.meshes) if index not in used]
     if without:
@@ -144,22 +130,10 @@ def _left_out(header: Header, places: Container[int]) -> Iterator[str]:
         yield f"nodes outside the scene that the file shows were left out: {listed(elsewhere, LISTED)}"
     if unused:
         yield f"meshes that no node shows were left out: {listed(unused, LISTED)}"
-    for extension, name in unknown.items():
-        yield f"the extension {named(extension)} is unknown and was not applied, for example to {named(name)}"
+    if further := [named(name) for name in unknown(header.extensions_used) if name not in COMPRESSION]:
+        yield f"unknown extensions were not applied: {listed(further, LISTED)}"
     if header.animations:
         yield f"animations were left out: {len(header.animations)} in the file; the pose at rest was read"
-
-
-def _extensions(header: Header, node: Node) -> Iterator[str]:
-    """Yield the extensions of a node and its mesh, if it has one, that might change its triangles."""
-    places = [node.extensions]
-    if node.mesh is not None:
-        mesh = header.meshes[node.mesh]
-        places += [mesh.extensions, *(part.extensions for part in mesh.primitives)]
-    for extensions in places:
-        for name in extensions:
-            if name not in (*OBEYED, *COMPRESSION) and not name.startswith(IRRELEVANT):
-                yield name
 
 
 def _node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 4"]]:
@@ -187,7 +161,7 @@ def _node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 
 
 def _instance_places(node: Node, arrays: Arrays, label: str) -> Places:
     """Return the places of a node's instances relative to the node; one place if it has none."""
-    kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
+    kinds: dict[str, Literal["VEC3", "VEC4"]] = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
     entries = instances(node, label)
     found = {name: arrays.read(entries[name], kind) for name, kind in kinds.items() if name in entries}
     counts = {len(each) for each in found.values()} or {1}

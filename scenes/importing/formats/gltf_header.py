@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, TypeVar
 
 from msgspec import Meta, Struct
 
 from scenes.files.errors import InputError, named
 from scenes.files.json_yaml_xml import parse_json
-from scenes.files.schema import conform
+from scenes.files.schema import Count, conform
+from scenes.importing.formats.mesh_part import require_few
 
 T = TypeVar("T")
 
-Count = Annotated[int, Meta(ge=0)]
 Vector3 = tuple[float, float, float]
 Vector4 = tuple[float, float, float, float]
 Matrix4 = Annotated[list[float], Meta(min_length=16, max_length=16)]
-Extensions = dict[str, Any]
 
-COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-WIDEST = 4  # Bytes of the widest component
 DEEPEST = 100  # Most levels of nodes
 POINTS_AND_LINES, TRIANGLES, STRIP, FAN = (0, 1, 2, 3), 4, 5, 6  # Modes of primitives
 
@@ -56,7 +53,6 @@ class View(Struct, rename="camel"):
 class Buffer(Struct, rename="camel"):
     byte_length: Count
     uri: str | None = None
-    extensions: Extensions = {}
 
 
 class Primitive(Struct):
@@ -65,14 +61,12 @@ class Primitive(Struct):
     mode: Annotated[int, Meta(ge=0, le=FAN)] = TRIANGLES
     material: Count | None = None
     targets: list[dict[str, Count]] = []
-    extensions: Extensions = {}
 
 
 class Mesh(Struct):
     primitives: list[Primitive]
     name: str = ""
     weights: list[float] = []
-    extensions: Extensions = {}
 
 
 class Material(Struct):
@@ -89,7 +83,7 @@ class Node(Struct):
     rotation: Vector4 = (0, 0, 0, 1)
     scale: Vector3 = (1, 1, 1)
     weights: list[float] = []
-    extensions: Extensions = {}
+    extensions: dict[str, Any] = {}
 
 
 class Root(Struct):
@@ -98,7 +92,6 @@ class Root(Struct):
 
 class Asset(Struct, frozen=True):
     version: str | float = "2.0"
-    generator: str = ""
 
 
 class Version(Struct):
@@ -124,6 +117,7 @@ class Header(Struct, rename="camel"):
     scenes: list[Root] = []
     scene: Count = 0
     animations: list[Any] = []
+    extensions_used: list[str] = []
     extensions_required: list[str] = []
 
 
@@ -135,29 +129,18 @@ def read_header(data: bytes, source: str) -> tuple[Header, bytes | None]:
     if version.partition(".")[0] != "2":
         raise InputError(f"{source}: expected glTF of version 2, found version {named(version)}")
     header = conform(value, Header, source)
-    for name in header.extensions_required:
-        if name not in OBEYED and not name.startswith(IRRELEVANT):
-            way = "it uncompressed" if name in COMPRESSION else "the file without it"
-            raise InputError(
-                f"{source}: the file requires the extension {named(name)}, which is not supported; export {way}"
-            )
+    for name in unknown(header.extensions_required):
+        way = "it uncompressed" if name in COMPRESSION else "the file without it"
+        raise InputError(
+            f"{source}: the file requires the extension {named(name)}, which is not supported; export {way}"
+        )
+    _require_few_drawn(header, source)
     return header, binary
 
 
-def check_sizes(header: Header, source: str, most_bytes: int, most_triangles: int) -> None:
-    """Refuse a file whose arrays or triangles are too large."""
-    size = sum(view.byte_length for view in header.buffer_views)
-    size += sum(WIDEST * each.count * COMPONENTS.get(each.type, 16) for each in header.accessors)
-    if size > most_bytes:
-        raise InputError(f"{source}: expected arrays of at most {most_bytes / 1e6:g} MB, found {size / 1e6:.4g} MB")
-    triangles = [sum(_most_triangles(part, header, source) for part in mesh.primitives) for mesh in header.meshes]
-    drawn = 0
-    for node in header.nodes:
-        if node.mesh is not None:
-            drawn += pick(triangles, node.mesh, source, "meshes") * _most_instances(node, header, source)
-    total = max(drawn, sum(triangles))
-    if total > most_triangles:
-        raise InputError(f"{source}: expected at most {most_triangles} triangles, found {total}")
+def unknown(extensions: list[str]) -> list[str]:
+    """Those of some extensions that may change triangles in a way that we do not know."""
+    return [name for name in extensions if name not in OBEYED and not name.startswith(IRRELEVANT)]
 
 
 def pick(things: Sequence[T], index: int, source: str, key: str) -> T:
@@ -205,16 +188,23 @@ def _chunks(data: bytes, source: str) -> tuple[str, bytes | None]:
         raise InputError(f"{source}: expected a glTF header as UTF-8, found another encoding") from None
 
 
-def _most_triangles(part: Primitive, header: Header, source: str) -> int:
-    """Return a number of triangles that a primitive cannot exceed."""
-    if part.mode in POINTS_AND_LINES:
-        return 0
-    used = [part.attributes["POSITION"]] if "POSITION" in part.attributes else []
-    used += [] if part.indices is None else [part.indices]
-    corners = max((pick(header.accessors, index, source, "accessors").count for index in used), default=0)
-    return corners // 3 if part.mode == TRIANGLES else corners
+def _require_few_drawn(header: Header, source: str) -> None:
+    """Refuse too many triangles, by the counts that the file claims, before any array is read."""
 
+    def largest(accessors: Iterable[int]) -> int:
+        return max((pick(header.accessors, index, source, "accessors").count for index in accessors), default=0)
 
-def _most_instances(node: Node, header: Header, source: str) -> int:
-    counts = [pick(header.accessors, index, source, "accessors").count for index in instances(node, source).values()]
-    return max(counts, default=1)
+    triangles = []
+    for mesh in header.meshes:
+        corners = 0
+        for part in mesh.primitives:
+            used = [each for each in (part.attributes.get("POSITION"), part.indices) if each is not None]
+            # Each further corner of a fan makes a triangle, and points and lines make none.
+            corners += 0 if part.mode in POINTS_AND_LINES else largest(used) * (3 if part.mode == FAN else 1)
+        triangles.append(corners // 3)
+    drawn = [
+        pick(triangles, node.mesh, source, "meshes") * (largest(instances(node, source).values()) or 1)
+        for node in header.nodes
+        if node.mesh is not None
+    ]
+    require_few(max(sum(drawn), sum(triangles)), source)

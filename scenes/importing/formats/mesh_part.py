@@ -1,4 +1,4 @@
-"""What a file contains: parts with names, the radio materials that these stand for, what was left out, its exporter."""
+"""What a file contains: parts with names, the radio materials that these stand for, what was left out."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class ImportedFile:
     up: str  # "y" or "z", the vertical axis of this kind of file
     # a sentence for each thing in the file that was not read, or not in the only possible way
     left_out: tuple[str, ...] = ()
-    header: str = ""  # what the file says about the program that wrote it; empty if it says nothing
+    blender: bool = False  # whether it is an OBJ file by Blender, which writes y up unless told otherwise
 
 
 def short_name(name: str) -> str:

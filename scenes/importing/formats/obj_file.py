@@ -13,7 +13,7 @@ from trimesh import Trimesh
 from scenes.files.errors import InputError, shown
 from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart, parts_of_node, require_few
 from scenes.importing.formats.polygons import Cut, cut_polygons
-from scenes.importing.formats.text_lines import comment_header, coordinates, text_lines, whole_numbers
+from scenes.importing.formats.text_lines import coordinates, text_lines, whole_numbers
 
 LEFT_OUT = {
     "p": "points",
@@ -31,84 +31,62 @@ IRRELEVANT = frozenset(
 )
 """Statements of normals, textures, smoothing, and attributes of what is left out."""
 
-
-class _Polygons:
-    """The polygons of a file, and the object, group and material of each."""
-
-    def __init__(self, label: str) -> None:
-        self.label = label
-        self.positions, self.corners, self.sizes, self.owners = array("d"), array("q"), array("q"), array("q")
-        self.owner_numbers: dict[tuple[str, str, str], int] = {}
-        self.left_out = Counter[str]()
-        self.comments: list[str] = []
-
-    def read(self, data: bytes) -> None:
-        obj = group = material = ""
-        for number, line in _statements(data):
-            keyword, _, rest = line.partition(" ")
-            if not keyword:
-                continue
-            if keyword == "v":
-                self.positions.extend(coordinates(_words(rest), self.label, number))
-            elif keyword in ("f", "fo"):
-                self._add_face(_words(rest), (obj, group, material), number)
-            elif keyword == "o":
-                obj = rest.strip()
-            elif keyword == "g":
-                group = rest.strip()
-            elif keyword == "usemtl":
-                material = rest.strip()
-            elif keyword in LEFT_OUT:
-                self.left_out[LEFT_OUT[keyword]] += 1
-            elif keyword.startswith("#"):
-                if not self.positions:
-                    self.comments.append(line[1:])
-            elif keyword not in IRRELEVANT:
-                self.left_out["statements that OBJ does not have"] += 1
-
-    def _add_face(self, words: list[str], owner: tuple[str, str, str], line: int) -> None:
-        count = len(self.positions) // 3
-        try:
-            corners = whole_numbers([word.partition("/")[0] for word in words])
-        except ValueError:
-            raise InputError(
-                f"{self.label}: line {line}: expected vertex numbers, found {shown(' '.join(words))}"
-            ) from None
-        for corner in corners:
-            if not 0 < abs(corner) <= count:
-                raise InputError(
-                    f"{self.label}: line {line}: expected vertex numbers from 1 to {count}, or from -{count} to -1, "
-                    f"found {corner}"
-                )
-        if len(corners) < 3:
-            self.left_out["faces of fewer than three corners"] += 1
-            return
-        self.corners.extend(corner - 1 if corner > 0 else count + corner for corner in corners)
-        self.sizes.append(len(corners))
-        self.owners.append(self.owner_numbers.setdefault(owner, len(self.owner_numbers)))
-        require_few(len(self.sizes), self.label)
+Owner = tuple[str, str, str]  # Object, group and material of a polygon
 
 
 def read_obj(data: bytes, path: Path) -> ImportedFile:
     """Read the polygons of an OBJ file, with a part for each object, group and material."""
-    read = _Polygons(str(path))
-    read.read(data)
-    vertices = np.frombuffer(read.positions).reshape(-1, 3)
-    corners, sizes, owners = (np.frombuffer(each, np.int64) for each in (read.corners, read.sizes, read.owners))
-    used = np.unique(corners)  # points of a cloud that no polygon uses are not checked
-    cut = cut_polygons(vertices[used], np.searchsorted(used, corners), sizes, str(path))
-    return ImportedFile(
-        path,
-        _parts(vertices[used], cut, owners, list(read.owner_numbers), path.stem),
-        "z",
-        (*(f"{what} were left out: {count} in the file" for what, count in read.left_out.items()), *cut.remarks()),
-        comment_header(read.comments),
-    )
+    positions, corners, sizes, owners = array("d"), array("q"), array("q"), array("q")
+    numbers: dict[Owner, int] = {}
+    others = Counter[str]()
+    blender = False
+    obj = group = material = ""
+    for line, text in _statements(data):
+        keyword, _, rest = text.partition(" ")
+        words = rest.partition("#")[0].split()
+        if keyword == "v":
+            positions.extend(coordinates(words, str(path), line))
+        elif keyword in ("f", "fo"):
+            face = _corners(words, len(positions) // 3, f"{path}: line {line}")
+            corners.extend(face)
+            sizes.append(len(face))
+            owners.append(numbers.setdefault((obj, group, material), len(numbers)))
+            require_few(len(sizes), str(path))
+        elif keyword == "o":
+            obj = rest.strip()
+        elif keyword == "g":
+            group = rest.strip()
+        elif keyword == "usemtl":
+            material = rest.strip()
+        elif keyword in LEFT_OUT:
+            others[LEFT_OUT[keyword]] += 1
+        elif keyword.startswith("#"):
+            blender |= not positions and "blender" in text.lower()
+        elif keyword and keyword not in IRRELEVANT:
+            others["statements that OBJ does not have"] += 1
+    vertices = np.frombuffer(positions).reshape(-1, 3)
+    used, which = np.unique(np.frombuffer(corners, np.int64), return_inverse=True)
+    vertices = vertices[used]  # points of a cloud that no polygon uses are not checked
+    cut = cut_polygons(vertices, which, np.frombuffer(sizes, np.int64), str(path))
+    parts = _parts(vertices, cut, np.frombuffer(owners, np.int64), list(numbers), path.stem)
+    left_out = [f"{what} were left out: {count} in the file" for what, count in others.items()]
+    return ImportedFile(path, parts, "z", (*left_out, *cut.remarks()), blender)
 
 
-def _parts(
-    vertices: np.ndarray, cut: Cut, owners: np.ndarray, names: list[tuple[str, str, str]], stem: str
-) -> list[ImportedPart]:
+def _corners(words: list[str], count: int, place: str) -> list[int]:
+    """Return the vertex numbers of a face, from 0. Negative ones in the file count back from the last vertex so far."""
+    try:
+        corners = whole_numbers([word.partition("/")[0] for word in words])
+    except ValueError:
+        raise InputError(f"{place}: expected vertex numbers, found {shown(' '.join(words))}") from None
+    for corner in corners:
+        if not 0 < abs(corner) <= count:
+            expected = f"expected vertex numbers from 1 to {count}, or from -{count} to -1"
+            raise InputError(f"{place}: {expected}, found {corner}")
+    return [corner - 1 if corner > 0 else count + corner for corner in corners]
+
+
+def _parts(vertices: np.ndarray, cut: Cut, owners: np.ndarray, names: list[Owner], stem: str) -> list[ImportedPart]:
     """Divide the triangles by object and group, and these by material."""
     owner = owners[cut.polygons]
     nodes: dict[tuple[str, str], dict[str | None, Trimesh]] = {}
@@ -131,12 +109,8 @@ def _statements(data: bytes) -> Iterator[tuple[int, str]]:
     for number, line in text_lines(data):
         first = first if pieces else number
         pieces.append(line.removesuffix("\\").replace("\t", " "))
-        if line.endswith("\\") and not (len(pieces) == 1 and line.lstrip().startswith("#")):
+        if line.endswith("\\") and not (len(pieces) == 1 and line.startswith("#")):
             continue
         yield first, " ".join(pieces)
         pieces = []
     yield first, " ".join(pieces)
-
-
-def _words(rest: str) -> list[str]:
-    return rest.partition("#")[0].split()

@@ -11,12 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_part import ImportedFile, parts_of_node, require_few
-from scenes.importing.formats.polygons import cut_polygons
-from scenes.importing.formats.text_lines import comment_header, coordinates, text_lines, whole_numbers
+from scenes.importing.formats.mesh_part import ImportedFile, require_few
+from scenes.importing.formats.polygons import one_part
+from scenes.importing.formats.text_lines import coordinates, text_lines, whole_numbers
 
 KEYWORD = re.compile(r"(ST)?C?N?OFF([0-9]*)")
 """Geomview's keyword: with texture coordinates, colours and normals after the coordinates of a vertex.
@@ -24,65 +23,48 @@ KEYWORD = re.compile(r"(ST)?C?N?OFF([0-9]*)")
 The files of ModelNet have the number of vertices in the same word.
 """
 
+Rows = Iterator[tuple[int, list[str]]]
+"""Numbers and words of the lines that have any, without comments."""
+
 
 def read_off(data: bytes, path: Path) -> ImportedFile:
     """Read the polygons of an OFF file as one part, named after the file."""
     label = str(path)
-    comments: list[str] = []
-    lines = _rows(data, comments)
-    number, words = _next(lines, path, "OFF")
+    stripped = ((number, line.partition("#")[0].split()) for number, line in text_lines(data))
+    rows = ((number, words) for number, words in stripped if words)
+    number, words = _next(rows, label, "OFF")
     keyword = KEYWORD.fullmatch(words[0])
     if keyword is None or "BINARY" in words:
         raise InputError(f"{path}: expected OFF as text with three coordinates, found {shown(' '.join(words))}")
     words = [word for word in (keyword[2], *words[1:]) if word]
     if not words:
-        number, words = _next(lines, path, "the numbers of vertices and faces")
+        number, words = _next(rows, label, "the numbers of vertices and faces")
     vertex_count, face_count = _counts(words[:2], 2, label, number)
 
-    positions, corners, sizes, others = array("d"), array("q"), array("q"), 0
+    positions, corners, sizes = array("d"), array("q"), array("q")
     for k in range(vertex_count):
-        number, words = _next(lines, path, f"{vertex_count} vertices, of which there are {k}")
+        number, words = _next(rows, label, f"{vertex_count} vertices, of which there are {k}")
         positions.extend(coordinates(words, label, number))
     for k in range(face_count):
-        number, words = _next(lines, path, f"{face_count} faces, of which there are {k}")
+        number, words = _next(rows, label, f"{face_count} faces, of which there are {k}")
         (size,) = _counts(words[:1], 1, label, number)
         while len(words) <= size:  # libigl's test data have faces of several lines
-            words += _next(lines, path, f"{face_count} faces, of which there are {k}")[1]
-        face = _counts(words[1 : size + 1], size, label, number)  # colours may follow
-        if size < 3:
-            others += 1
-            continue
-        corners.extend(face)
+            words += _next(rows, label, f"{face_count} faces, of which there are {k}")[1]
+        corners.extend(_counts(words[1 : size + 1], size, label, number))  # colours may follow
         sizes.append(size)
         require_few(len(sizes), label)
-    further = [number for number, _ in lines]
+    left_out = []
+    if further := [number for number, _ in rows]:
+        left_out = [f"lines after the {face_count} faces were left out: {len(further)}, from line {further[0]} on"]
     vertices = np.frombuffer(positions).reshape(-1, 3)
-    cut = cut_polygons(vertices, np.frombuffer(corners, np.int64), np.frombuffer(sizes, np.int64), label)
-    mesh = Trimesh(vertices, cut.triangles, process=False)
-    left_out = [f"faces of fewer than three corners were left out: {others} in the file"] if others else []
-    if further:
-        left_out.append(f"lines after the {face_count} faces were left out: {len(further)}, from line {further[0]} on")
-    parts = parts_of_node("", path.stem, {None: mesh})
-    return ImportedFile(path, parts, "z", (*left_out, *cut.remarks()), comment_header(comments))
+    faces = np.frombuffer(corners, np.int64), np.frombuffer(sizes, np.int64)
+    return one_part(path, vertices, *faces, left_out)
 
 
-def _rows(data: bytes, comments: list[str]) -> Iterator[tuple[int, list[str]]]:
-    """Yield the words of each line that has any. Add the comments before the vertices to the list."""
-    rows = 0
-    for number, line in text_lines(data):
-        content, hash_sign, comment = line.partition("#")
-        if hash_sign and rows < 2:
-            comments.append(comment)
-        words = content.split()
-        if words:
-            rows += 1
-            yield number, words
-
-
-def _next(lines: Iterator[tuple[int, list[str]]], path: Path, expected: str) -> tuple[int, list[str]]:
-    row = next(lines, None)
+def _next(rows: Rows, label: str, expected: str) -> tuple[int, list[str]]:
+    row = next(rows, None)
     if row is None:
-        raise InputError(f"{path}: expected {expected}, found the end of the file")
+        raise InputError(f"{label}: expected {expected}, found the end of the file")
     return row
 
 

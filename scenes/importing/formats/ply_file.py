@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import re
 from array import array
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Integer
-from trimesh import Trimesh
 
 from scenes.files.errors import InputError, named, shown
-from scenes.importing.formats.mesh_part import ImportedFile, parts_of_node
-from scenes.importing.formats.polygons import cut_polygons
-from scenes.importing.formats.text_lines import comment_header, decimals, text_lines, whole_numbers
+from scenes.importing.formats.mesh_part import ImportedFile
+from scenes.importing.formats.polygons import one_part
+from scenes.importing.formats.text_lines import decimals, text_lines, whole_numbers
 
 LONGEST_HEADER = 100_000  # Bytes
 
@@ -31,9 +31,10 @@ TYPES = {
 
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 
+DOUBLE = np.dtype("f8")
 
-@dataclass(frozen=True)
-class Property:
+
+class Property(NamedTuple):
     """A column of numbers or, if it has a type for their lengths, of lists of numbers."""
 
     name: str
@@ -41,134 +42,106 @@ class Property:
     length: np.dtype | None = None
 
 
-@dataclass(frozen=True)
-class Column:
-    """The lists of all rows; a number is a list of one."""
-
-    lengths: Integer[np.ndarray, " R"]  # number of values in each row
-    values: np.ndarray  # those of all rows, one row after the other
-
-
-@dataclass
-class Element:
-    """A table, such as "vertex" or "face", with its number of rows and its columns by name."""
+class Element(NamedTuple):
+    """A table, such as "vertex" or "face", with its number of rows and its columns."""
 
     name: str
-    count: int
-    properties: list[Property] = field(default_factory=list)
-    columns: dict[str, Column] = field(default_factory=dict)
+    rows: int
+    properties: list[Property]
+
+
+Columns = dict[str, tuple[Integer[np.ndarray, " R"], np.ndarray]]
+"""By the names of an element's columns: how many values each row has, 1 if they are numbers, and the values of all."""
 
 
 def read_ply(data: bytes, path: Path) -> ImportedFile:
     """Read the polygons of a PLY file as one part, named after the file."""
     label = str(path)
-    elements, comments = _read_elements(data, label)
-    if "tristrips" in elements:
+    order, elements, body = _header(data, label)
+    if any(element.name == "tristrips" for element in elements):
         raise InputError(f"{label}: expected polygons, found triangle strips (tristrips); export it with faces instead")
-    vertices = _vertices(elements.get("vertex"), label)
-    sizes, corners = _corners(elements.get("face"), label)
-    polygons = sizes >= 3
-    left_out = [
-        f"the element {named(element.name)} of the PLY was left out: {element.count} in the file"
-        for element in elements.values()
-        if element.name not in ("vertex", "face") and element.count
-    ]
-    if not polygons.all():
-        left_out.append(f"faces of fewer than three corners were left out: {np.sum(~polygons)} in the file")
-    cut = cut_polygons(vertices, corners[np.repeat(polygons, sizes)], sizes[polygons], label)
-    mesh = Trimesh(vertices, cut.triangles, process=False)
-    parts = parts_of_node("", path.stem, {None: mesh})
-    return ImportedFile(path, parts, "z", (*left_out, *cut.remarks()), comment_header(comments))
-
-
-def _vertices(element: Element | None, label: str) -> Float[np.ndarray, "V 3"]:
-    if element is None or not element.count:
-        return np.zeros((0, 3))
-    missing = [
-        axis for axis in "xyz" if axis not in element.columns or len(element.columns[axis].values) != element.count
-    ]
-    if missing:
-        raise InputError(f"{label}: expected vertices of PLY with x, y and z, found none of {', '.join(missing)}")
-    return np.stack([element.columns[axis].values for axis in "xyz"], axis=1).astype(float)
-
-
-def _corners(element: Element | None, label: str) -> tuple[Integer[np.ndarray, " F"], Integer[np.ndarray, " C"]]:
-    """Return the number of corners of each face, and the vertex numbers of the corners of all faces."""
-    if element is None or not element.count:
-        return np.zeros(0, int), np.zeros(0, int)
-    columns = [element.columns[name] for name in ("vertex_indices", "vertex_index") if name in element.columns]
-    if not columns:
-        raise InputError(f"{label}: expected {named(element.name)} of PLY with vertex_indices, found none")
-    column: Column = columns[0]
-    whole = np.abs(column.values) < 2**53
-    numbers = np.where(whole, column.values, -1).astype(int)
-    if not (numbers == column.values).all():
-        raise InputError(f"{label}: expected whole numbers as vertex_indices of PLY, found others")
-    return column.lengths, numbers
-
-
-def _read_elements(data: bytes, label: str) -> tuple[dict[str, Element], list[str]]:
-    lines, start = _header_lines(data, label)
-    order, elements, comments = _parse_header(lines, label)
-    body = data[start:]
     if order == "":
         body = _text_rows(body, elements, label).tobytes()
-        elements = [_in_double_precision(element) for element in elements]
-    offset = 0
+        elements = [
+            Element(name, count, [Property(each.name, DOUBLE, None if each.length is None else DOUBLE) for each in own])
+            for name, count, own in elements
+        ]
+    columns, offset = dict[str, Columns](), 0
     for element in elements:
-        offset = _read_rows(body, offset, element, label)
+        columns[element.name], offset = _rows(body, offset, element, label)
     if offset < len(body):
-        raise InputError(f"{label}: expected as many rows as the header of PLY claims, found more")
-    return {element.name: element for element in elements}, comments
+        raise _too_many(label)
+    left_out = [
+        f"the element {named(element.name)} of the PLY was left out: {element.rows} in the file"
+        for element in elements
+        if element.name not in ("vertex", "face") and element.rows
+    ]
+    vertices = _vertices(columns.get("vertex", {}), label)
+    sizes, corners = _corners(columns.get("face", {}), label)
+    return one_part(path, vertices, corners, sizes, left_out)
 
 
-def _header_lines(data: bytes, label: str) -> tuple[list[str], int]:
-    """Return the lines of the header, and where the body begins."""
+def _vertices(columns: Columns, label: str) -> Float[np.ndarray, "V 3"]:
+    if not columns:
+        return np.zeros((0, 3))
+    missing = [axis for axis in "xyz" if axis not in columns or (columns[axis][0] != 1).any()]
+    if missing:
+        raise InputError(f"{label}: expected vertices of PLY with x, y and z, found none of {', '.join(missing)}")
+    return np.stack([columns[axis][1] for axis in "xyz"], axis=1).astype(float)
+
+
+def _corners(columns: Columns, label: str) -> tuple[Integer[np.ndarray, " F"], Integer[np.ndarray, " C"]]:
+    """Return the number of corners of each face, and the vertex numbers of the corners of all faces."""
+    if not columns:
+        return np.zeros(0, int), np.zeros(0, int)
+    found = columns.get("vertex_indices") or columns.get("vertex_index")
+    if found is None:
+        raise InputError(f'{label}: expected "face" of PLY with vertex_indices, found none')
+    sizes, values = found
+    numbers = np.where(np.abs(values) < 2**53, values, -1).astype(int)
+    if not (numbers == values).all():
+        raise InputError(f"{label}: expected whole numbers as vertex_indices of PLY, found others")
+    return sizes, numbers
+
+
+def _header(data: bytes, label: str) -> tuple[str, list[Element], bytes]:
+    """Return the order of the bytes, or "" for a text, the elements, and what follows the header."""
     if data[:3] != b"ply":
         raise InputError(f"{label}: expected a mesh as PLY, which begins with ply, found {shown(data[:10])}")
     end = re.search(rb"[\r\n]end_header *(\r\n|[\r\n]|$)", data[:LONGEST_HEADER])
     if end is None:
         raise InputError(f"{label}: expected end_header in the first {LONGEST_HEADER} bytes of PLY, found none")
-    return data[: end.start()].decode("latin-1").splitlines(), end.end()
-
-
-def _parse_header(lines: list[str], label: str) -> tuple[str, list[Element], list[str]]:
-    """Return the order of the bytes, or "" for a text, the elements without their rows, and the comments."""
-    order, elements, comments = None, [], []
-    for line in lines[1:]:
-        words = line.split()
+    order: str | None = None
+    elements: list[Element] = []
+    for line in data[: end.start()].decode("latin-1").splitlines()[1:]:
         try:
-            match words:
+            match line.split():
                 case ["format", kind, _]:
                     order = ORDERS[kind]
                 case ["element", name, count]:
-                    elements.append(Element(name, whole_numbers([count])[0]))
+                    elements.append(Element(name, whole_numbers([count])[0], []))
                 case ["property", "list", length, kind, name] if TYPES[length][0] != "f":
                     types = (np.dtype((order or "") + TYPES[each]) for each in (kind, length))
                     elements[-1].properties.append(Property(name, *types))
                 case ["property", kind, name]:
                     elements[-1].properties.append(Property(name, np.dtype((order or "") + TYPES[kind])))
                 case ["format" | "element" | "property", *_]:
-                    raise ValueError
-                case ["comment" | "obj_info", *_]:
-                    comments.append(line.partition(" ")[2])
-                case _:  # some exporters leave out "comment"
-                    comments.append(line)
+                    raise ValueError  # other lines are comments; some exporters leave out "comment"
         except (IndexError, KeyError, ValueError):
             raise InputError(f"{label}: expected a header of PLY, found the line {shown(line)}") from None
     names = [element.name for element in elements]
     names += [f"{element.name} {each.name}" for element in elements for each in element.properties]
-    if order is None or len(set(names)) < len(names) or any(element.count < 0 for element in elements):
+    if order is None or len(set(names)) < len(names) or any(element.rows < 0 for element in elements):
         raise InputError(f"{label}: expected a header of PLY with a format and each name once, found another")
-    return order, elements, comments
+    return order, elements, data[end.end() :]
 
 
-def _text_rows(body: bytes, elements: list[Element], label: str) -> array:
+def _text_rows(body: bytes, elements: Sequence[Element], label: str) -> array:
     """Return the numbers of a text, without those that some exporters add at the end of a row."""
     numbers = array("d")
     lines = (line for _, line in text_lines(body) if line)
     for element in elements:
-        for row in range(element.count if element.properties else 0):
+        for row in range(element.rows if element.properties else 0):
             line = next(lines, None)
             if line is None:
                 raise _too_few(element, label)
@@ -185,46 +158,37 @@ def _text_rows(body: bytes, elements: list[Element], label: str) -> array:
                     f"{shown(line)}"
                 )
     if next(lines, None) is not None:
-        raise InputError(f"{label}: expected as many rows as the header of PLY claims, found more")
+        raise _too_many(label)
     return numbers
 
 
-def _in_double_precision(element: Element) -> Element:
-    double = np.dtype("f8")
-    properties = [Property(each.name, double, None if each.length is None else double) for each in element.properties]
-    return Element(element.name, element.count, properties)
-
-
-def _read_rows(body: bytes, offset: int, element: Element, label: str) -> int:
+def _rows(body: bytes, offset: int, element: Element, label: str) -> tuple[Columns, int]:
     """Read the columns of an element, and return where it ends."""
     least = sum((each.length or each.type).itemsize for each in element.properties)
-    if not element.count or not least:
-        return offset
+    if not element.rows or not least:
+        return {}, offset
     table = _even_rows(body, offset, element)
     if table is not None:
-        for each in element.properties:
-            values = table[each.name]
-            element.columns[each.name] = Column(np.full(element.count, values.shape[1]), values.reshape(-1))
-        return offset + table.nbytes
-    spans: dict[str, list[tuple[int, int]]] = {each.name: [] for each in element.properties}
-    for _ in range(element.count):
+        values = {each.name: table[each.name] for each in element.properties}
+        columns = {name: (np.full(len(rows), rows.shape[1]), rows.reshape(-1)) for name, rows in values.items()}
+        return columns, offset + table.nbytes
+    pieces: dict[str, list[bytes]] = {each.name: [] for each in element.properties}
+    for _ in range(element.rows):
         for each in element.properties:
             length = 1
             if each.length is not None:
                 length = _length(body, offset, each.length)
                 offset += each.length.itemsize
-            if length < 0:
+            end = offset + length * each.type.itemsize
+            if length < 0 or end > len(body):
                 raise _too_few(element, label)
-            spans[each.name].append((offset, length))
-            offset += length * each.type.itemsize
-        if offset > len(body):
-            raise _too_few(element, label)
+            pieces[each.name].append(body[offset:end])
+            offset = end
+    columns = {}
     for each in element.properties:
-        size = each.type.itemsize
-        pieces = b"".join(body[start : start + length * size] for start, length in spans[each.name])
-        lengths = np.array([length for _, length in spans[each.name]])
-        element.columns[each.name] = Column(lengths, np.frombuffer(pieces, each.type))
-    return offset
+        lengths = np.array([len(piece) for piece in pieces[each.name]]) // each.type.itemsize
+        columns[each.name] = lengths, np.frombuffer(b"".join(pieces[each.name]), each.type)
+    return columns, offset
 
 
 def _even_rows(body: bytes, offset: int, element: Element) -> np.ndarray | None:
@@ -239,9 +203,9 @@ def _even_rows(body: bytes, offset: int, element: Element) -> np.ndarray | None:
             end += each.length.itemsize
         fields.append((each.name, each.type, (length,)))
         end += length * each.type.itemsize
-        if length < 0 or offset + (end - offset) * element.count > len(body):
+        if length < 0 or offset + (end - offset) * element.rows > len(body):
             return None
-    table = np.frombuffer(body, fields, element.count, offset)
+    table = np.frombuffer(body, fields, element.rows, offset)
     lists = [each.name for each in element.properties if each.length is not None]
     return table if all((table[f"{name} length"] == table[name].shape[1]).all() for name in lists) else None
 
@@ -255,4 +219,8 @@ def _length(body: bytes, offset: int, kind: np.dtype) -> int:
 
 
 def _too_few(element: Element, label: str) -> InputError:
-    return InputError(f"{label}: expected {named(element.name)} with {element.count} rows in PLY, found fewer")
+    return InputError(f"{label}: expected {named(element.name)} with {element.rows} rows in PLY, found fewer")
+
+
+def _too_many(label: str) -> InputError:
+    return InputError(f"{label}: expected as many rows as the header of PLY claims, found more")

@@ -11,13 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot
+from pathlib import Path
 
 import mapbox_earcut
 import numpy as np
 from jaxtyping import Float, Integer
+from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.formats.mesh_part import require_corners, require_few, require_ordinary
+from scenes.importing.formats.mesh_part import (
+    ImportedFile,
+    ImportedPart,
+    require_corners,
+    require_few,
+    require_ordinary,
+)
 
 MOST_CORNERS = 10_000
 """Most corners of one polygon. The time of ear clipping may grow with the square of their number."""
@@ -42,21 +50,20 @@ class Cut:
     polygons: Integer[np.ndarray, " T"]  # number of each triangle's polygon, [T]
     crossing: list[int]  # numbers of the polygons that cross themselves. They have no triangles.
     bent: list[int]  # numbers of the polygons whose corners are far from a plane
+    short: list[int]  # numbers of those with fewer than three corners, which are no polygons
 
     def remarks(self) -> list[str]:
         """Return a sentence for each kind of polygon that could not be cut, or not in only one way."""
+        faults = {
+            "with fewer than three corners were left out": self.short,
+            "were left out because their edges cross each other": self.crossing,
+            "were cut as if flat, although their corners are far from a plane": self.bent,
+        }
         return [
-            f"{_polygons_were(len(numbers))} {fault} (the first is face {min(numbers) + 1} of the file)"
-            for numbers, fault in [
-                (self.crossing, "left out because the edges cross each other"),
-                (self.bent, "cut as if flat, although the corners are far from a plane"),
-            ]
+            f"faces {fault}: {len(numbers)} (the first is face {min(numbers) + 1} of the file)"
+            for fault, numbers in faults.items()
             if numbers
         ]
-
-
-def _polygons_were(count: int) -> str:
-    return "1 polygon was" if count == 1 else f"{count} polygons were"
 
 
 def cut_polygons(
@@ -65,7 +72,7 @@ def cut_polygons(
     sizes: Integer[np.ndarray, " P"],
     label: str,
 ) -> Cut:
-    require_few(int(np.sum(sizes - 2)), label)
+    require_few(int(np.sum(sizes.clip(2) - 2)), label)
     if len(sizes) and sizes.max() > MOST_CORNERS:
         raise InputError(f"{label}: expected polygons of at most {MOST_CORNERS} corners, found one of {sizes.max()}")
     require_ordinary(vertices, label)
@@ -73,7 +80,7 @@ def cut_polygons(
     triangles, owners = [np.zeros((0, 3), int)], [np.zeros(0, int)]
     crossing: list[int] = []
     bent: list[int] = []
-    for size in np.unique(sizes):
+    for size in np.unique(sizes[sizes > 2]):
         these = np.flatnonzero(sizes == size)
         faces = corners[starts[these, None] + np.arange(size)]
         require_corners(faces, len(vertices), label)
@@ -98,7 +105,20 @@ def cut_polygons(
     polygons = np.concatenate(owners)
     order = np.argsort(polygons, kind="stable")
     bent = sorted(set(bent) - set(crossing))
-    return Cut(np.concatenate(triangles)[order], polygons[order], crossing, bent)
+    return Cut(np.concatenate(triangles)[order], polygons[order], crossing, bent, np.flatnonzero(sizes < 3).tolist())
+
+
+def one_part(
+    path: Path,
+    vertices: Float[np.ndarray, "V 3"],
+    corners: Integer[np.ndarray, " C"],
+    sizes: Integer[np.ndarray, " P"],
+    left_out: Sequence[str] = (),
+) -> ImportedFile:
+    """The content of a file whose polygons are one part, which is named after the file."""
+    cut = cut_polygons(vertices, corners, sizes, str(path))
+    part = ImportedPart(path.stem, Trimesh(vertices, cut.triangles, process=False))
+    return ImportedFile(path, [part], "z", (*left_out, *cut.remarks()))
 
 
 def _from_lowest_corner(faces: Integer[np.ndarray, "P 4"], vertices: Float[np.ndarray, "V 3"]) -> np.ndarray:

@@ -6,11 +6,11 @@ from array import array
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
-from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart, parts_of_node, require_few, require_ordinary
-from scenes.importing.formats.polygons import cut_polygons
+from scenes.importing.formats.mesh_part import ImportedFile, ImportedPart, require_few, require_ordinary
 from scenes.importing.formats.text_lines import coordinates, text_lines
 
 HEADER = 80
@@ -22,9 +22,11 @@ def read_stl(data: bytes, path: Path) -> ImportedFile:
     count = int.from_bytes(data[HEADER : HEADER + 4], "little") if len(data) >= HEADER + 4 else -1
     size = HEADER + 4 + count * TRIANGLE.itemsize
     if len(data) == size:  # also where the text of the header begins with "solid"
-        return _read_binary(data, count, path)
+        require_few(count, str(path))
+        corners = np.frombuffer(data, TRIANGLE, count, HEADER + 4)["corners"].astype(float)
+        return ImportedFile(path, [_part("", corners.reshape(-1, 3), path)], "z")
     if data.lstrip()[:5].lower() == b"solid":
-        return _read_text(data, path)
+        return ImportedFile(path, _read_text(data, path), "z")
     if count < 0:
         raise InputError(f"{path}: expected a mesh as STL, found a file of {len(data)} bytes")
     raise InputError(
@@ -33,18 +35,9 @@ def read_stl(data: bytes, path: Path) -> ImportedFile:
     )
 
 
-def _read_binary(data: bytes, count: int, path: Path) -> ImportedFile:
-    require_few(count, str(path))
-    corners = np.frombuffer(data, TRIANGLE, count, HEADER + 4)["corners"].astype(float).reshape(-1, 3)
-    require_ordinary(corners, str(path))
-    mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
-    header = data[:HEADER].decode("latin-1").strip("\0 ")
-    return ImportedFile(path, parts_of_node("", path.stem, {None: mesh}), "z", header=header)
-
-
-def _read_text(data: bytes, path: Path) -> ImportedFile:
-    solids: list[tuple[str, array, array]] = []
-    inside, header, corners, facets = False, "", 0, 0
+def _read_text(data: bytes, path: Path) -> list[ImportedPart]:
+    solids: list[tuple[str, array]] = []
+    inside, corners, facets = False, 0, 0
     for number, line in text_lines(data):
         words = line.split()
         keyword = words[0].lower() if words else ""
@@ -52,8 +45,8 @@ def _read_text(data: bytes, path: Path) -> ImportedFile:
         if keyword in ("solid", "facet", "endsolid") and corners:
             raise InputError(f"{place}: expected endfacet, found {shown(line)}")
         if keyword == "solid":
-            inside, header = True, header or line
-            solids.append((line[5:].strip(), array("d"), array("q")))
+            inside = True
+            solids.append((line[5:].strip(), array("d")))
         elif keyword == "endsolid":
             inside = False
         elif keyword and not inside:
@@ -62,19 +55,16 @@ def _read_text(data: bytes, path: Path) -> ImportedFile:
             solids[-1][1].extend(coordinates(words[1:], str(path), number))
             corners += 1
         elif keyword == "endfacet":
-            if corners < 3:
-                raise InputError(f"{place}: expected a facet of at least three corners, found {corners}")
-            solids[-1][2].append(corners)
+            if corners != 3:
+                raise InputError(f"{place}: expected a facet of three corners, found {corners}")
             corners, facets = 0, facets + 1
             require_few(facets, str(path))
     if inside:
         raise InputError(f"{path}: expected endsolid, found the end of the file")
-    parts: list[ImportedPart] = []
-    remarks: list[str] = []
-    for name, positions, sizes in solids:
-        vertices = np.frombuffer(positions).reshape(-1, 3)
-        if len(vertices):
-            cut = cut_polygons(vertices, np.arange(len(vertices)), np.frombuffer(sizes, np.int64), str(path))
-            parts += parts_of_node(name, path.stem, {None: Trimesh(vertices, cut.triangles, process=False)})
-            remarks += cut.remarks()
-    return ImportedFile(path, parts, "z", tuple(remarks), header)
+    return [_part(name, np.frombuffer(corners).reshape(-1, 3), path) for name, corners in solids if corners]
+
+
+def _part(name: str, corners: Float[np.ndarray, "n 3"], path: Path) -> ImportedPart:
+    require_ordinary(corners, str(path))
+    mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    return ImportedPart(name or path.stem, mesh, name)

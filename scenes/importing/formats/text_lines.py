@@ -25,11 +25,6 @@ def text_lines(data: bytes) -> Iterator[tuple[int, str]]:
         yield number, line.strip()
 
 
-def comment_header(comments: Sequence[str]) -> str:
-    """Join the first 20 comments of a file, in which its exporter usually names itself."""
-    return "\n".join(comment.strip() for comment in comments[:20] if comment.strip())
-
-
 def coordinates(words: Sequence[str], label: str, line: int) -> list[float]:
     """Return the first three words as numbers."""
     try:

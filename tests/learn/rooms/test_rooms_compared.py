@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 import bisplat
 from learn.quantities.known import Known
 from learn.quantities.spectra import SpectraInRooms
+from learn.reports.comparison_report import write_comparison
 from learn.rooms.neighbour_attention import RoomTensors, local_places, to_all_pixels
 from learn.rooms.room_methods import AttentionOverNeighbours
 from scenes.storage.scene_yaml import load_scene
@@ -77,6 +78,16 @@ def test_methods_by_name_and_the_usual_numbers(rooms):
     assert sorted({row["train_size"] for row in comparison}) == [5, 10]
     assert all(0 < row["ssim_median"] <= 1 for row in comparison)
     assert "attention" in comparison.remark() and "<table>" in comparison._repr_html_()
+
+
+def test_the_report_names_setting_and_rooms(rooms, tmp_path):
+    comparison = bisplat.compare(rooms, ["mean"], sizes=[3], test_rooms=1, tested=1)
+    write_comparison(comparison, tmp_path)
+    facts = json.loads((tmp_path / "results.json").read_text())
+    assert facts["setting"] == "layout" and facts["test_rooms"] == ["room-003"]
+    assert facts["training_rooms"] == ["room-000", "room-001", "room-002"]
+    page = (tmp_path / "table.html").read_text()
+    assert all(name in page for name in ("layout", *facts["training_rooms"], *facts["test_rooms"]))
 
 
 def test_models_of_one_room(rooms):

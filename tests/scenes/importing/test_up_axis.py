@@ -17,7 +17,6 @@ from scenes.scene.shapes import box, sheet
 
 SIZE = np.array([6.0, 5.0, 2.8])
 ANTENNAS = np.array([[1, 1, 1.5], [2, 2, 0.8], [4, 4, 1.6]])
-BLENDER = "# Blender 4.2.3 LTS\n# www.blender.org"
 
 
 def room(names, y_up=False, size=SIZE):
@@ -34,8 +33,8 @@ NAMED = ["Floor", "Ceiling.001", "wall S", "wall N", "wall W", "wall E"]
 UNNAMED = [f"Cube.{number:03}" for number in range(6)]
 
 
-def doubt(parts, up=None, header="", suffix=".obj", antennas=ANTENNAS):
-    return up_doubt(ImportedFile(Path(f"room{suffix}"), parts, "z", header=header), up, antennas, 1.0)
+def doubt(parts, up=None, blender=False, suffix=".obj", antennas=ANTENNAS):
+    return up_doubt(ImportedFile(Path(f"room{suffix}"), parts, "z", blender=blender), up, antennas, 1.0)
 
 
 def test_floors_that_stand_upright_are_decisive_unless_the_user_states_the_axis():
@@ -48,7 +47,7 @@ def test_floors_that_stand_upright_are_decisive_unless_the_user_states_the_axis(
 
 def test_upright_rooms_are_not_doubted():
     assert doubt(room(NAMED)) is None and doubt(room(NAMED), up="z") is None
-    assert doubt(room(NAMED), header=BLENDER) is None  # its OBJ files may have z up as well
+    assert doubt(room(NAMED), blender=True) is None  # its OBJ files may have z up as well
     assert doubt(room(UNNAMED)) is None
 
 
@@ -56,9 +55,8 @@ def test_blenders_header_and_level_areas_together_are_decisive():
     antennas = np.array([[-1.5, 1.2, 1.5], [0, 0.5, 0.8]])  # of no help: within the room by both axes
     parts = room(UNNAMED, y_up=True, size=np.array([6, 5, 2.8]))
     shifted = [ImportedPart(part.name, part.mesh.apply_translation([-3, 0, 2.5]), part.node) for part in parts]
-    assert doubt(shifted, header=BLENDER, antennas=antennas).decisive
+    assert doubt(shifted, blender=True, antennas=antennas).decisive
     assert not doubt(shifted, antennas=antennas).decisive  # the areas alone
-    assert doubt(shifted, header=BLENDER, suffix=".ply", antennas=antennas).decisive is False  # Blender's PLY has z up
 
 
 def test_antennas_outweigh_areas():

@@ -80,7 +80,7 @@ def test_what_is_left_out_is_named():
     )
     assert described(file) == [("room", "", None, 4)]
     assert [sentence.split(" were ")[0].split()[0] for sentence in file.left_out] == [
-        *("lines", "points", "faces", "free-form", "calls", "statements")
+        *("lines", "points", "free-form", "calls", "statements", "faces")
     ]
     assert "2 in the file" in file.left_out[0]
 
@@ -91,7 +91,7 @@ def test_crossing_faces_are_left_out_of_their_part_only():
     assert "face 2" in file.left_out[0]
 
 
-def test_comments_before_the_first_vertex_are_the_header_and_a_backslash_does_not_continue_them():
+def test_comments_before_the_first_vertex_tell_blender_and_a_backslash_does_not_continue_them():
     file = read(f"# Blender 4.2.0\n# from C:\\models\\\no Wall\nusemtl glass\n{SQUARE}# later\nf 1 2 3 4")
-    assert file.header == "Blender 4.2.0\nfrom C:\\models"
+    assert file.blender and not read(f"{SQUARE}# Blender\nf 1 2 3 4").blender
     assert described(file) == [("Wall", "Wall", "glass", 4)]
