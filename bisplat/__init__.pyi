@@ -6,7 +6,6 @@ from learn.data.metrics import aoa_error as aoa_error
 from learn.data.metrics import score as score
 from learn.data.metrics import ssim as ssim
 from learn.data.splits import split as split
-from learn.data.torch_dataset import TorchDataset as TorchDataset
 from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
@@ -18,9 +17,8 @@ from learn.planning.next_positions import plan as plan
 from learn.quantities.known import Known as Known
 from learn.quantities.quantity import Prediction as Prediction
 from learn.quantities.quantity import Quantity as Quantity
-from learn.reports.coverage_report import write_coverage as write_coverage
+from learn.reports.export import export as export
 from learn.reports.plots import plot_spectrum as plot_spectrum
-from learn.training.model_export import export as export
 from learn.training.run_folder import Run as Run
 from learn.training.run_folder import load_run as load_run
 from learn.training.train import train as train
@@ -44,9 +42,6 @@ from simulate.dataset.dataset_folder import read_dataset as read_dataset
 from simulate.dataset.written_dataset import write_dataset as write_dataset
 from simulate.engines.fullwave_engine import FullWave as FullWave
 from simulate.engines.rays_engine import Rays as Rays
-from simulate.exchange.csi_export import export_csi as export_csi
-from simulate.exchange.deepmimo_export import export_deepmimo as export_deepmimo
-from simulate.exchange.hdf5_export import export_hdf5 as export_hdf5
 from simulate.generation.simulated_powers import simulate_rssi as simulate_rssi
 from simulate.generation.simulated_rooms import simulate_rooms as simulate_rooms
 from simulate.generation.simulation import simulate as simulate

@@ -188,6 +188,15 @@ def _refuse_idle_settings(settings: dict[str, Any], model: str, dataset: Path) -
         refuse_idle(settings, ["full_resolution"], f"for {model}, which cannot train on a few pixels")
 
 
+EXPORTED: dict[str, tuple[Any, str]] = {
+    "--output": (None, "model"),
+    "--hdf5": ("hdf5", "dataset"),
+    "--deepmimo": ("deepmimo", "scenario"),
+    "--csi": ("csi", "channels"),
+}
+"""The format of each option of ``export``, and what it writes."""
+
+
 def export(
     what: Positional[Path],
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
@@ -209,29 +218,16 @@ def export(
         csi: the responses over a band as the CSI folder of NeRF² and GSRF.
     """
     outputs = {"--output": output, "--hdf5": hdf5, "--deepmimo": deepmimo, "--csi": csi}
-    given = [name for name, path in outputs.items() if path is not None]
+    given = {name: path for name, path in outputs.items() if path is not None}
     if len(given) != 1:
         raise InputError(f"expected one of {', '.join(outputs)}, found {' and '.join(given) or 'none'}")
-    if deepmimo is not None:
-        from simulate.exchange.deepmimo_export import export_deepmimo
+    ((name, path),) = given.items()
+    form, words = EXPORTED[name]
+    if form is None and path.suffix not in (".onnx", ".pt2"):
+        raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
+    if form in (None, "hdf5"):
+        require_new(path, force=force)
+    from learn.reports.export import export as write
 
-        export_deepmimo(what, deepmimo, force)
-        print(printable(f"scenario: {deepmimo}"))
-    elif csi is not None:
-        from simulate.exchange.csi_export import export_csi
-
-        export_csi(what, csi, force)
-        print(printable(f"channels: {csi}"))
-    elif hdf5 is not None:
-        from simulate.exchange.hdf5_export import export_hdf5
-
-        require_new(hdf5, force=force)
-        export_hdf5(what, hdf5)
-        print(printable(f"dataset: {hdf5}"))
-    elif output is not None:
-        from learn.training.model_export import export as export_model
-        from learn.training.run_folder import load_spectra
-
-        require_new(output, force=force)
-        export_model(load_spectra(what), output)
-        print(printable(f"model: {output}"))
+    write(what, path, form, force=force)
+    print(printable(f"{words}: {path}"))

@@ -124,7 +124,7 @@ def coverage_map(
         report: called with the phase, the number of cells done, and that of all cells.
 
     Returns:
-        The map. ``write_coverage`` writes it as arrays and figures.
+        The map. ``export`` writes it as arrays and figures.
 
     Raises:
         InputError: the folder cannot be read.

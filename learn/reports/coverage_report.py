@@ -21,7 +21,7 @@ from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
 from learn.reports.provenance import Provenance
 from scenes.drawing.floor_plan import section
-from scenes.files.errors import InputError, require_flag, require_instance, require_path
+from scenes.files.errors import InputError, require_instance
 from scenes.files.npz_file import write_arrays
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import in_figure, say
@@ -29,45 +29,16 @@ from scenes.scene.description import Scene
 from simulate.dataset.rooms_folder import recorded_scene
 
 
-def write_coverage(
-    coverage: CoverageMap, folder: Path | str, scene: Scene | None = None, *, force: bool = False
-) -> None:
-    """Write a coverage map into a new folder: ``coverage.npz``, ``coverage.png`` and ``.pdf``, and ``interval.png`` and
-    ``.pdf``.
-
-    In the arrays, row 0 is the south, the smallest y. Where the map says nothing, they have NaN. Methods that state no
-    interval have the medians alone.
-
-    Args:
-        coverage: the map.
-        folder: the folder.
-        scene: scene whose section at the map's height is drawn. None: the one that the dataset's folder has, if any.
-        force: replace existing files of the same names in the folder.
-
-    Raises:
-        InputError: the folder has other files.
-
-    Example:
-        >>> import bisplat
-        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
-        >>> shop = bisplat.write_dataset("museum", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
-        >>> coverage = bisplat.coverage_map(shop, step=0.5)
-        >>> bisplat.write_coverage(coverage, "museum-map")
-        >>> import numpy as np
-        >>> np.load("museum-map/coverage.npz")["median"].shape
-        (1, 2, 6)
-    """
-    require_instance(CoverageMap, coverage=coverage)
-    require_path(folder=folder)
-    require_flag(force=force)
+def write_coverage(coverage: CoverageMap, folder: Path, scene: Scene | None, force: bool) -> None:
+    """Write a coverage map into a new folder, as ``export`` explains it."""
     if scene is not None:
         require_instance(Scene, scene=scene)
-    with new_folder(Path(folder), force) as unfinished:
+    with new_folder(folder, force) as unfinished:
         write_coverage_files(coverage, unfinished, scene)
 
 
 def write_coverage_files(coverage: CoverageMap, folder: Path, scene: Scene | None = None) -> None:
-    """Write the files of ``write_coverage``, which explains the arguments, into an existing folder."""
+    """Write the files of ``write_coverage`` into an existing folder."""
     scene = _recorded(coverage) if scene is None else scene
     dataset = coverage.dataset
     bands = {"median": coverage.median, "low": coverage.low, "high": coverage.high}

@@ -288,13 +288,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "score": Call(bisplat.score, pair),
-        "TorchDataset": Call(
-            bisplat.TorchDataset,
-            {"dataset": dataset},
-            {
-                "dataset": (*OBJECT, None),
-                "indices": ("x", 3, [0.5], [True], [-1], [10 ** 9], [[0]], [[0], [0, 1]], {}),
-            },
+        "Dataset.torch": Call(
+            dataset.torch, {}, {"rows": ("x", 3, [0.5], [True], [-1], [10**9], [[0]], [[0], [0, 1]], {})}
         ),
         "split": Call(
             bisplat.split,
@@ -324,10 +319,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "step": (*NUMBER, 0, -1, None, 1e-09),
                 "region": ("x", 3, [], [0, 0, 1], [0, 0, 0, 1], [1, 0, 0, 1], [0, 0, NAN, 1], [0, 0, 1, 1e9], {"x": 1}),
             },
-        ),
-        "write_coverage": Call(
-            bisplat.write_coverage,
-            {"coverage": bisplat.coverage_map(powers, method="mean", step=1.0), "folder": "map"},
         ),
         "variants": Call(bisplat.variants, {"models": ["bisplat"]}, {"models": NAMES, "primitives": WHOLE[:6]}),
         "locate": Call(
@@ -391,13 +382,10 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "calibrate": Call(bisplat.calibrate, {"scene": scene, "dataset": data}),
-        "export": Call(bisplat.export, {"run": run, "path": "a.onnx"}, {"run": OBJECT, "path": (*PATH, "a.txt")}),
-        "export_hdf5": Call(bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}),
-        "export_csi": Call(bisplat.export_csi, {"dataset": data, "folder": "csi"}),
-        "export_deepmimo": Call(
-            bisplat.export_deepmimo,
-            {"dataset": data, "folder": "paths"},
-            {"folder": (*PATH, "Paths")},
+        "export": Call(
+            bisplat.export,
+            {"source": run, "output": "a.onnx"},
+            {"source": (*OBJECT, dataset), "output": (*PATH, "a.txt"), "format": (*WORD[:2], "csi"), "scene": ()},
         ),
         "Run.predict": Call(run.predict, {"positions": [[1.0, 2, 3]]}, {"dtype": (*WORD, "float64", np.int8)}),
         "Run.deviation": Call(run.deviation),

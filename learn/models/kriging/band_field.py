@@ -31,19 +31,12 @@ AT_ONCE = 32  # positions that ``at`` predicts at once
 class BandField(KrigedField):
     """Interpolates every element's responses at all subcarriers as one random field over position and frequency.
 
-    As ``KrigedField``, with waves that arrive from direction u_j after delay τ_t. A wave has the share s_j p_t of the
-    power, so that two responses have the covariance::
+    As ``KrigedField``, with waves that arrive after the delay τ_t with the share p_t of the power (``delay_powers``)::
 
         κ(Δ, δ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ) · Σ_t p_t e^{−i 2π δ τ_t}
 
-    δ is the difference of their frequencies, and k is the wavenumber of the carrier. The powers p_t and the noise σ²
-    are fitted to the known responses as a profile of delays (``fit_delay_powers``), then the s_j, ℓ, T and ν to all
-    subcarriers together. The covariance over N known positions and S subcarriers is a Kronecker product, K ⊗ R. With
-    the eigenvectors v_i of R and its eigenvalues λ_i, kriging of all N S responses falls apart into one of each
-    component v_iᴴ y, with the nugget ν + σ² / λ_i. Only few components exceed the noise. They are all that is kept.
-
-    Known positions that are predicted from others, near and far, tell how large the errors are at each kriging
-    variance (``rising_curve``).
+    δ is the difference of their frequencies. With the eigenvectors v_i of the factor over frequency and its eigenvalues
+    λ_i, kriging falls apart into one of each component v_iᴴ y, with the nugget ν + σ² / λ_i.
     """
 
     components: Tensor  # v_i (real, imaginary)
@@ -91,7 +84,11 @@ class BandField(KrigedField):
         self.noise = white_noise(rows)
         delays, _ = fit_delay_powers(rows, self.noise)
         self._decompose(delays, self.noise, responses.shape[2], every)
-        self._keep(positions, responses, times)
+        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
+        components = torch.view_as_complex(self.components.double())
+        values = (torch.from_numpy(responses) / float(self.level)) @ components.conj()
+        self.values = torch.view_as_real(values).flatten(1).float()
+        self.mean = torch.zeros(self.values.shape[1])
         self.fit_covariance(np.arange(len(positions)))
         self._state(*normal_curve(self.noise))
         effective = float(torch.exp(-(self.shares * self.shares.log()).sum()))
@@ -100,21 +97,6 @@ class BandField(KrigedField):
             f"{spread}{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
             f"{10 * np.log10(self.noise):.0f} dB, about {effective:.0f} directions, length {self.length:.2f} m"
         )
-
-    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        self._keep(dataset.positions[known], dataset.band_responses[known], known.astype(float))
-
-    def _keep(
-        self,
-        positions: Float[np.ndarray, "n 3"],
-        responses: Complex[np.ndarray, "n elements subcarriers"],
-        times: Float[np.ndarray, " n"],
-    ) -> None:
-        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
-        components = torch.view_as_complex(self.components.double())
-        values = (torch.from_numpy(responses.astype(complex)) / float(self.level)) @ components.conj()
-        self.values = torch.view_as_real(values).flatten(1).float()
-        self.mean = torch.zeros(self.values.shape[1])
 
     def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None:
         """Fit the covariance over positions to some of the known ones; all of them are still interpolated."""

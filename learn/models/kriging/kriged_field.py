@@ -34,28 +34,14 @@ EVERY = slice(None)
 class KrigedField(SpectrumModel):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
-    By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
-    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model makes three assumptions:
-
-    - The waves from direction u_j have random phases and the share s_j of the power.
-    - A plane wave is valid over a length ℓ, which shadow edges and curved wavefronts limit.
-    - The scene changes over T spectra while it is measured (people, doors, the tag's orientation).
-
-    Two responses then have the covariance κ. The prediction from the nearest known positions is y(r)::
+    Waves from the directions u_j have random phases and the shares s_j of the power [cook1955]. They are valid over a
+    length ℓ, and the scene changes over T spectra. So two responses have the covariance κ, and the prediction is y(r)::
 
         κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
 
-    Δ is the difference of two positions, and τ the number of spectra recorded between them, in the dataset's order. The
-    τ of a new position is unknown. The position is assumed to lie on the path between two consecutive known positions,
-    and nearer legs of this path are more probable (``expected_fading``).
-
-    The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
-    maximise the likelihood [vecchia1988]. A penalty pulls the shares a little towards equal ones, for which the sum
-    is ``sin(k|Δ|) / k|Δ|`` [cook1955]. A simulated scene does not change; the fit then finds a T so large that
-    ``e^(−τ/T)`` is 1.
-
-    If a dataset has no responses, its spectra are interpolated about their mean with the covariance ``|κ|²``, which is
-    that of the power ``|y|²`` of a Gaussian field [reed1962].
+    Δ is the difference of two positions, and τ the number of spectra recorded between them. s_j, ℓ, T and the nugget ν
+    maximise the likelihood [vecchia1988]. Spectra are interpolated about their mean with ``|κ|²``, the covariance of
+    the power of a Gaussian field [reed1962].
     """
 
     neighbours = 32

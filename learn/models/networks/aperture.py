@@ -24,28 +24,14 @@ STEP_DEG = 6
 class BiSplatAperture(ResponseNetwork):
     """Predicts the responses of the array to the field of planar Gaussians, and the spectrum from these.
 
-    As in the paper [zhang2026], primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is
-    blended with a complex coefficient c_i into the field, from near to far:
+    As in the paper [zhang2026], primitives blend into ``F(ω) = Σ_i T_i(ω) α_i(ω) c_i``, with ``T_i = Π_{nearer j} (1 −
+    α_j)``. Only the coefficients depend on the transmitter's position r, so that what element m with the manifold a_m
+    receives is linear in them, and A is computed once for a batch::
 
-    ``F(ω) = Σ_i T_i(ω) α_i(ω) c_i``, with ``α_i = o_i G_i`` and ``T_i = Π_{nearer j} (1 − α_j)``.
+        y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i,   c_i(r) = p_i · [t(r), 1]
 
-    Unlike in the paper, only the coefficients depend on the transmitter's position r. The field is then linear in them,
-    and so are the responses of the elements m, which are the field's projections on the array manifold a_m:
-
-    ``y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i``, with ``A_mi = Σ_ω a_m(ω) T_i(ω) α_i(ω) cosθ ΔΩ`` and the solid
-    angle ``cosθ ΔΩ``.
-
-    A is computed once for a whole batch of transmitters. The coefficients are those of a bilinear form in features of
-    the primitive, p_i (a network of GS-PE), and features of the transmitter, t (a network of the encoded position):
-
-    ``c_i(r) = p_i · [t(r), 1]``
-
-    Training with hundreds of transmitters per step therefore takes little longer than with one.
-
-    If the receiver moves, the field is that of a fixed transmitter, and the waves from a primitive's direction u_i have
-    the phase of their way to the array: ``c_i(r) = e^{jk u_i·(r − r₀)} p_i · [t(r), 1]``, with the region's centre r₀.
-
-    Over a band, each primitive also has a learned delay τ_i, so that ``y_m(f) = Σ_i A_mi c_i e^{−j2π(f − f₀)τ_i}``.
+    p_i are features of the primitive (a network of GS-PE), t those of the transmitter. If the receiver moves, c_i has
+    the phase ``e^{jk u_i·(r − r₀)}`` of its direction u_i, too, and over a band that of a learned delay.
     """
 
     aperture: Tensor

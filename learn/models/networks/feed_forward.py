@@ -1,7 +1,4 @@
-"""The residual feed-forward network of the paper, and the network with one skip that other authors deform Gaussians by.
-
-The paper's static network, dynamic network and delta decoder are instances of the former.
-"""
+"""The residual feed-forward network of the paper, and one with a skip, by which other authors deform Gaussians."""
 
 from __future__ import annotations
 

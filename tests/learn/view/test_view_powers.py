@@ -139,7 +139,7 @@ def test_channels_have_a_profile_of_each_row(tmp_path, join):
     wide = bisplat.write_dataset(
         tmp_path / "wide", [[0, 0, 1], [1, 0, 1]], np.repeat(paths[:, None], 4, axis=1), array, 2.4e9, bandwidth=100e6
     )
-    bisplat.export_csi(wide, tmp_path / "csi")
+    bisplat.export(wide, tmp_path / "csi", "csi")
     channels = bisplat.read_dataset(tmp_path / "csi")
     shown = subject(str(channels.folder))
     assert panels_of(shown) == {"channel": DelayPanel}
