@@ -63,7 +63,7 @@ class BandField(KrigedField):
         known = np.unique(known)
         assert dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
-        found = self.fit_to(dataset.positions[known], responses, dataset.band.spacing, times)
+        found = self.fit_to(dataset.positions[known], responses, times)
         self.learn_deviations(responses)
         return found
 
@@ -71,7 +71,6 @@ class BandField(KrigedField):
         self,
         positions: Float[np.ndarray, "n 3"],
         responses: Complex[np.ndarray, "n elements subcarriers"],
-        spacing: float | None,
         times: Float[np.ndarray, " n"],
     ) -> str:
         """As ``fit``, to known responses. The deviations are those of the covariance until ``learn_deviations``."""
@@ -92,9 +91,8 @@ class BandField(KrigedField):
         self.fit_covariance(np.arange(len(positions)))
         self._state(*normal_curve(self.noise))
         effective = float(torch.exp(-(self.shares * self.shares.log()).sum()))
-        spread = "" if spacing is None else f"delay spread {1e9 * _spread_of(delays) / (every * spacing):.0f} ns, "
         return (
-            f"{spread}{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
+            f"{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
             f"{10 * np.log10(self.noise):.0f} dB, about {effective:.0f} directions, length {self.length:.2f} m"
         )
 
@@ -187,12 +185,3 @@ class BandField(KrigedField):
         if points.ndim != 1 or not len(points) or (points.diff() < 0).any() or not (self.deviations >= 0).all():
             raise RuntimeError("no curve of deviations over rising variances")
         return loaded
-
-
-def _spread_of(power: Float[np.ndarray, " M"]) -> float:
-    """Root mean square spread of delays 0…1 on a circle, counted from the strongest one."""
-    count = len(power)
-    steps = (np.arange(count) + count // 2) % count - count // 2
-    around = np.roll(power, -int(power.argmax())) / power.sum()
-    mean = around @ steps
-    return float(np.sqrt(around @ np.square(steps - mean))) / count

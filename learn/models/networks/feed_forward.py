@@ -14,10 +14,6 @@ class Interpolated(NamedTuple):
     weights: Float[Tensor, "N_p N_c"]  # interpolation weights w_ij; each row adds up to 1
     values: Float[Tensor, "B N_c width"]  # features g'_j of the grid points
 
-    def __call__(self) -> Float[Tensor, "B N_p width"]:
-        """The features f'_i."""
-        return self.weights @ self.values
-
 
 Part = Float[Tensor, "*#batch _inputs"] | Interpolated
 
