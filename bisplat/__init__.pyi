@@ -1,31 +1,24 @@
 # Every public name of bisplat and the module it comes from: __init__.py, type checkers and editors read this.
 
 from learn.comparison.compare import compare as compare
-from learn.comparison.comparison import Comparison as Comparison
 from learn.comparison.variants import variants as variants
 from learn.data.metrics import aoa_error as aoa_error
 from learn.data.metrics import score as score
 from learn.data.metrics import ssim as ssim
 from learn.data.splits import split as split
-from learn.data.torch_dataset import TorchDataset as TorchDataset
 from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
 from learn.fitted.coverage import coverage_map as coverage_map
-from learn.fitted.fit_powers import fit_powers as fit_powers
 from learn.localisation.locate import locate as locate
-from learn.localisation.located_places import Located as Located
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
 from learn.quantities.known import Known as Known
 from learn.quantities.quantity import Prediction as Prediction
 from learn.quantities.quantity import Quantity as Quantity
-from learn.reports.coverage_report import write_coverage as write_coverage
-from learn.reports.plots import plot_cdf as plot_cdf
-from learn.reports.plots import plot_polar as plot_polar
+from learn.reports.export import export as export
 from learn.reports.plots import plot_spectrum as plot_spectrum
-from learn.training.model_export import export as export
 from learn.training.run_folder import Run as Run
 from learn.training.run_folder import load_run as load_run
 from learn.training.train import train as train
@@ -39,7 +32,6 @@ from scenes.scene.antennas import Transmitter as Transmitter
 from scenes.scene.description import Scene as Scene
 from scenes.scene.description import SceneObject as SceneObject
 from scenes.scene.materials import RadioMaterial as RadioMaterial
-from scenes.scene.materials import p2040_material as p2040_material
 from scenes.scene.materials import p2040_materials as p2040_materials
 from scenes.scene.orientation import facing as facing
 from scenes.scene.tolerances import Tolerances as Tolerances
@@ -50,9 +42,6 @@ from simulate.dataset.dataset_folder import read_dataset as read_dataset
 from simulate.dataset.written_dataset import write_dataset as write_dataset
 from simulate.engines.fullwave_engine import FullWave as FullWave
 from simulate.engines.rays_engine import Rays as Rays
-from simulate.exchange.csi_export import export_csi as export_csi
-from simulate.exchange.deepmimo_export import export_deepmimo as export_deepmimo
-from simulate.exchange.hdf5_export import export_hdf5 as export_hdf5
 from simulate.generation.simulated_powers import simulate_rssi as simulate_rssi
 from simulate.generation.simulated_rooms import simulate_rooms as simulate_rooms
 from simulate.generation.simulation import simulate as simulate
@@ -63,6 +52,4 @@ from simulate.spectra.array import PlanarArray as PlanarArray
 from simulate.spectra.band import Band as Band
 from simulate.spectra.beamformer import Beamformer as Beamformer
 from simulate.spectra.element_array import ElementArray as ElementArray
-from simulate.spectra.lags import fit_lags as fit_lags
 from simulate.spectra.measurement import Measurement as Measurement
-from simulate.spectra.phase_retrieval import retrieve_responses as retrieve_responses

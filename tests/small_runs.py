@@ -32,7 +32,6 @@ def small() -> dict[str, int]:
         "ffn_width": 16,
         "ffn_layers": 1,
         "transformer_layers": 1,
-        "transformer_heads": 2,
         "transformer_ffn_width": 16,
     }
 

@@ -80,7 +80,12 @@ def test_place_engine_and_model(python, followed):
 
 
 def test_material(python):
-    assert python("-c", "import bisplat; print(bisplat.p2040_material('clear_acrylic', 2e11).thickness)") == "0.005\n"
+    assert (
+        python(
+            "-c", "import bisplat; print(bisplat.p2040_materials(['clear_acrylic'], 2e11)['clear_acrylic'].thickness)"
+        )
+        == "0.005\n"
+    )
 
 
 def test_measured_figure(python, followed):

@@ -26,7 +26,7 @@ from learn.evaluation.prediction_intervals import intervals_by_distance
 from learn.training.config import Config
 from learn.training.conformal_deviation import nearest_known, pixel_errors
 from learn.training.registry import MODELS
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import SpectrumRun, load_spectra
 from scenes.places.built_in import closet, lab
 from scenes.places.room import build_place, table
 from scenes.scene.antennas import Gateway, Transmitter
@@ -54,7 +54,6 @@ METHODS: dict[str, dict[str, Any]] = {
     "helmholtz": {"model": "helmholtz"},
     "twin": {"model": "twin"},
     "bisplat-aperture": {"model": "bisplat-aperture", "options": {"primitives": 100}, "steps": 600},
-    "three mlp-responses": {"model": "mlp-responses", "steps": 1000},
 }
 
 
@@ -103,17 +102,13 @@ def dataset_of(scene: Scene, folder: Path, known_count: int, test_count: int, de
     return read_dataset(folder)
 
 
-def rows(name: str, method: str, run: Run, others: list[Run]) -> dict[str, Any]:
-    """Coverage of a run's intervals, or of those of several runs together, for each band."""
-    from learn.training.ensemble import Ensemble
-
+def rows(name: str, method: str, run: SpectrumRun) -> dict[str, Any]:
+    """Coverage of a run's intervals for each band."""
     data = run.dataset()
     parts = run.split(data)
     test = evenly(parts.test, TESTED)
     positions, truth = data.positions[test], spectrum_of(data.pictures[test])
-    together = Ensemble([run, *others]) if others else None
-    deviation = (together or run).deviation(positions)
-    prediction = together.predict(positions) if together else run.predict(positions).spectra
+    deviation, prediction = run.deviation(positions), run.predict(positions).spectra
     if deviation is None:
         return {f"{name}, {method}": {"spectra": len(test), "share": None, "width": None}}
     errors = np.abs(pixel_errors(prediction, truth)) / deviation[:, None]
@@ -146,22 +141,20 @@ def main(
         places.append(("measured", read_dataset(measured), "blocked"))
         for name, data, split in places:
             for method, settings in METHODS.items():
-                if smallest and method != "three mlp-responses":
+                if smallest and method != "helmholtz":
                     continue
                 given: Any = {"split": split, **settings, **({"steps": 1} if smallest else {})}
                 if method == "twin":
                     if name == "measured":
                         continue
                     given["options"] = {"scene": str(data.folder / data.metadata["scene_file"])}
-                seeds = range(3 if method.startswith("three") else 1)
                 place = folder / "runs" / f"{name}-{method.replace(' ', '-')}"
-                runs = [trained(data, place, seed, given) for seed in seeds]
-                figures |= rows(name, method, runs[0], runs[1:])
+                figures |= rows(name, method, trained(data, place, given))
     print_figures(figures, json_output, smallest)
 
 
-def trained(data: Dataset, folder: Path, seed: int, given: dict[str, Any]) -> Run:
-    """A run of one seed. All have the split of seed 0, as those of ``bisplat compare`` have."""
+def trained(data: Dataset, folder: Path, given: dict[str, Any]) -> SpectrumRun:
+    """A run with these settings."""
     from learn.training.train import train_run
 
     by_steps = MODELS[given["model"]].by_steps
@@ -169,13 +162,11 @@ def trained(data: Dataset, folder: Path, seed: int, given: dict[str, Any]) -> Ru
         dataset=str(data.folder.resolve()),
         model=given["model"],
         split=given["split"],
-        seed=seed,
-        split_seed=0,
         options=given.get("options", {}),
         by_steps=by_steps and replace(by_steps, steps=given["steps"]),
     )
-    train_run(config, folder.with_name(f"{folder.name}-{seed}"), dataset=data)
-    return load_run(folder.with_name(f"{folder.name}-{seed}"))
+    train_run(config, folder, dataset=data)
+    return load_spectra(folder)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ import torch
 import tyro
 
 from benchmarks.ledger.printing import print_figures
-from learn.models.splatting.splat import conic_of, splat_reference
+from learn.models.splatting.splat import Ordered, conic_of, splat_reference
 from learn.models.splatting.splat_cpu import splat_cpu
 
 Attributes = tuple[torch.Tensor, ...]
@@ -57,7 +57,8 @@ def render(renderer: Renderer, values: Attributes, backward: bool = True) -> Non
     azimuth, elevation, scale, rotation, opacity, coefficient = values
     azimuths = torch.arange(360.0, device=azimuth.device)
     elevations = torch.arange(1.0, 91.0, device=azimuth.device)
-    field = renderer(azimuth, elevation, conic_of(scale, rotation), opacity, coefficient, azimuths, elevations)
+    ordered = Ordered(azimuth, elevation, conic_of(scale, rotation), opacity, coefficient)
+    field = renderer(ordered, azimuths, elevations)
     if backward:
         field.square().sum().backward()
 

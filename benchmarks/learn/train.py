@@ -39,9 +39,9 @@ ONLY_TIMED = ("bisplat-plus", "nerf2", "wrf-gs-plus", "gsrf")
 SPLATTED = {
     "bisplat": "learn.models.networks.bisplat.splat",
     "bisplat-plus": "learn.models.networks.bisplat.splat",
-    "swiftwrf": "learn.models.peers.swiftwrf.splat_by_conic",
-    "wrf-gs-plus": "learn.models.peers.wrf_gs_plus.splat_by_conic",
-    "gsrf": "learn.models.peers.gsrf.splat_by_conic",
+    "swiftwrf": "learn.models.peers.swiftwrf.splat_in_order",
+    "wrf-gs-plus": "learn.models.peers.wrf_gs_plus.splat_in_order",
+    "gsrf": "learn.models.peers.gsrf.splat_in_order",
 }
 """What splats primitives, of the models that do."""
 
@@ -99,14 +99,13 @@ def spectra_per_minute(
     return 0.06 * len(positions) / float(np.median(seconds[2:]))
 
 
-def nothing_splatted(*arguments: Any) -> Any:
+def nothing_splatted(primitives: Any, azimuths: Any, elevations: Any) -> Any:
     """A cheap field that depends on all attributes of the primitives, with the arguments of the renderers."""
     import torch
 
-    *attributes, azimuths, elevations = arguments
-    tensors = [each for part in attributes for each in (part if isinstance(part, tuple) else (part,))]
+    tensors = [each for part in primitives for each in (part if isinstance(part, tuple) else (part,))]
     together = torch.stack([each.sum() for each in tensors]).sum()
-    return together.expand(len(attributes[-1]), len(elevations), len(azimuths), 2) * 1e-9
+    return together.expand(len(primitives.coefficient), len(elevations), len(azimuths), 2) * 1e-9
 
 
 def trained(name: str, dataset: Any, label: str, **settings: Any) -> dict[str, float]:

@@ -29,9 +29,11 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, get_args
 
+import numpy as np
 import tyro
 from matplotlib.figure import Figure
 
@@ -39,9 +41,18 @@ from benchmarks.ledger.printing import print_figures
 from learn.comparison.cases import GIVEN
 from learn.comparison.compare import compare
 from learn.methods.method_table import methods_of, usual_names
+from learn.quantities.known import Known
+from learn.quantities.quantity import Prediction
 from learn.reports.method_styles import line_styles
+from learn.training.prediction import predict
+from learn.twin.twin_model import Twin
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import unknowns, vary
+from scenes.storage.scene_writing import write_scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_kinds import Setting
 from simulate.dataset.rooms_folder import Rooms
+from simulate.engines.rays_engine import Rays
 from simulate.generation.simulated_rooms import GALLERY, simulate_rooms
 from simulate.rays.core.propagation import Propagation
 
@@ -51,6 +62,9 @@ ROOMS: dict[Setting, int] = {"layout": 8, "furniture": 6, "same": 4}
 
 SPECTRA = 150
 BESIDE_TWIN = "inverse-distance", "helmholtz", "twin"
+WRONG_BY = Tolerances(position=0.03, rotation=2.0, objects=0.03, materials=0.2)
+"""Standard deviations of the errors in the description of a room that the twin gets."""
+
 LAST = "last room alone, "
 """Beginning of the names of rows that are of one test room."""
 
@@ -58,6 +72,27 @@ USUAL = usual_names("room", methods_of("room"))
 
 Rows = list[dict[str, Any]]
 Scores = dict[str, dict[str, float]]
+
+
+class TwinInRoom:
+    """``twin``, with a description of the room that has errors of ``WRONG_BY``.
+
+    Its rays follow what those of the dataset followed, so that nothing but the description is wrong.
+    """
+
+    def fit(self, room: Known) -> None:
+        dataset, region = room.dataset, np.stack([room.positions.min(axis=0), room.positions.max(axis=0)])
+        scene = load_scene(dataset.folder / "scene" / "scene.yaml")
+        which = unknowns(scene, WRONG_BY)
+        errors = np.random.default_rng(room.seed).normal(size=len(which)) * [each.tolerance for each in which]
+        with tempfile.TemporaryDirectory() as folder:
+            described = write_scene(vary(scene, which, errors), Path(folder))
+            self.model = Twin(region, dataset.beamformer, dataset.wavelength, scene=str(described))
+        self.model.propagation = replace(Rays.of(dataset.metadata).propagation, sionna=False, diffuse=False)
+        self.model.fit(dataset, np.sort(room.rows))
+
+    def predict(self, positions: np.ndarray) -> Prediction:
+        return Prediction(predict(self.model, positions).spectra)
 
 
 class Part(NamedTuple):
@@ -105,7 +140,14 @@ def rooms_of(folder: Path, setting: Setting, size: Size) -> Rooms:
 def measured(folder: Path, rooms: Rooms, part: Part, minutes: float) -> Rows:
     """The rows of a part in the rooms of a setting; those that the folder has are not measured again."""
     output = folder / f"compared-{rooms.setting}-{part.tested}"
-    compared = compare(rooms, [part.method], sizes=part.given, test_rooms=part.tested, budget=minutes, output=output)
+    compared = compare(
+        rooms,
+        {part.method: TwinInRoom if part.method == "twin" else part.method},
+        sizes=part.given,
+        test_rooms=part.tested,
+        budget=minutes,
+        output=output,
+    )
     return [row for row in compared.rows if row["label"] == part.method and row["train_size"] in part.given]
 
 

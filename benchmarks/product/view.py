@@ -27,8 +27,8 @@ import viser
 from websockets.sync.client import connect
 
 from benchmarks.ledger.printing import print_figures
-from learn.view.session import Session
 from learn.view.subject import Subject, subject
+from learn.view.tab import Tab
 from scenes.scene.shapes import bounding_box
 from tests.browser import pixel_of
 
@@ -60,7 +60,7 @@ WATCH = """() => {
 }"""
 
 
-class Timed(Session):
+class Timed(Tab):
     """A tab that says when it has shown a position."""
 
     shown = threading.Event()

@@ -30,7 +30,7 @@ COMMANDS: dict[str, Callable[..., None]] = {each.__name__: each for group in GRO
 """Every command by its name."""
 
 INTRODUCTION = """\
-Ray-trace spatial spectra in NeRF² format, train models on them, and score them.
+Ray-trace spatial spectra in NeRF² format, train models, and score them.
 
 usage: bisplat COMMAND ...        run a command
        bisplat COMMAND --help     list its options

@@ -85,7 +85,7 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
         report.write(to_come[1:])
 
     from learn.evaluation.crossvalidate import crossvalidate
-    from learn.evaluation.evaluate import evaluate
+    from learn.evaluation.evaluate import evaluate_spectra
     from learn.reports.evaluation_report import write_crossvalidation, write_evaluation
     from learn.training.train import train
 
@@ -96,7 +96,7 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
         _say(f"{number}/5 training {model}")
         run = train(dataset, folder / name, model=model, seed=DATA_SEED, **own[model])
         _say(f"{number}/5 scoring {model} on held-out positions")
-        evaluations[model] = evaluate(run, dataset)
+        evaluations[model] = evaluate_spectra(run, dataset)
         write_evaluation(evaluations[model], run.folder / "evaluation")
         if not finished:
             report.write(to_come[number - 1 :], evaluations)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional
 
@@ -23,14 +23,14 @@ class MapOptions:
     """A map of received powers (RSSI) at a height, with 90 % intervals, as arrays and figures.
 
     Attributes:
-        map: map the powers of every gateway. The source is then a folder of received powers: the method learns from all
-            of its positions.
+        map: map the powers of every gateway. The source is then a run of received powers, or their folder: the method
+            learns from all of its positions.
         height: z of the map, metres (default: the median of the known positions).
         step: side of a cell, metres.
         region: smallest x and y, then largest x and y of the map, metres, within which every cell is predicted
             (default: the convex hull of the known positions).
-        method: name of the method, as for bisplat compare. Only twin traces rays; otherwise, walls count as far as the
-            measured powers show them.
+        method: of a folder, name of the method, as for bisplat compare. Only twin traces rays; otherwise, walls count
+            as far as the measured powers show them.
         scene: scene whose walls are drawn, and which the method twin traces: a built-in name or a scene YAML (default,
             for the walls: that of the folder, if any).
     """
@@ -44,69 +44,80 @@ class MapOptions:
 
 
 def predict(
-    sources: Positional[tuple[Path, ...]],
+    source: Positional[Path],
     output: Output,
     positions: Path | None = None,
     dtype: Literal["float32", "uint8"] = "float32",
     mapped: OmitArgPrefixes[MapOptions] = MapOptions(),
     force: Force = False,
 ) -> None:
-    """Predict spectra at positions, or map received powers (RSSI).
+    """Predict what a run has learned, or map received powers (RSSI).
 
-    The .npz file holds spectra [K, 90, 360]. If they are known, it also holds the standard deviation of each spectrum's
-    values, deviation [K], and, of one run whose model predicts them, the element responses, channels [K, elements].
+    Of spectra, the .npz file holds spectra [K, 90, 360]. If they are known, it also holds the standard deviation of
+    each spectrum's values, deviation [K], and, if the model predicts them, the element responses, channels
+    [K, elements]. Of received powers it holds powers [K, gateways] in dBm, and of responses over a band responses
+    [K, elements, subcarriers], with low and high, the ends of the 90 % interval, or deviation [K], if the method states
+    them.
 
     Args:
-        sources: the run folder. The predictions of several runs of one dataset and split are averaged. With --map, a
-            folder of received powers.
+        source: the run folder. With --map, a run of received powers, or their folder.
         output: the .npz file to write; with --map, the new folder.
         positions: CSV file with the header x,y,z, in metres, in the dataset's world frame.
         dtype: numbers of the spectra: float32, 0 to 1, or uint8, grey levels 0 to 255, a quarter of the size.
         mapped: a map of received powers.
     """
-    if not sources:
-        raise ParameterError("sources", "expected at least one run folder, found none")
     if mapped.map:
         refuse_idle(given_options(predict, locals()), ["positions", "dtype"], "with --map")
-        if len(sources) > 1:
-            raise ParameterError("sources", f"expected one folder of received powers, found {len(sources)} folders")
-        map_powers(sources[0], output, mapped, force)
+        map_powers(source, output, mapped, force)
         return
     refuse_idle(changed(mapped), changed(mapped), "without --map")
     if positions is None:
         raise ParameterError("positions", "expected a CSV file of positions, or --map, found neither")
-    predict_spectra(sources, positions, output, dtype, force)
-
-
-def predict_spectra(
-    runs: tuple[Path, ...], positions: Path, output: Path, dtype: Literal["float32", "uint8"], force: bool
-) -> None:
-    """Write the spectra that runs predict at positions."""
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
     require_new(output, force=force)
-    from learn.training.ensemble import Ensemble
+    if (source / "config.json").exists():
+        from learn.training.config import read_settings
+
+        if read_settings(source).quantity != "spectrum":
+            refuse_idle(given_options(predict, locals()), ["dtype"], "for other quantities than spectra")
+            predict_values(source, positions, output)
+            return
+    predict_spectra(source, positions, output, dtype)
+
+
+def predict_values(folder: Path, positions: Path, output: Path) -> None:
+    """Write the powers or responses that a run predicts at positions."""
     from learn.training.run_folder import load_run
     from scenes.files.npz_file import write_arrays
-    from simulate.positions.positions import reach_warning, read_points
-    from simulate.spectra.spectrum import grey_levels
+    from simulate.positions.positions import read_points
 
-    loaded = [load_run(run) for run in runs]
+    run: Any = load_run(folder)
     points = read_points(positions)
-    region = loaded[0].model.region.cpu().numpy()
+    found, quantity = run.predict(points), run.fitted.quantity
+    parts = {"low": found.low, "high": found.high, "deviation": found.deviation}
+    stated = {name: values for name, values in parts.items() if values is not None}
+    write_arrays(output, {Path(quantity.file).stem: found.value, **stated})
+    print(printable(f"{quantity.in_words} at {len(points)} positions: {output}"))
+
+
+def predict_spectra(folder: Path, positions: Path, output: Path, dtype: Literal["float32", "uint8"]) -> None:
+    """Write the spectra that a run predicts at positions."""
+    from learn.training.run_folder import load_spectra
+    from scenes.files.npz_file import write_arrays
+    from simulate.positions.positions import reach_warning, read_points
+
+    run = load_spectra(folder)
+    points = read_points(positions)
+    region = run.model.region.cpu().numpy()
     warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
     if warning is not None:
         say(f"warning: {positions}: {warning}")
     doing(f"{output}: predicting {len(points):,} spectra")
-    if len(loaded) > 1:
-        together = Ensemble(loaded)
-        mean, deviation = together.predict(points), together.deviation(points)
-        arrays = {"spectra": grey_levels(mean) if dtype == "uint8" else mean}
-    else:
-        prediction, deviation = loaded[0].predict(points, dtype), loaded[0].deviation(points)
-        arrays = {"spectra": prediction.spectra}
-        if prediction.responses is not None:
-            arrays["channels"] = prediction.responses
+    prediction, deviation = run.predict(points, dtype), run.deviation(points)
+    arrays = {"spectra": prediction.spectra}
+    if prediction.responses is not None:
+        arrays["channels"] = prediction.responses
     if deviation is not None:
         arrays["deviation"] = deviation.astype("float32")
     write_arrays(output, arrays)
@@ -116,15 +127,20 @@ def predict_spectra(
 def map_powers(powers: Path, output: Path, options: MapOptions, force: bool) -> None:
     """Write maps of received powers."""
     from learn.fitted.coverage import coverage_map
-    from learn.fitted.fit_powers import fit_powers
+    from learn.fitted.fitted_method import fit_method
     from learn.methods.method_table import TWIN
     from learn.reports.coverage_report import write_coverage_files
     from learn.training.fit_progress import FitProgress
+    from learn.training.run_folder import load_run
     from scenes.storage.scene_yaml import load_scene
 
     drawn = None if options.scene is None else load_scene(options.scene)
     with new_folder(output, force) as unfinished:
-        fitted = fit_powers(powers, options.method, scene=drawn) if options.method == TWIN else powers
+        fitted: Any = powers
+        if (powers / "config.json").exists():
+            fitted = load_run(powers)
+        elif options.method == TWIN:
+            fitted = fit_method(powers, "power", TWIN, scene=drawn)
         with FitProgress("coverage") as report:
             found = coverage_map(
                 fitted,

@@ -13,10 +13,12 @@ from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.model_settings import Steps
+from learn.quantities.quantity_table import QuantityName
 from learn.training.registry import DEFAULT_MODEL, MODELS, PRESETS, PresetName, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable, shown
 from scenes.files.options import changed, optional
 from scenes.files.plain_text import print_table
+from simulate.dataset.dataset_kinds import quantity_of
 
 ModelName = Annotated[str, arg(metavar=f"{{{','.join(MODELS)},MODULE:CLASS}}")]
 
@@ -83,6 +85,7 @@ def train(
     output: Output,
     model: ModelName = DEFAULT_MODEL,
     preset: PresetName | None = None,
+    quantity: QuantityName | None = None,
     split: SplitKind = "files",
     guard: float = 0.0,
     seed: int = 0,
@@ -99,11 +102,13 @@ def train(
     If the command is interrupted, the same command continues.
 
     Args:
-        dataset: NeRF² dataset folder, simulated or measured.
+        dataset: dataset folder, simulated or measured.
         output: folder of the new run.
-        model: name of the model (documentation: The models), or module:Class for your own.
+        model: name of the model (documentation: The models), or module:Class for your own. Of received powers, channels
+            and responses over a band, a method as for bisplat compare.
         preset: a published model with its number of steps, instead of --model. paper: BiSplat-WRF; paper-plus:
             BiSplat-WRF+.
+        quantity: what is learned (default: what the dataset mainly holds).
         split: choice of test spectra. files: the dataset's own; random: a fifth; blocked: every fourth block of ten;
             area: areas with about a fifth.
         guard: known positions nearer than this to a test position are left out, wavelengths.
@@ -122,7 +127,8 @@ def train(
         refuse_idle(given_options(train, locals()), ["model"], f"beside --preset {preset}, which has a model")
     if budget is not None:
         refuse_idle(settings, ["steps"], "beside --budget, which is turned into a number of steps")
-    _refuse_idle_settings(settings, model if preset is None else PRESETS[preset].model, dataset)
+    if (quantity or quantity_of(dataset)) in ("spectrum", None):
+        _refuse_idle_settings(settings, model if preset is None else PRESETS[preset].model, dataset)
     from learn.training.train import train as train_model
 
     given = {"bypass": bypass or None, "encoding": encoding, "scene": scene}
@@ -136,6 +142,7 @@ def train(
             dataset,
             output,
             model=model,
+            quantity=quantity,
             split=split,
             guard=guard,
             seed=seed,
@@ -181,6 +188,15 @@ def _refuse_idle_settings(settings: dict[str, Any], model: str, dataset: Path) -
         refuse_idle(settings, ["full_resolution"], f"for {model}, which cannot train on a few pixels")
 
 
+EXPORTED: dict[str, tuple[Any, str]] = {
+    "--output": (None, "model"),
+    "--hdf5": ("hdf5", "dataset"),
+    "--deepmimo": ("deepmimo", "scenario"),
+    "--csi": ("csi", "channels"),
+}
+"""The format of each option of ``export``, and what it writes."""
+
+
 def export(
     what: Positional[Path],
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
@@ -202,29 +218,16 @@ def export(
         csi: the responses over a band as the CSI folder of NeRF² and GSRF.
     """
     outputs = {"--output": output, "--hdf5": hdf5, "--deepmimo": deepmimo, "--csi": csi}
-    given = [name for name, path in outputs.items() if path is not None]
+    given = {name: path for name, path in outputs.items() if path is not None}
     if len(given) != 1:
         raise InputError(f"expected one of {', '.join(outputs)}, found {' and '.join(given) or 'none'}")
-    if deepmimo is not None:
-        from simulate.exchange.deepmimo_export import export_deepmimo
+    ((name, path),) = given.items()
+    form, words = EXPORTED[name]
+    if form is None and path.suffix not in (".onnx", ".pt2"):
+        raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
+    if form in (None, "hdf5"):
+        require_new(path, force=force)
+    from learn.reports.export import export as write
 
-        export_deepmimo(what, deepmimo, force)
-        print(printable(f"scenario: {deepmimo}"))
-    elif csi is not None:
-        from simulate.exchange.csi_export import export_csi
-
-        export_csi(what, csi, force)
-        print(printable(f"channels: {csi}"))
-    elif hdf5 is not None:
-        from simulate.exchange.hdf5_export import export_hdf5
-
-        require_new(hdf5, force=force)
-        export_hdf5(what, hdf5)
-        print(printable(f"dataset: {hdf5}"))
-    elif output is not None:
-        from learn.training.model_export import export as export_model
-        from learn.training.run_folder import load_run
-
-        require_new(output, force=force)
-        export_model(load_run(what), output)
-        print(printable(f"model: {output}"))
+    write(what, path, form, force=force)
+    print(printable(f"{words}: {path}"))

@@ -9,7 +9,6 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from scenes.files.optional_packages import require_extra
-from simulate.dataset.dataset_kinds import quantity_of
 
 
 def view(
@@ -28,39 +27,18 @@ def view(
         positions: CSV file of further positions to show, such as bisplat plan writes.
     """
     require_extra("viewer", "the viewer")
+    from learn.view.subject import subject
+    from learn.view.tab import Tab
+    from learn.view.tracing import Tracing
     from scenes.browser.served_page import serve
     from simulate.positions.positions import read_points
 
-    planned = None if positions is None else read_points(positions)
-    if quantity_of(Path(what)) == "power":
-        from learn.view.power_subject import PowerSubject
-        from learn.view.power_tab import PowerTab
-
-        powers = PowerSubject.of(Path(what))
-        powers.planned = planned
-        serve(f"bisplat: {powers.name}", port, lambda client: PowerTab(client, powers).close)
-        return
-    if quantity_of(Path(what)) == "channel":
-        from learn.view.channel_tab import ChannelTab, require_places_and_band
-        from simulate.dataset.dataset_folder import read_dataset
-
-        channels = read_dataset(what)
-        require_places_and_band(channels)
-        serve(
-            f"bisplat: {channels.folder.resolve().name}",
-            port,
-            lambda client: ChannelTab(client, channels, planned).close,
-        )
-        return
-    from learn.view.session import Session, Tracing
-    from learn.view.subject import subject
-
     shown = subject(what)
-    shown.planned = planned
-    propagation, seed = shown.propagation
+    shown.planned = None if positions is None else read_points(positions)
     tracing = None
-    if shown.scene is not None and not shown.array_moves:
-        tracing = Tracing(shown.scene, shown.beamformer, propagation, shown.region, seed)
-    serve(f"bisplat: {shown.name}", port, lambda client: Session(client, shown, tracing).close)
+    if shown.traced is not None:
+        propagation, seed = shown.propagation
+        tracing = Tracing(shown.traced, shown.beamformer, propagation, shown.region, seed)
+    serve(f"bisplat: {shown.name}", port, lambda client: Tab(client, shown, tracing).close)
     if tracing is not None:  # Dr.Jit aborts a process that exits normally while the tracing thread is tracing
         os._exit(0)

@@ -10,7 +10,6 @@ from jaxtyping import Float
 from torch import Tensor
 
 from learn.models.base import as_complex
-from learn.models.capabilities import adapt_to
 from learn.models.kriging.band_field import BandField
 from learn.models.networks.response_network import ResponseNetwork
 from learn.quantities.known import Known
@@ -65,8 +64,8 @@ class LearnedBand:
             build: Any = model_class(self.model)
             network = build(region, dataset.beamformer, dataset.wavelength, **entry.options)
             assert isinstance(network, ResponseNetwork)
-            adapt_to(network, dataset, known.rows)
-            self._network = network.to(device)
+            network.adapt_to(dataset, known.rows)
+            self.network = network.to(device)
             assert network.band is not None
 
             def loss() -> Tensor:
@@ -82,11 +81,11 @@ class LearnedBand:
         self.found = f"{len(self.delays)} delays from {first:.0f} to {last:.0f} ns"
 
     def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
-        band = self._network.band
+        band = self.network.band
         assert band is not None
         with torch.inference_mode():
-            batches = batches_for(self._network, positions, PREDICTED_AT_ONCE)
-            found = [as_complex(self._network.over_band(band, each)) for each in batches]
+            batches = batches_for(self.network, positions, PREDICTED_AT_ONCE)
+            found = [as_complex(self.network.over_band(band, each)) for each in batches]
         return Prediction(self._scale * np.concatenate(found).astype(complex))
 
 

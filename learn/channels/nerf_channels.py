@@ -63,22 +63,22 @@ class NerfChannels:
         with torch.random.fork_rng():
             torch.manual_seed(known.seed)
             size = self._size or size_here()
-            network = RaySignals(receivers, 2 * count, FAR, 1.0, known.wavelength, size, count)
-            self._signals = network.to(self._device)
+            signals = RaySignals(receivers, 2 * count, FAR, 1.0, known.wavelength, size, count)
+            self.network = signals.to(self._device)
             each = min(len(uplink), max(1, (BATCH if size == PUBLISHED else REDUCED_BATCH) // antennas))
 
             def loss() -> Tensor:
                 drawn = torch.randperm(len(uplink))[:each].to(self._device)
-                return (self._signals(uplink[drawn]) - downlink[drawn]).square().mean()
+                return (self.network(uplink[drawn]) - downlink[drawn]).square().mean()
 
             most, minutes = taught.limits(self._steps, MOST_STEPS)
-            self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
+            self.steps = train_steps(loss, published_adam(self.network), title="nerf2", most=most, minutes=minutes)
 
     def predict(self, positions: Float[np.ndarray, "K 3"] | None, given: Complex[np.ndarray, "K A S"]) -> Prediction:
         import torch
 
         with torch.no_grad():
-            parts = [self._signals(each) for each in self._pairs(given).flatten(-2).split(AT_ONCE)]
+            parts = [self.network(each) for each in self._pairs(given).flatten(-2).split(AT_ONCE)]
         return Prediction(self._level * torch.view_as_complex(torch.cat(parts).double().cpu()).numpy())
 
     def _pairs(self, links: Complex[np.ndarray, "K A S"]) -> Float[Tensor, "K A S 2"]:

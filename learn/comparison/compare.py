@@ -27,7 +27,7 @@ from learn.quantities.quantity_table import QuantityName, quantity_named
 from learn.quantities.spectra import SpectraInRooms
 from learn.training.config import require_untested
 from learn.training.run_files import device_name
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, SpectrumRun, load_spectra
 from scenes.files.errors import (
     ParameterError,
     require_instance,
@@ -146,7 +146,7 @@ def compare(
     known = methods_of(kind, given, scene)
     chosen = chosen_methods(methods, known, usual_names(kind, known), models=kind == "spectrum")
     asked = checked_sizes(sizes, of.things)
-    run = init if init is None or isinstance(init, Run) else load_run(init)
+    run = None if init is None else load_spectra(init)
     if run is not None:
         chosen |= _continued(run, kind)
     missing = [name for name in BASELINES.get(kind, USUAL_BASELINES) if name not in chosen]
@@ -209,7 +209,7 @@ def read_data(data: Any) -> Any:
     return read_rooms(folder) if is_rooms(folder) else read_dataset(folder)
 
 
-def _continued(run: Run, kind: str) -> dict[str, Callable[[], Any]]:
+def _continued(run: SpectrumRun, kind: str) -> dict[str, Callable[[], Any]]:
     """The model of a run, trained from its weights."""
     if kind != "spectrum":
         raise ParameterError("init", "expected none but for spectra, whose models start from weights, found one")

@@ -131,6 +131,15 @@ class Comparison:
         """Headings of the table, by the keys of a row."""
         return {**self.quantity.columns, **COSTS}
 
+    @property
+    def rooms(self) -> dict[str, Any]:
+        """What differs from room to room, and the names of the training and the test rooms; empty for one dataset."""
+        count = self.settings.test_rooms
+        if count is None or self.dataset is None:
+            return {}
+        names = list(self.dataset.names)
+        return {"setting": self.dataset.setting, "training_rooms": names[:-count], "test_rooms": names[-count:]}
+
     def facts(self) -> dict[str, Any]:
         """All scores and what they are of, for JSON; methods by name, of several sizes with the size."""
         table = self.table()
@@ -140,6 +149,7 @@ class Comparison:
             "split": self.settings.split,
             "seed": self.settings.seed,
             "guard": self.settings.guard,
+            **self.rooms,
             "known": max((row.get("known") or 0 for row in self.rows), default=0),
             "test": max((row["test"] for row in self.rows), default=0),
             **({} if self.distances is None else self.distances.facts()),

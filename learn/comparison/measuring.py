@@ -17,7 +17,7 @@ from learn.comparison.given_methods import built, is_own, named, source_of
 from learn.comparison.predictions import Predictions
 from learn.comparison.results_folder import Results, Settings, run_folder
 from learn.quantities.known import Known
-from learn.quantities.quantity import Prediction, Quantity, joined
+from learn.quantities.quantity import Quantity, joined
 from scenes.files.errors import ParameterError
 from scenes.files.long_work import doing
 from scenes.files.plain_text import say
@@ -107,7 +107,9 @@ class Measuring:
             fitted = time.perf_counter()
             doing(f"{label}: predicting and scoring {len(test):,} tests")
             with named(label, method, "predict to return predictions"):
-                predicted.append(self._predict(label, method, dataset, test, truth.shape))
+                places, given = dataset.places, self.quantity.given(dataset, test)
+                places = None if places is None else places[test]
+                predicted.append(self.quantity.predicted_by(label, method, places, given, truth.shape))
             truths.append(truth)
             fitting, predicting = fitting + fitted - began, predicting + time.perf_counter() - fitted
         together = joined(predicted)
@@ -134,19 +136,6 @@ class Measuring:
         if row["found"] is not None:
             say(f"{label}: {row['found']}")
         self.kept.keep(key, row, scored.each)
-
-    def _predict(self, label: str, method: Any, dataset: Any, test: Any, shape: tuple[int, ...]) -> Prediction:
-        """What a method predicts of test rows, in pieces if there are many."""
-        positions, given = dataset.places, self.quantity.given(dataset, test)
-        places = None if positions is None else positions[test]
-        at_once = self.quantity.at_once or max(len(test), 1)
-        parts = []
-        for first in range(0, len(test), at_once):
-            some = slice(first, first + at_once)
-            where = None if places is None else places[some]
-            found = method.predict(where) if given is None else method.predict(where, given[some])
-            parts.append(self.quantity.checked(label, found, (len(test[some]), *shape[1:])))
-        return joined(parts)
 
     def _of_rooms(self, each: Mapping[str, np.ndarray], truths: Sequence[np.ndarray]) -> dict[str, Any]:
         """The median score in each room."""

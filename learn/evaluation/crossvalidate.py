@@ -13,7 +13,7 @@ from learn.data.metrics import Scores, require_scorable, require_some, score, va
 from learn.data.same_receiver import in_megahertz, other_array, other_frequency
 from learn.data.split_distances import SplitDistances
 from learn.training.config import Origin
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, SpectrumRun, load_spectra
 from scenes.files.errors import (
     InputError,
     require_instance,
@@ -154,7 +154,7 @@ def crossvalidate(
         engine_class(engine)  # refuses an unknown name
     if field is not None:
         require_path(field=field)
-    run = run if isinstance(run, Run) else load_run(run)
+    run = load_spectra(run)
     dataset = run.dataset()
     scene = at_its_frequency(seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene)), dataset)
     if other_frequency(dataset.wavelength, scene.wavelength):
@@ -202,7 +202,9 @@ def crossvalidate(
     )
 
 
-def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine | None) -> tuple[ResponseSource, str]:
+def _source(
+    dataset: Dataset, setting: Setting, run: SpectrumRun, engine: str | Engine | None
+) -> tuple[ResponseSource, str]:
     """The source of the true responses, and its name for the user."""
     made_by = engine_of(dataset.metadata)
     if engine is None or engine == made_by.name:

@@ -11,15 +11,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from learn.comparison.comparison import Comparison
 from learn.data.metrics import Scores, require_scorable, scorable, score
 from learn.data.neighbours import inverse_distance, nearest
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.prediction_intervals import StatedIntervals, intervals_by_distance
+from learn.fitted.method_run import MethodRun, evaluate_method
 from learn.models.base import Report
 from learn.quantities.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.training.config import Origin, require_same_link
 from learn.training.conformal_deviation import pixel_errors
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, load_run, load_spectra
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -162,10 +164,10 @@ def evaluate(
     index: Path | None = None,
     ceiling: bool = True,
     report: Report = lambda phase, done, total: None,
-) -> Evaluation:
-    """Score a run, the baselines and the array's ceiling on the same held-out spectra.
+) -> Evaluation | Comparison:
+    """Score a run and the baselines on the same held-out rows, and of spectra the array's ceiling.
 
-    The function writes nothing; ``bisplat evaluate`` writes a report.
+    The function writes nothing; ``bisplat evaluate`` writes a report. The options are those of a run of spectra.
 
     Args:
         run: a trained run, or its folder.
@@ -177,7 +179,7 @@ def evaluate(
         report: called with the part, the number of parts done, and the number of all parts.
 
     Returns:
-        The predictions and the scores.
+        The predictions and the scores; of other quantities the table that ``compare`` returns.
 
     Raises:
         InputError: the run, the dataset or the index cannot be read; the run's dataset has been replaced; the index
@@ -192,10 +194,24 @@ def evaluate(
         >>> list(evaluation.scores)
         ['model', 'mean-picture', 'nearest', 'inverse-distance', "array's ceiling"]
     """
+    require_flag(ceiling=ceiling)
+    found = run if isinstance(run, Run) else load_run(run)
+    if isinstance(found, MethodRun) and dataset is None and index is None:
+        return evaluate_method(found)
+    return evaluate_spectra(found, dataset, index, ceiling, report)
+
+
+def evaluate_spectra(
+    run: Run | Path | str,
+    dataset: Dataset | Path | str | None = None,
+    index: Path | None = None,
+    ceiling: bool = True,
+    report: Report = lambda phase, done, total: None,
+) -> Evaluation:
+    """Score a run of spectra, as ``evaluate`` explains it."""
     if index is not None:
         require_path(index=index)
-    require_flag(ceiling=ceiling)
-    run = run if isinstance(run, Run) else load_run(run)
+    run = load_spectra(run)
     if dataset is None:
         tested_on = run.dataset()
     else:

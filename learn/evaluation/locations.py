@@ -12,7 +12,7 @@ from learn.localisation.heard_pictures import of_runs
 from learn.localisation.located_places import Located
 from learn.localisation.place_search import Question
 from learn.models.base import Report
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, load_spectra
 
 LOCATED = 200  # Largest number of test transmitters that are located, evenly spread over the test part
 
@@ -45,7 +45,7 @@ class Heard(NamedTuple):
 
 def heard_by(runs: Sequence[Run | Path]) -> Heard:
     """The test transmitters of a run's dataset, at most ``LOCATED``."""
-    loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
+    loaded = [load_spectra(run) for run in runs]
     return Heard(of_runs(loaded, None, LOCATED), [run.name for run in loaded[1:]])
 
 

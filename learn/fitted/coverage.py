@@ -11,7 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial import Delaunay
 
-from learn.fitted.fit_powers import FittedPowers, fit_powers
+from learn.fitted.fitted_method import Fitted, fit_method
+from learn.fitted.method_run import MethodRun
 from learn.quantities.quantity import Prediction, joined
 from scenes.files.errors import ParameterError, check_array, require_instance, require_positive, require_within, shown
 from scenes.files.plain_text import say
@@ -55,7 +56,7 @@ class CoverageMap:
         ([0, 0, 0, 0, 0, 0], True)
     """
 
-    fitted: FittedPowers = field(repr=False)
+    fitted: Fitted = field(repr=False)
     x: Float[np.ndarray, " nx"]
     y: Float[np.ndarray, " ny"]
     height: float
@@ -99,7 +100,7 @@ class CoverageMap:
 
 
 def coverage_map(
-    powers: FittedPowers | Dataset | Path | str,
+    powers: MethodRun | Fitted | Dataset | Path | str,
     *,
     height: float | None = None,
     step: float = 0.1,
@@ -112,18 +113,18 @@ def coverage_map(
     Walls count only as far as the known powers show them: nothing is traced, unless ``powers`` is fitted by "twin".
 
     Args:
-        powers: received powers, their folder, or a method that is already fitted to them. Of a folder, the method
-            learns from all positions, the test part as well.
+        powers: received powers, their folder, or a run of them. Of a folder, the method learns from all positions, the
+            test part as well.
         height: z of the map, metres. None: the median height of the known positions.
         step: side of the square cells, metres.
         region: smallest x and y, then largest x and y of the map, metres, world frame; its right and upper edge are
             moved out to a whole number of cells. None: the bounding box of the known positions, of which the part
             within their convex hull is predicted, and the rest is NaN. In a stated region every cell is predicted.
-        method: method to fit, as for ``fit_powers``. It is not used if ``powers`` is fitted.
+        method: method to fit, as for ``compare``. It is not used for a run.
         report: called with the phase, the number of cells done, and that of all cells.
 
     Returns:
-        The map. ``write_coverage`` writes it as arrays and figures.
+        The map. ``export`` writes it as arrays and figures.
 
     Raises:
         InputError: the folder cannot be read.
@@ -139,12 +140,13 @@ def coverage_map(
         >>> coverage.median.shape, coverage.x[:2].tolist(), bool(coverage.median[0, 0, 0] > coverage.median[0, 5, 7])
         ((1, 6, 8), [0.25, 0.75], True)
     """
-    require_instance(FittedPowers, Dataset, str, Path, powers=powers)
+    require_instance(MethodRun, Fitted, Dataset, str, Path, powers=powers)
     require_positive(step=step)
     if height is not None:
         require_within(-FARTHEST, FARTHEST, "a height in metres", height=height)
     asked = None if region is None else _checked(region)
-    fitted = powers if isinstance(powers, FittedPowers) else fit_powers(powers, method)
+    given = powers.fitted if isinstance(powers, MethodRun) else powers
+    fitted = given if isinstance(given, Fitted) else fit_method(given, "power", method)
     known = fitted.dataset.positions[fitted.known]
     height = float(np.median(known[:, 2]) if height is None else height)
     low, high = known[:, 2].min(), known[:, 2].max()
@@ -201,9 +203,7 @@ def _within_hull(
     return hull.find_simplex(points) >= 0
 
 
-def _predicted(
-    fitted: FittedPowers, places: Float[np.ndarray, "K 3"], report: Callable[[str, int, int], None]
-) -> Prediction:
+def _predicted(fitted: Fitted, places: Float[np.ndarray, "K 3"], report: Callable[[str, int, int], None]) -> Prediction:
     parts = []
     for start in range(0, len(places), AT_ONCE):
         parts.append(fitted.predict(places[start : start + AT_ONCE]))

@@ -20,7 +20,7 @@ from learn.data.same_receiver import (
 from learn.localisation.located_places import NEW
 from learn.localisation.picture_evidence import PictureEvidence
 from learn.localisation.place_search import Question, grid_warning
-from learn.training.run_folder import Run
+from learn.training.run_folder import SpectrumRun
 from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
@@ -34,7 +34,7 @@ from simulate.spectra.lags import fit_lags
 from simulate.spectra.spectrum import check_pictures, evenly
 
 
-def of_runs(runs: Sequence[Run], heard: Any, most: int | None = None) -> Question:
+def of_runs(runs: Sequence[SpectrumRun], heard: Any, most: int | None = None) -> Question:
     """The question by a run for each gateway: of pictures or folders of them, or of the test part of their datasets.
 
     The runs' own datasets stand for their test part, of which ``most`` are located, since known pictures are found at
@@ -65,7 +65,7 @@ def of_runs(runs: Sequence[Run], heard: Any, most: int | None = None) -> Questio
     return Question(_evidence(runs, pictures, data.positions[runs[0].split(data).known]), names, [NEW] * len(names))
 
 
-def _of_test_part(runs: Sequence[Run], most: int | None) -> Question:
+def _of_test_part(runs: Sequence[SpectrumRun], most: int | None) -> Question:
     datasets = [run.dataset() for run in runs]
     first, parts = datasets[0], runs[0].split(datasets[0])
     test, known = parts.test if most is None else evenly(parts.test, most), parts.known
@@ -92,7 +92,7 @@ def _of_test_part(runs: Sequence[Run], most: int | None) -> Question:
 
 
 def _evidence(
-    runs: Sequence[Run],
+    runs: Sequence[SpectrumRun],
     pictures: list[UInt8[np.ndarray, "K 90 360"]],
     known: Float[np.ndarray, "n 3"],
     copies: list[tuple[Dataset, Int[np.ndarray, " n"]]] | None = None,
@@ -123,7 +123,7 @@ def _checked_pictures(pictures: Sequence[np.ndarray]) -> list[np.ndarray]:
     return checked
 
 
-def observed_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
+def observed_pictures(folder: Path, run: SpectrumRun) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
     """Read pictures, and check that the gateway of a run can have recorded them.
 
     A warning is printed if the folder does not state its array, and the array of the run does not explain the pictures.
@@ -135,13 +135,13 @@ def observed_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarr
     return names, pictures
 
 
-def is_own(folder: Path, run: Run) -> bool:
+def is_own(folder: Path, run: SpectrumRun) -> bool:
     """Whether the pictures of a folder are those of a run's dataset."""
     own = Path(run.config.dataset).resolve()
     return folder.resolve() in (own, own / "spectrum")
 
 
-def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, "K 90 360"], run: Run) -> None:
+def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, "K 90 360"], run: SpectrumRun) -> None:
     """Compare the stated frequency, array and grid with those of a run, or else the pictures with its array."""
     problems: list[str] = []
     path, of_run = folder / "metadata.json", run.beamformer
@@ -177,7 +177,7 @@ def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, 
             )
 
 
-def _check_gateway(folder: Path, run: Run) -> None:
+def _check_gateway(folder: Path, run: SpectrumRun) -> None:
     """Compare the gateway that a folder states with that of a run's dataset, if both are stated."""
     path, of_run = folder / "gateway_info.yml", Path(run.config.dataset) / "gateway_info.yml"
     if not (path.exists() and of_run.exists()):

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from learn.data.same_receiver import other_frequency
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_rows
-from learn.fitted.fit_powers import fit_powers
+from learn.fitted.fitted_method import fit_method
 from learn.localisation.channel_evidence import ChannelEvidence
 from learn.localisation.evidence import Evidence
 from learn.localisation.located_places import NEW
@@ -53,7 +53,7 @@ def of_powers(survey: Dataset, heard: Any, *, split: SplitKind = "files", level:
         powers, truth = _read_powers(Path(heard), survey)
     else:
         powers = _checked_powers(heard, len(survey.gateway_names))
-    predict = fit_powers(survey, known=known).predict
+    predict = fit_method(survey, "power", known=known).predict
     there = survey.positions[known], survey.powers[known]
     evidence = PowerEvidence(predict, powers, *there, survey.floor_dbm, survey.wavelength)
     if level is None:

@@ -18,7 +18,7 @@ from learn.localisation.known_and_heard import MOST_ANTENNAS, of_channels, of_po
 from learn.localisation.located_places import Located
 from learn.localisation.place_search import Question
 from learn.models.base import Report
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, SpectrumRun, load_spectra
 from scenes.files.errors import ParameterError
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset
@@ -123,9 +123,9 @@ def _kind(given: Any) -> str:
     return RUN if isinstance(given, Run) else POSITIONS
 
 
-def _runs(given: Any) -> list[Run]:
+def _runs(given: Any) -> list[SpectrumRun]:
     each = given if isinstance(given, list | tuple) else [given]
-    runs = [run if isinstance(run, Run) else load_run(run) for run in each]
+    runs = [load_spectra(run) for run in each]
     folder, times = Counter(run.folder.resolve() for run in runs).most_common(1)[0]
     if times > 1:
         raise ParameterError("model_or_dataset", f"expected a run for each gateway, found {folder} twice")

@@ -16,7 +16,7 @@ from learn.localisation.evidence import Evidence, Prior
 from learn.models.quadrature import quadrature
 from learn.training.prediction import batches_for
 from learn.training.run_files import read_training
-from learn.training.run_folder import Run
+from learn.training.run_folder import SpectrumRun
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import spectrum_of
 
@@ -47,7 +47,7 @@ class Fingerprints:
         """Fingerprints of pictures."""
         return self._of(spectrum_of(pictures[:, self.pixels.rows][:, :, self.pixels.columns]))
 
-    def predicted(self, run: Run, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K F"]:
+    def predicted(self, run: SpectrumRun, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K F"]:
         """Fingerprints that a run predicts."""
         found = []
         with torch.inference_mode():
@@ -74,7 +74,7 @@ class PictureEvidence(Evidence):
 
     def __init__(
         self,
-        runs: Sequence[Run],
+        runs: Sequence[SpectrumRun],
         pictures: Sequence[UInt8[np.ndarray, "K 90 360"]],
         region: Float[np.ndarray, "2 3"],
         known: Float[np.ndarray, "n 3"],
@@ -151,7 +151,7 @@ def _squared_distance(there: Float[np.ndarray, "n F"], row: Float[np.ndarray, " 
     return np.square(there - row, dtype=float).sum(axis=1)
 
 
-def _weights(runs: list[Run]) -> Float[np.ndarray, " G"]:
+def _weights(runs: list[SpectrumRun]) -> Float[np.ndarray, " G"]:
     """Weight of each run's fingerprints, from the mean variance that it states over its region."""
     if len(runs) == 1:
         return np.ones(1)

@@ -46,7 +46,7 @@ METHODS: dict[str, dict[str, str]] = {
         "channel": "learn.channels.nerf_channels:NerfChannels",
     },
     "attention": {"room": "learn.rooms.room_methods:AttentionOverNeighbours"},
-    "twin": {"power": "learn.powers.twin_powers:TwinPowers", "room": "learn.rooms.room_methods:TwinInRoom"},
+    "twin": {"power": "learn.powers.twin_powers:TwinPowers"},
 }
 """The class of each method, by its name, for each quantity, and for "room": spectra of rooms never seen before.
 
@@ -64,7 +64,7 @@ BASELINES: dict[str, tuple[str, ...]] = {
 
 USUAL_BASELINES = ("mean", "nearest", "inverse-distance")
 
-SLOW_IN_ROOMS = ("helmholtz-pictures", TWIN)  # These take minutes for each room and number of known spectra
+SLOW_IN_ROOMS = ("helmholtz-pictures",)  # It takes minutes for each room and number of known spectra
 
 
 def methods_of(kind: str, dataset: Any = None, scene: Any = None) -> dict[str, Callable[[], Any]]:

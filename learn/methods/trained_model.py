@@ -10,13 +10,13 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
-from learn.models.capabilities import unsuited
+from learn.models.base import SpectrumModel
 from learn.quantities.known import Known
 from learn.quantities.quantity import Prediction
 from learn.training.config import Config, read_config
 from learn.training.registry import MODELS, model_class, model_entry
 from learn.training.run_files import TrainingFile, read_training, untrained_model
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import SpectrumRun, load_spectra
 from learn.training.train import train_run
 from learn.training.validation_part import Learned
 from simulate.dataset.dataset import Dataset
@@ -47,7 +47,7 @@ class TrainedModel:
         if known.minutes is not None:
             left = max(known.minutes - (time.perf_counter() - began) / 60, 0.0)
         train_run(config, known.folder, dataset=known.dataset, learned=learned, minutes=left)
-        self._run: Run = load_run(known.folder)
+        self._run: SpectrumRun = load_spectra(known.folder)
 
     def _config(self, known: Known) -> tuple[Config, Learned | None]:
         """Settings of the run, and the responses to learn from. None: nobody has looked for them yet."""
@@ -79,7 +79,7 @@ class TrainedModel:
 
     def unsuited(self, dataset: Dataset) -> str | None:
         """Why the model cannot be fitted to a dataset, for the user. None: it can be."""
-        return unsuited(self.model_class, dataset)
+        return self.model_class.unsuited(dataset)
 
     @property
     def reduced(self) -> bool:
@@ -88,7 +88,7 @@ class TrainedModel:
         return bool(small) and self.options == small
 
     @property
-    def model_class(self) -> type:
+    def model_class(self) -> type[SpectrumModel]:
         """The class of the model, which may be the user's."""
         return model_class(self.model)
 

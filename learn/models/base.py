@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 from torch import Tensor, nn
 
-from learn.models.encoding import TransmitterEncoding
 from learn.models.quadrature import Quadrature, coarse_loss
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:
+    from simulate.dataset.dataset import Dataset
     from simulate.spectra.compiled_beamformer import CompiledBeamformer
 
 
@@ -65,89 +66,67 @@ class SpectrumModel(nn.Module):
 
     region: Tensor
     wavelength: Tensor
-    encoding: TransmitterEncoding  # Encoding of the transmitter's position; only networks have one
 
     report: Report = staticmethod(lambda phase, done, total: None)
     """Function that ``fit`` calls with a phase, the number of its steps done, and the largest number of them."""
 
     def __init__(self, region: Float[np.ndarray, "2 3"], wavelength: float):
         super().__init__()
-        self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
+        self.register_buffer("region", torch.tensor(region, dtype=torch.float32))
         self.register_buffer("wavelength", torch.tensor(wavelength, dtype=torch.float32))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predict spectra, and the element responses from which they are computed.
-
-        Args:
-            positions: [B, 3] transmitter positions, metres, world frame.
-
-        Returns:
-            Spectra [B, 90, 360], 0…1; and responses [B, elements, 2] (real, imaginary), or None for a model without
-            responses.
-        """
+        """Predict at positions, metres, world frame: spectra, 0…1, and the responses (real, imaginary) behind them."""
         return self(positions), None
 
     def beamformed(self) -> Beamformed | None:
         """How the predicted spectra come from responses, for a quick prediction. None: they are something else."""
         return None
 
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
+        """Variances of predictions at positions, relative to the field's variance, 0…1. None: it knows none.
+
+        Runs scale them to a standard deviation of spectra (``learn.training.conformal_deviation``).
+        """
+        return None
+
+    def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"] | None:
+        """Responses over the band, up to one common factor of all positions. None: it predicts none."""
+        return None
+
+    @classmethod
+    def unsuited(cls, dataset: Dataset) -> str | None:
+        """Why a model cannot be fitted to a dataset: what was expected and what was found. None: it can be."""
+        return None
+
+    def adapt_to(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Take over from a dataset what an untrained model needs of it, if anything."""
+
     def undecayed(self) -> list[nn.Parameter]:
         """Parameters without weight decay: places and shapes of primitives, and delays. By default there are none."""
         return []
 
     def groups(self, weight_decay: float) -> list[dict[str, Any]]:
-        """Groups of parameters for an optimiser: those with weight decay, and those without.
-
-        Args:
-            weight_decay: that of the first group.
-        """
+        """Groups of parameters for an optimiser: those with weight decay, and those without."""
         placed = self.undecayed()
         others = [each for each in self.parameters() if all(each is not place for place in placed)]
         return [{"params": others, "weight_decay": weight_decay}, {"params": placed, "weight_decay": 0.0}]
 
-    def encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
-        """Encode positions with the model's ``encoding``.
-
-        Args:
-            positions: [B, 3] transmitter positions, metres, world frame.
-
-        Returns:
-            [B, size] inputs of a network.
-        """
-        return self.encoding(positions, self.region, self.wavelength)
-
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        """Predict spectra at a few pixels. A model that can compute these alone overrides the method.
-
-        Args:
-            positions: [B, 3] transmitter positions, metres, world frame.
-            pixels: H rows and W columns of the spectrum.
-
-        Returns:
-            [B, H, W] predicted values, 0…1.
-        """
+        """Predict spectra at a few pixels. A model that can compute these alone overrides the method."""
         return self(positions)[:, pixels.rows][:, :, pixels.columns]
 
     def coarse_loss(
         self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B H W"], pixels: Quadrature
     ) -> Float[Tensor, ""]:
-        """Loss of a training step that uses only a few pixels.
-
-        Args:
-            positions: [B, 3] transmitter positions of a batch, metres, world frame.
-            spectra: [B, H, W] true spectra of the batch at these pixels, 0…1.
-            pixels: the pixels.
-
-        Returns:
-            The composite loss 0.7 L1 + 0.3 (1 − SSIM) at these pixels, a scalar.
-        """
+        """Loss of a training step that uses only a few pixels, of which the true spectra are given."""
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
 
 
 class SplatModel(SpectrumModel):
-    """Base class of the models that draw Gaussians on the dataset's grid."""
+    """Base class of the models that draw Gaussians, to which its parameters belong, on the dataset's grid."""
 
     azimuths: Tensor  # those of the grid's columns, degrees
     elevations: Tensor  # those of its rows, degrees
@@ -156,6 +135,21 @@ class SplatModel(SpectrumModel):
         super().__init__(region, wavelength)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
+
+    @abstractmethod
+    def drawn(
+        self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
+    ) -> Float[Tensor, "B H W"]:
+        """The spectra in these directions, degrees."""
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        return self.drawn(positions, self.azimuths, self.elevations)
+
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        return self.drawn(positions, self.azimuths[pixels.columns], self.elevations[pixels.rows])
+
+    def undecayed(self) -> list[nn.Parameter]:
+        return list(self.parameters(recurse=False))
 
 
 class BeamformingLayer(nn.Module):
@@ -231,30 +225,23 @@ def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
 
 
 T = TypeVar("T")
-State = tuple[Tensor, tuple[int, torch.device, torch.dtype]]
-"""A tensor, and what changes with its values where it stays the same object: its version, device and type."""
 
 
 class Cache(Generic[T]):
     """Keeps what was last made of some tensors, until these are replaced or changed in place. A copy is empty."""
 
     def __init__(self) -> None:
-        self._made: tuple[list[State], T] | None = None
+        self._made: tuple[list[Tensor], list[Any], T] | None = None
 
     def of(self, tensors: Sequence[Tensor], make: Callable[[], T]) -> T:
         """What ``make`` returns, which is called only if other tensors are given than the last time."""
-        versions = [(each, (0 if each.is_inference() else each._version, each.device, each.dtype)) for each in tensors]
-        if self._made is None or not _same(self._made[0], versions):
-            self._made = versions, make()
-        return self._made[1]
+        states = [(0 if each.is_inference() else each._version, each.device, each.dtype) for each in tensors]
+        if self._made is not None:
+            of, before, made = self._made
+            if states == before and all(one is other for one, other in zip(tensors, of, strict=True)):
+                return made
+        self._made = list(tensors), states, make()
+        return self._made[2]
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Cache[T]:
-        return Cache()
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"_made": None}
-
-
-def _same(some: list[State], others: list[State]) -> bool:
-    pairs = zip(some, others, strict=True)
-    return all(one is other and version == changed for (one, version), (other, changed) in pairs)
+    def __reduce__(self) -> Any:
+        return Cache, ()

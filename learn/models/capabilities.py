@@ -9,9 +9,7 @@ from abc import ABC, abstractmethod
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-import torch
-from jaxtyping import Complex, Float, Int
-from scipy.spatial.transform import Rotation
+from jaxtyping import Float, Int
 from torch import Tensor
 
 from learn.models.base import Beamformed, BeamformingLayer, SpectrumModel, normalised
@@ -37,20 +35,6 @@ class FitsInClosedForm(Protocol):
 
 
 @runtime_checkable
-class NeedsSomeDatasets(Protocol):
-    """Can be fitted to some datasets only, and says why not to another one."""
-
-    @classmethod
-    def unsuited(cls, dataset: Dataset) -> str | None:
-        """What was expected and what was found, for the user. None: the model can be fitted to the dataset."""
-
-
-def unsuited(model: type, dataset: Dataset) -> str | None:
-    """Why a model cannot be fitted to a dataset, for the user. None: it can be."""
-    return model.unsuited(dataset) if issubclass(model, NeedsSomeDatasets) else None
-
-
-@runtime_checkable
 class HasPrimitives(Protocol):
     """Consists of Gaussian primitives, ``splats``, which blend into the complex ``field`` [B, H, W, 2] of B places."""
 
@@ -59,25 +43,6 @@ class HasPrimitives(Protocol):
 
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
         """The complex field F(φ, θ) on the model's own grid (real, imaginary)."""
-
-
-@runtime_checkable
-class StatesVariance(Protocol):
-    """States the variance [B] of its predictions at B positions, relative to the field's variance, 0…1.
-
-    Runs scale it to a standard deviation of spectra (``learn.training.conformal_deviation``).
-    """
-
-    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
-        """The variance at transmitter positions (metres, world frame). None: this fitted model knows none."""
-
-
-@runtime_checkable
-class PredictsBand(Protocol):
-    """Predicts responses [B, elements, subcarriers, 2] over the band of its dataset at B positions."""
-
-    def band_responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"] | None:
-        """Responses (real, imaginary), up to one common factor of all positions. None: the dataset has no band."""
 
 
 @runtime_checkable
@@ -98,22 +63,6 @@ class HasOwnLoss(Protocol):
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """Loss of a training step."""
-
-
-@runtime_checkable
-class SamplesOneField(Protocol):
-    """Can learn the one field that all elements of a moving array sample, y_m(r) = y(r + d_m)."""
-
-    def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
-        """From now on, learn and predict the field of the fixed transmitter."""
-
-
-@runtime_checkable
-class LearnsBand(Protocol):
-    """Can learn responses at all subcarriers of a band, and then also is one of ``PredictsBand``."""
-
-    def learn_band(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
-        """From now on, learn and predict responses at all subcarriers."""
 
 
 def relative_error(
@@ -143,8 +92,7 @@ class PredictsResponses(SpectrumModel, ABC):
         >>> run = bisplat.train("data/lab", "runs/responses", model="mlp-responses", steps=2)
         >>> isinstance(run.model, bisplat.PredictsResponses)
         True
-        >>> import torch
-        >>> run.model.responses(torch.tensor([[2.5, 3.0, 1.2]], device=run.model.region.device)).shape
+        >>>         >>> run.model.responses(torch.tensor([[2.5, 3.0, 1.2]], device=run.model.region.device)).shape
         torch.Size([1, 16, 2])
     """
 
@@ -156,14 +104,7 @@ class PredictsResponses(SpectrumModel, ABC):
 
     @abstractmethod
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Predict element responses, up to one common factor per spectrum.
-
-        Args:
-            positions: [B, 3] transmitter positions, metres, world frame.
-
-        Returns:
-            [B, elements, 2] responses (real, imaginary).
-        """
+        """Predict element responses (real, imaginary) at positions, metres, up to one common factor per spectrum."""
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predict spectra [B, 90, 360], 0…1: those of ``responses``, min–max normalised."""
@@ -172,14 +113,6 @@ class PredictsResponses(SpectrumModel, ABC):
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predict spectra, and the responses from which they are computed.
-
-        Args:
-            positions: [B, 3] transmitter positions, metres, world frame.
-
-        Returns:
-            Spectra [B, 90, 360], 0…1, and responses [B, elements, 2] (real, imaginary).
-        """
         responses = self.responses(positions)
         return self.beamforming(responses), responses
 
@@ -191,31 +124,15 @@ class PredictsResponses(SpectrumModel, ABC):
     def responses_loss(
         self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements 2"]
     ) -> Float[Tensor, ""]:
-        """Loss of a training step where the true responses are known.
+        """Loss of a training step where the true responses are known, scaled to a mean square magnitude of 1.
 
         It is the mean of ``|ŷ − y|² / (|y|² + ε)`` over the batch. Every spectrum thus counts the same, whether the
         transmitter is near or far, except those that receive almost no power.
-
-        Args:
-            positions: [B, 3] transmitter positions of a batch, metres, world frame.
-            responses: [B, elements, 2] true element responses (real, imaginary), scaled to a mean square magnitude of 1
-                over all spectra and elements.
-
-        Returns:
-            The loss, a scalar.
         """
         return relative_error(self.responses(positions), responses)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        """Predict spectra at a few pixels, min–max normalised over these.
-
-        Args:
-            positions: [B, 3] transmitter positions, metres, world frame.
-            pixels: H rows and W columns of the spectrum.
-
-        Returns:
-            [B, H, W] predicted values, 0…1.
-        """
+        """As for ``SpectrumModel``, min–max normalised over these pixels."""
         return self.beamforming.coarse(self.responses(positions), pixels)
 
     def coarse_loss(
@@ -224,15 +141,6 @@ class PredictsResponses(SpectrumModel, ABC):
         """As for ``SpectrumModel``, with true spectra that are normalised over these pixels too."""
         spectra = normalised(spectra.flatten(1)).view_as(spectra)
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
-
-
-def adapt_to(model: SpectrumModel, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-    """Let an untrained model learn the one field that a moving array samples, and all subcarriers, if it can."""
-    if dataset.moving == "receiver" and isinstance(model, SamplesOneField):
-        turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()
-        model.sample_one_field(torch.from_numpy(turn).float())
-    if dataset.band is not None and isinstance(model, LearnsBand):
-        model.learn_band(dataset.band_responses[known])
 
 
 def no_comparable_phases(dataset: Dataset) -> str:

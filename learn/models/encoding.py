@@ -32,28 +32,20 @@ def evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
     return torch.stack([across * azimuth.cos(), across * azimuth.sin(), z], dim=-1)
 
 
-def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:
-    """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise."""
-    frequencies = torch.pi * 2.0 ** torch.arange(order, device=t.device, dtype=t.dtype)
+def positional_encoding(
+    t: Float[Tensor, "*batch n"], order: int, lowest: float = torch.pi
+) -> Float[Tensor, "*batch m"]:
+    """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise; π is the lowest."""
+    frequencies = lowest * 2.0 ** torch.arange(order, device=t.device, dtype=t.dtype)
     angles = (frequencies[:, None] * t[..., None, :]).flatten(-2)
     return torch.cat([t, angles.sin(), angles.cos()], dim=-1)
-
-
-def octaves(x: Float[Tensor, "*batch n"], count: int) -> Float[Tensor, "*batch encoded"]:
-    """[x, {sin(2^k x)}, {cos(2^k x)}] for k = 0 … count − 1, element-wise: as γ, without π."""
-    angles = (2.0 ** torch.arange(count, device=x.device, dtype=x.dtype)[:, None] * x[..., None, :]).flatten(-2)
-    return torch.cat([x, angles.sin(), angles.cos()], dim=-1)
 
 
 class TransmitterEncoding(nn.Module):
     """Encodes the transmitter's position r as the input of a network.
 
-    There are two kinds:
-
-    - ``octaves`` is the paper's TX-PE: γ of the position scaled to −1…1.
-    - ``waves`` is cos and sin of ``k v_j·(r − r₀)``, for directions v_j spread evenly over the sphere and the region's
-      centre r₀. In the air around the transmitter every field is a sum of plane waves with wavenumber k = 2π/λ. The
-      responses at one frequency are therefore smooth, nearly linear functions of these numbers.
+    ``octaves`` is the paper's TX-PE, γ of the position scaled to −1…1; ``waves`` is cos and sin of ``k v_j·(r − r₀)``
+    for directions v_j spread over the sphere, in which the responses at one frequency are nearly linear.
     """
 
     directions: Tensor

@@ -17,7 +17,7 @@ from learn.models.base import Report, SpectrumModel
 from learn.planning.candidates import CANDIDATES, candidates_among, free_candidates
 from learn.planning.greedy import choose
 from learn.planning.planned_fields import fields_of_powers, fields_of_run, fields_of_scene
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, load_spectra
 from scenes.files.errors import (
     InputError,
     ParameterError,
@@ -185,6 +185,7 @@ def plan(
         wavelength, source = subject.wavelength, str(subject.folder)
         fields_of = partial(fields_of_powers, subject, seed)
     else:
+        subject = load_spectra(subject)
         dataset = subject.dataset()
         scene, known = recorded_scene(dataset.folder, dataset.metadata), dataset.positions[subject.split(dataset).known]
         wavelength, source, arrays = dataset.wavelength, str(subject.folder), [dataset.array]
@@ -212,7 +213,7 @@ def _read(run_or_scene: Path | str) -> Run | Dataset | Scene:
     """The run or the received powers of a folder, or the scene of a name or a file."""
     path = Path(run_or_scene)
     if path.is_dir():
-        return read_dataset(path) if quantity_of(path) == "power" else load_run(path)
+        return read_dataset(path) if quantity_of(path) == "power" else load_spectra(path)
     if str(run_or_scene) not in BUILT_IN and not path.is_file():
         places = ", ".join(BUILT_IN)
         raise InputError(

@@ -12,14 +12,14 @@ import torch
 from jaxtyping import Float, Inexact
 from scipy.linalg import cho_factor, cho_solve
 
-from learn.fitted.fit_powers import fit_powers
+from learn.fitted.fitted_method import fit_method
 from learn.models.base import Report
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.interpolators import WAYS
 from learn.models.kriging.kriged_field import KrigedField
 from learn.planning.greedy import OpenField
 from learn.powers.helmholtz_powers import HelmholtzPowers
-from learn.training.run_folder import Run
+from learn.training.run_folder import SpectrumRun
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
 from simulate.rays.core.propagation import Propagation
@@ -73,7 +73,7 @@ def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: R
     return fields
 
 
-def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
+def fields_of_run(run: SpectrumRun, dataset: Dataset, report: Report) -> list[Field]:
     """The fields that a run of ``helmholtz`` interpolates; for another model, those that ``helmholtz`` would."""
     model = run.model
     if not isinstance(model, HelmholtzField):
@@ -89,7 +89,7 @@ def fields_of_powers(dataset: Dataset, seed: int) -> list[Field]:
     Its covariance is the same for all gateways up to a factor, so that one field stands for all. The law is taken for
     known.
     """
-    method = fit_powers(dataset, seed=seed).method
+    method = fit_method(dataset, "power", seed=seed).method
     assert isinstance(method, HelmholtzPowers)
     covariance, noise = method.covariance, method.covariance.shares[2]
     field = max(1 - float(noise), LEAST_FIELD)

@@ -79,7 +79,7 @@ class NerfPowers:
             size = self._size or size_here()
             inputs = octaves(torch.zeros(1, 3)).shape[1]
             receivers = known.gateways - self._centre
-            self._signals = RaySignals(receivers, inputs, self._unit, self._unit, known.wavelength, size).to(device)
+            self.network = RaySignals(receivers, inputs, self._unit, self._unit, known.wavelength, size).to(device)
             places = self._encoded(known.positions[chosen])
             each = min(len(places), max(1, (BATCH if size == PUBLISHED else REDUCED_BATCH) // len(known.gateways)))
 
@@ -89,7 +89,7 @@ class NerfPowers:
                 return error[mask[drawn]].square().mean()
 
             most, minutes = taught.limits(self._steps, MOST_STEPS)
-            self.steps = train_steps(loss, published_adam(self._signals), title="nerf2", most=most, minutes=minutes)
+            self.steps = train_steps(loss, published_adam(self.network), title="nerf2", most=most, minutes=minutes)
 
     def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
         import torch
@@ -105,9 +105,9 @@ class NerfPowers:
         from learn.models.peers.nerf2 import octaves
 
         scaled = torch.from_numpy((positions - self._centre) / self._unit).float()
-        return octaves(scaled).to(next(self._signals.parameters()).device)
+        return octaves(scaled).to(next(self.network.parameters()).device)
 
     def _amplitudes(self, places: Float[Tensor, "B inputs"]) -> Float[Tensor, "B G"]:
         """``|h|`` of each gateway."""
-        signals = self._signals(places[:, None])[:, :, 0]
+        signals = self.network(places[:, None])[:, :, 0]
         return signals.square().sum(-1).clamp_min(1e-20).sqrt()

@@ -154,6 +154,18 @@ class Quantity(ABC):
         """What is assumed of a dataset for this comparison, for the user. None: nothing."""
         return None
 
+    def predicted_by(
+        self, label: str, method: Any, positions: Any, given: np.ndarray | None, shape: Sequence[int]
+    ) -> Prediction:
+        """What a method predicts of rows, in pieces if there are many."""
+        at_once, parts = self.at_once or max(shape[0], 1), []
+        for first in range(0, max(shape[0], 1), at_once):
+            some = slice(first, first + at_once)
+            where = None if positions is None else positions[some]
+            found = method.predict(where) if given is None else method.predict(where, given[some])
+            parts.append(self.checked(label, found, (min(at_once, shape[0] - first), *shape[1:])))
+        return joined(parts)
+
     def checked(self, label: str, given: Any, shape: Sequence[int]) -> Prediction:
         """What a method returned, if it is a prediction: an array, or an object with ``value`` and perhaps more."""
         parts = {name: getattr(given, name, None) for name in ("low", "high", "deviation")}

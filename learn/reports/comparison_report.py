@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from learn.comparison.averages import average_name, footnote_of
+from learn.comparison.averages import average_name, footnote_of, spread_of
 from learn.comparison.comparison import Comparison
 from learn.comparison.results_folder import run_folder
 from learn.quantities.array_ceiling import CEILING
+from learn.reports.figures import draw_distribution
 from learn.reports.html_page import embedded, write_page
 from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
-from learn.reports.plots import plot_cdf
 from learn.reports.provenance import Provenance
-from learn.reports.sweep_figure import draw_sweep, over_seeds
 from learn.reports.table_files import marked_rows, write_tables
 from scenes.files.atomic import write_atomically
 from scenes.files.plain_text import in_figure
@@ -40,10 +38,10 @@ def write_comparison(comparison: Comparison, folder: Path, variants: bool = Fals
     write_results(comparison, folder, made)
     sizes = {row["train_size"] for row in comparison.rows if row["label"] != CEILING}
     if comparison.each and len(sizes) == 1:
-        name = draw_distribution(comparison, folder, made)
+        name = draw_scores(comparison, folder, made)
         figures[name] = f"Distribution of {comparison.quantity.of_each.label}, first seed."
     if sizes != {None}:
-        _draw_sizes(comparison, folder, made)
+        draw_sizes(comparison, folder, made)
         figures["sweep"] = f"{_measure(comparison)} over the number of training {comparison.quantity.things}."
     if variants:
         draw_variants(comparison, folder / "variants.png", made)
@@ -78,45 +76,52 @@ def _measure(comparison: Comparison) -> str:
     return comparison.quantity.columns[comparison.quantity.ranked_by]
 
 
-def draw_distribution(comparison: Comparison, folder: Path, made: Provenance) -> str:
+def draw_scores(comparison: Comparison, folder: Path, made: Provenance) -> str:
     """Draw how the scores of each method spread over the test rows, first seed. Return the name of the figure."""
     of_each, quantity = comparison.quantity.of_each, comparison.quantity
     scores = {name: comparison.each[name][of_each.key] for name in map(average_name, comparison.table())}
-    doubts = comparison.doubts()
+    doubts, name = comparison.doubts(), f"{of_each.key.partition('_')[0]}_cdf"
+    ends: tuple[float | None, float | None] = (None, None)
+    heard = [each[~np.isnan(each)] for each in scores.values()]
+    if quantity.small_is_good and all(each.size for each in heard):
+        ends = 0, max(float(np.percentile(each, SHOWN)) for each in heard) or 1
     marked = {f"{name}{DOUBTFUL if name in doubts else ''}": each for name, each in scores.items()}
-    name, ends = f"{of_each.key.partition('_')[0]}_cdf", SHOWN if quantity.small_is_good else None
-    draw_score_distribution(marked, of_each.label, of_each.share, folder / f"{name}.png", made, ends)
+    draw_distribution(marked, folder / f"{name}.png", of_each.label, of_each.share, made, ends)
     return name
 
 
 @at_paper_size()
-def draw_score_distribution(
-    scores: Mapping[str, Float[np.ndarray, "..."]],
-    label: str,
-    share: str,
-    path: Path,
-    made: Provenance,
-    percentile: float | None = None,
-) -> None:
-    """Draw the cumulative distribution of the scores of each method."""
-    stated = {name: each[~np.isnan(each)] for name, each in scores.items()}
-    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(stated)), layout="constrained")
+def draw_sizes(comparison: Comparison, folder: Path, made: Provenance) -> None:
+    """Draw sweep.png: the score over the number of training rows. Of several seeds, the bars are deviations."""
+    key, doubts = comparison.quantity.ranked_by, comparison.doubts()
+    averages = [row for row in comparison.averages() if row["train_size"] is not None]
+    stated = [row for row in averages if row.get(key) is not None]
+    styles = line_styles(row["label"] for row in stated)
+    figure = Figure(figsize=(COLUMN, 2.9), layout="constrained")
     axis = figure.subplots()
-    if all(each.size for each in stated.values()):
-        plot_cdf(stated, axis, label)
-        if percentile is not None:
-            axis.set_xlim(0, max(float(np.percentile(each, percentile)) for each in stated.values()) or 1)
-        figure.legend(loc="outside upper left", handlelength=3.2)
-    axis.set_ylabel(share)
-    save(figure, path, made)
+    for label in dict.fromkeys(row["label"] for row in stated):
+        rows = sorted((row for row in stated if row["label"] == label), key=lambda row: row["train_size"])
+        spreads = [row.get(spread_of(key), np.nan) for row in rows]  # nan draws no bar
+        marked = f"{label}{DOUBTFUL}" if any(average_name(row) in doubts for row in rows) else label
+        bars = spreads if np.isfinite(spreads).any() else None
+        points = [row["train_size"] for row in rows], [row[key] for row in rows]
+        axis.errorbar(*points, yerr=bars, capsize=2, label=in_figure(marked), **styles[label])
+    label = f"{_measure(comparison)}\n{over_seeds(averages).strip()}"
+    axis.set(xscale="log", xlabel=f"training {comparison.quantity.things}", ylabel=label)
+    sizes = sorted({row["train_size"] for row in averages})
+    if len(sizes) == 1:  # an axis of two decades around one point would promise a curve
+        axis.set_xlim(0.8 * sizes[0], 1.25 * sizes[0])
+    axis.set_xticks(sizes, [f"{size:g}" for size in sizes], rotation=45 if len(sizes) > 5 else 0)
+    axis.minorticks_off()
+    axis.grid(alpha=0.3)
+    if stated:
+        figure.legend(loc="outside upper center", ncols=2, handlelength=3.2)
+    save(figure, folder / "sweep.png", made, footnote_of(doubts))
 
 
-def _draw_sizes(comparison: Comparison, folder: Path, made: Provenance) -> None:
-    """Draw sweep.png: the score over the number of training rows."""
-    averages, doubts = comparison.averages(), comparison.doubts()
-    axes = (f"training {comparison.quantity.things}", f"{_measure(comparison)}\n{over_seeds(averages).strip()}")
-    key = comparison.quantity.ranked_by
-    draw_sweep(averages, key, axes, folder / "sweep.png", made, doubts, footnote_of(doubts))
+def over_seeds(averages: Sequence[Mapping[str, Any]]) -> str:
+    """What the points and bars of a figure are, if there are several seeds."""
+    return " (mean ± deviation over seeds)" if any(row["seeds"] > 1 for row in averages) else " (one seed)"
 
 
 @at_paper_size()

@@ -21,7 +21,7 @@ from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
 from learn.reports.provenance import Provenance
 from scenes.drawing.floor_plan import section
-from scenes.files.errors import InputError, require_flag, require_instance, require_path
+from scenes.files.errors import InputError, require_instance
 from scenes.files.npz_file import write_arrays
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import in_figure, say
@@ -29,45 +29,16 @@ from scenes.scene.description import Scene
 from simulate.dataset.rooms_folder import recorded_scene
 
 
-def write_coverage(
-    coverage: CoverageMap, folder: Path | str, scene: Scene | None = None, *, force: bool = False
-) -> None:
-    """Write a coverage map into a new folder: ``coverage.npz``, ``coverage.png`` and ``.pdf``, and ``interval.png`` and
-    ``.pdf``.
-
-    In the arrays, row 0 is the south, the smallest y. Where the map says nothing, they have NaN. Methods that state no
-    interval have the medians alone.
-
-    Args:
-        coverage: the map.
-        folder: the folder.
-        scene: scene whose section at the map's height is drawn. None: the one that the dataset's folder has, if any.
-        force: replace existing files of the same names in the folder.
-
-    Raises:
-        InputError: the folder has other files.
-
-    Example:
-        >>> import bisplat
-        >>> heard = {"powers": [[-48.0], [-60.0], [-57.0]], "gateways": {"door": (0, 0, 2)}, "frequency": "2.4 GHz"}
-        >>> shop = bisplat.write_dataset("museum", [[1, 2, 1], [4, 2, 1], [3, 3, 1]], **heard)
-        >>> coverage = bisplat.coverage_map(shop, step=0.5)
-        >>> bisplat.write_coverage(coverage, "museum-map")
-        >>> import numpy as np
-        >>> np.load("museum-map/coverage.npz")["median"].shape
-        (1, 2, 6)
-    """
-    require_instance(CoverageMap, coverage=coverage)
-    require_path(folder=folder)
-    require_flag(force=force)
+def write_coverage(coverage: CoverageMap, folder: Path, scene: Scene | None, force: bool) -> None:
+    """Write a coverage map into a new folder, as ``export`` explains it."""
     if scene is not None:
         require_instance(Scene, scene=scene)
-    with new_folder(Path(folder), force) as unfinished:
+    with new_folder(folder, force) as unfinished:
         write_coverage_files(coverage, unfinished, scene)
 
 
 def write_coverage_files(coverage: CoverageMap, folder: Path, scene: Scene | None = None) -> None:
-    """Write the files of ``write_coverage``, which explains the arguments, into an existing folder."""
+    """Write the files of ``write_coverage`` into an existing folder."""
     scene = _recorded(coverage) if scene is None else scene
     dataset = coverage.dataset
     bands = {"median": coverage.median, "low": coverage.low, "high": coverage.high}
@@ -99,8 +70,6 @@ BROADEST, NARROWEST = 5, 2  # Most and least panels in a row: high maps stand si
 
 SILENT = "0.82"  # Grey of cells in which nothing is received
 
-UNHEARD = "nothing received"  # Label of such cells
-
 INTERVAL = "magma_r"  # Colour map of the widths of intervals: dark is uncertain
 
 SHOWN = (1, 99)  # Percentiles of the powers at which the colours end: one deep fade would make all others look alike
@@ -108,48 +77,51 @@ SHOWN = (1, 99)  # Percentiles of the powers at which the colours end: one deep 
 MARGIN = 0.04  # Margin around a map, as a share of its larger side
 
 
-@at_paper_size()
 def draw_coverage(coverage: CoverageMap, path: Path, scene: Scene | None = None) -> None:
     """Draw the predicted power of each gateway with one colour scale, and the strongest gateway."""
-    shown = min(len(coverage.median), MOST_PANELS)
-    figure, axes = _panels(coverage, shown + 1)
     heard = coverage.median[coverage.received]
     low, high = np.percentile(heard, SHOWN) if heard.size else (coverage.dataset.floor_dbm, 0.0)
     scale = {"cmap": colormaps[MAGNITUDE], "vmin": low, "vmax": max(high, low + 1e-6)}
+    _draw_maps(coverage, coverage.median, scale, "received power (dBm)", path, scene)
+
+
+def draw_intervals(coverage: CoverageMap, path: Path, scene: Scene | None = None) -> None:
+    """Draw the width of the 90 % interval of each gateway's power."""
+    width = coverage.width
+    assert width is not None
+    scale = {"cmap": colormaps[INTERVAL], "vmin": np.nanmin(width), "vmax": np.nanmax(width) + 1e-6}
+    _draw_maps(coverage, width, scale, "width of the 90 % interval (dB)", path, scene)
+
+
+@at_paper_size()
+def _draw_maps(
+    coverage: CoverageMap,
+    values: Float[np.ndarray, "G ny nx"],
+    scale: dict[str, Any],
+    label: str,
+    path: Path,
+    scene: Scene | None,
+) -> None:
+    """Draw values of each gateway; of powers grey where nothing is received, and the strongest gateway."""
+    shown, of_powers = min(len(values), MOST_PANELS), values is coverage.median
+    figure, axes = _panels(coverage, shown + of_powers)
     lines = _outline(coverage, scene)
-    silent = np.isfinite(coverage.median) & ~coverage.received
+    silent = np.isfinite(coverage.median) & ~coverage.received & of_powers
     for gateway, axis in enumerate(axes[:shown]):
-        values = np.where(silent[gateway], np.nan, coverage.median[gateway])
-        image = _draw(coverage, axis, values, scale, lines)
+        image = _draw(coverage, axis, np.where(silent[gateway], np.nan, values[gateway]), scale, lines)
         if silent[gateway].any():
             grey: dict[str, Any] = {"cmap": ListedColormap([SILENT]), "extent": image.get_extent(), "origin": "lower"}
             axis.imshow(np.where(silent[gateway], 0.0, np.nan), interpolation="nearest", zorder=0.5, **grey)
         _mark(coverage, axis, [gateway])
         axis.set_title(in_figure(coverage.dataset.gateway_names[gateway]))
-    label = "received power (dBm)"
-    figure.colorbar(image, ax=list(axes), label=label, aspect=30, pad=0.02, extend="both")
-    key = _draw_strongest(coverage, axes[shown], lines)
-    figure.legend(handles=[*key, *_handles(coverage, lines)], loc="outside upper left", ncols=5, handlelength=1.4)
-    save(figure, path, _made(coverage), _note(coverage, shown))
-
-
-@at_paper_size()
-def draw_intervals(coverage: CoverageMap, path: Path, scene: Scene | None = None) -> None:
-    """Draw the width of the 90 % interval of each gateway's power."""
-    width = coverage.width
-    assert width is not None
-    shown = min(len(width), MOST_PANELS)
-    figure, axes = _panels(coverage, shown)
-    scale = {"cmap": colormaps[INTERVAL], "vmin": np.nanmin(width), "vmax": np.nanmax(width) + 1e-6}
-    lines = _outline(coverage, scene)
-    for gateway, axis in enumerate(axes):
-        image = _draw(coverage, axis, width[gateway], scale, lines)
-        _mark(coverage, axis, [gateway])
-        axis.set_title(in_figure(coverage.dataset.gateway_names[gateway]))
-    figure.colorbar(image, ax=list(axes), label="width of the 90 % interval (dB)", aspect=30, pad=0.02)
-    handles = [each for each in _handles(coverage, lines) if each.get_label() != UNHEARD]  # they have intervals, too
+    ends = "both" if of_powers else "neither"
+    figure.colorbar(image, ax=list(axes), label=label, aspect=30, pad=0.02, extend=ends)
+    handles = _draw_strongest(coverage, axes[shown], lines) if of_powers else []
+    handles += _handles(coverage, lines, bool(silent.any()))
     figure.legend(handles=handles, loc="outside upper left", ncols=5, handlelength=1.4)
-    save(figure, path, _made(coverage), _note(coverage, shown))
+    name, method, known = coverage.dataset.folder.resolve().name, coverage.fitted.label, len(coverage.fitted.known)
+    made = Provenance(f"Coverage of {name}, predicted by {method} from {known} known positions", method, name)
+    save(figure, path, made, _note(coverage, shown))
 
 
 def _panels(coverage: CoverageMap, count: int) -> tuple[Figure, list[Axes]]:
@@ -199,7 +171,8 @@ def _draw(
     image = axis.imshow(values, origin="lower", extent=extent, interpolation="nearest", **scale)
     axis.add_collection(LineCollection(list(lines), colors="0.15", linewidths=0.5))
     known = coverage.dataset.positions[coverage.fitted.known]
-    axis.plot(known[:, 0], known[:, 1], ".", color="black", mec="none", ms=_dot(len(known)), alpha=0.5)
+    size = np.clip(32 / np.sqrt(len(known)), 0.7, 5.0)  # points: smaller where there are many
+    axis.plot(known[:, 0], known[:, 1], ".", color="black", mec="none", ms=size, alpha=0.5)
     low, high = _window(coverage)
     axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     return image
@@ -239,7 +212,7 @@ def distinct(count: int) -> list[Any]:
     return list(colormaps["gist_rainbow"](np.linspace(0, 1, count)))
 
 
-def _handles(coverage: CoverageMap, lines: Float[np.ndarray, "n 2 2"]) -> list[Any]:
+def _handles(coverage: CoverageMap, lines: Float[np.ndarray, "n 2 2"], silent: bool) -> list[Any]:
     """The entries of the legend that both figures have."""
     square: dict[str, Any] = {"marker": "s", "ms": 5, "mec": "crimson", "ls": "none"}
     low, high = _window(coverage)
@@ -252,31 +225,18 @@ def _handles(coverage: CoverageMap, lines: Float[np.ndarray, "n 2 2"]) -> list[A
         handles.append(Line2D([], [], mfc="white", label="gateway further out", **square))
     if len(lines):
         handles.append(Line2D([], [], color="0.15", lw=0.8, label="section of the scene"))
-    if (np.isfinite(coverage.median) & ~coverage.received).any():
-        handles.append(Patch(color=SILENT, label=UNHEARD))
+    if silent:
+        handles.append(Patch(color=SILENT, label="nothing received"))
     return handles
-
-
-def _dot(count: int) -> float:
-    """Size of the mark of a known position, points: smaller where there are many."""
-    return float(np.clip(32 / np.sqrt(count), 0.7, 5.0))
 
 
 def _note(coverage: CoverageMap, shown: int) -> str:
     """What a reader must know."""
     sentences = [f"z = {coverage.height:.2f} m, cells of {coverage.step:g} m."]
-    if coverage.inside.all():
-        pass
-    elif np.isfinite(coverage.median[0]).all():
-        sentences.append("Away from the known positions the powers are extrapolated.")
-    else:
+    if not np.isfinite(coverage.median[0]).all():
         sentences.append("White: outside the hull of the known positions.")
+    elif not coverage.inside.all():
+        sentences.append("Away from the known positions the powers are extrapolated.")
     if shown < len(coverage.median):
         sentences.append(f"The first {shown} of {len(coverage.median)} gateways.")
     return " ".join(sentences)
-
-
-def _made(coverage: CoverageMap) -> Provenance:
-    name = coverage.dataset.folder.resolve().name
-    label, known = coverage.fitted.label, len(coverage.fitted.known)
-    return Provenance(f"Coverage of {name}, predicted by {label} from {known} known positions", label, name)

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.reports.evaluation_report import crossvalidation_values, evaluation_values
-from learn.reports.figures import draw_spectra, draw_ssim_distribution
+from learn.reports.figures import draw_distribution, draw_spectra
 from learn.reports.html_page import embedded, write_page
 from learn.reports.method_styles import THIS_RUN
 from learn.reports.provenance import Provenance
@@ -70,9 +70,8 @@ class DemoReport:
         scores = {f"{name}{THIS_RUN}": evaluation.scores["model"] for name, evaluation in evaluations.items()}
         made = replace(Provenance.of_evaluation(first), title="demo", model=", ".join(evaluations))
         scores |= {name: baseline for name, baseline in first.scores.items() if name != "model"}
-        draw_ssim_distribution(
-            {name: each.ssim for name, each in scores.items()}, self.folder / "ssim_cdf.png", provenance=made
-        )
+        curves = {name: each.ssim for name, each in scores.items()}
+        draw_distribution(curves, self.folder / "ssim_cdf.png", provenance=made)
         values = evaluation_values(first, self.folder / "run" / "evaluation")
         rows = {name: each.summary() for name, each in scores.items()}
         return {**values, "rows": rows, "models": list(evaluations), "made": made}

@@ -8,23 +8,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
+from learn.quantities.spectra import Spectra
 from learn.reports.figures import (
     MapScore,
+    draw_distribution,
     draw_error_map,
     draw_error_over_distance,
     draw_examples,
     draw_examples_polar,
     draw_reliability,
-    draw_ssim_distribution,
 )
-from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
-from learn.reports.method_styles import THIS_RUN, line_styles
-from learn.reports.paper import COLUMN, at_paper_size, save
-from learn.reports.plots import label_log_axis
+from learn.reports.html_page import embedded, write_page
+from learn.reports.method_styles import THIS_RUN
 from learn.reports.provenance import Provenance
 from learn.reports.table_files import as_csv, write_tables
 from scenes.files.atomic import write_atomically
@@ -38,48 +35,40 @@ if TYPE_CHECKING:  # these load torch, and the first page of the demo must not w
 FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 
 
-def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF."""
+def write_evaluation(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
+    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF.
+
+    Return the content of metrics.json.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     made = Provenance.of_evaluation(evaluation)
-    _write_metrics(evaluation, folder, None)
     write_atomically(folder / "per_sample.csv", as_csv(_per_sample(evaluation)).encode())
     prediction, truth, ssim = evaluation.prediction, evaluation.truth, evaluation.scores["model"].ssim
     curves = {shown: scores.ssim for shown, scores in named_scores(evaluation).items()}
-    draw_ssim_distribution(curves, folder / "ssim_cdf.png", provenance=made)
+    draw_distribution(curves, folder / "ssim_cdf.png", provenance=made)
     draw_examples(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples.png", provenance=made)
     draw_examples_polar(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples_polar.png", made)
     if evaluation.errors_in_deviations is not None:
         draw_reliability(evaluation.errors_in_deviations, folder / f"{RELIABILITY}.png", made)
     rows = {name: scores.summary() for name, scores in named_scores(evaluation).items()}
-    write_tables(rows, SCORE_COLUMNS, folder, made)
-    _write_page(evaluation, folder, None)
+    write_tables(rows, Spectra.columns, folder, made)
+    return write_scores(evaluation, folder)
 
 
-def add_locations(evaluation: Evaluation, locations: Locations, folder: Path) -> None:
-    """Add the errors of located transmitters to metrics.json and report.html."""
-    _write_metrics(evaluation, folder, locations)
-    _write_page(evaluation, folder, locations)
-
-
-def metrics_file(evaluation: Evaluation, locations: Locations | None = None) -> dict[str, Any]:
-    """The content of metrics.json: the metrics, "provenance", and "locations" if transmitters were located."""
-    metrics = {**evaluation.metrics(), "provenance": Provenance.of_evaluation(evaluation).facts()}
-    return metrics if locations is None else {**metrics, "locations": locations.metrics()}
-
-
-def _write_metrics(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
-    content = json.dumps(metrics_file(evaluation, locations), indent=2) + "\n"
-    write_atomically(folder / "metrics.json", content.encode())
-
-
-def _write_page(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
+def write_scores(evaluation: Evaluation, folder: Path, locations: Locations | None = None) -> dict[str, Any]:
+    """Write metrics.json, and report.html with the figures that the folder has, both with located transmitters if there
+    are some. Return the content of metrics.json.
+    """
     values, made = evaluation_values(evaluation, folder), Provenance.of_evaluation(evaluation)
+    metrics = {**evaluation.metrics(), "provenance": made.facts()}
+    values |= {"located": None, "further_runs": []}
     if locations is not None:
+        metrics["locations"] = locations.metrics()
+        values |= {"located": metrics["locations"], "further_runs": locations.further_runs}
         values["figures"] |= embedded(folder, ("location_errors",))
-    located = None if locations is None else locations.metrics()
-    values |= {"located": located, "further_runs": [] if locations is None else locations.further_runs}
+    write_atomically(folder / "metrics.json", (json.dumps(metrics, indent=2) + "\n").encode())
     write_page(folder / "report.html", "evaluation.html.j2", made, run=evaluation.run_name, **values)
+    return metrics
 
 
 def named_scores(evaluation: Evaluation) -> dict[str, Scores]:
@@ -92,7 +81,7 @@ def evaluation_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
     """Values that the template evaluation_part.html.j2 shows."""
     return {
         "rows": {name: scores.summary() for name, scores in named_scores(evaluation).items()},
-        "columns": SCORE_COLUMNS,
+        "columns": Spectra.columns,
         "dataset": evaluation.dataset,
         "test": len(evaluation.test),
         "bands": evaluation.intervals_by_distance(),
@@ -147,33 +136,23 @@ def crossvalidation_values(fresh: CrossValidation, folder: Path) -> dict[str, An
     """Values that the template crossvalidation_part.html.j2 shows."""
     return {
         "fresh_rows": {f"{fresh.origin.model}{THIS_RUN}": fresh.scores.summary()},
-        "columns": SCORE_COLUMNS,
+        "columns": Spectra.columns,
         "fresh": fresh.metrics(),
         "figures": embedded(folder, CROSSVALIDATED),
     }
 
 
-@at_paper_size()
 def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
     """Write locations.json, locations.csv and location_errors.png (and .pdf)."""
     folder.mkdir(parents=True, exist_ok=True)
     facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})
     write_atomically(folder / "locations.json", (json.dumps(facts, indent=2) + "\n").encode())
     locations.found.write(folder / "locations.csv")
-    figure = Figure(figsize=(COLUMN, 2.7), layout="constrained")
-    axis = figure.subplots()
     model = "model" if made is None else f"{made.model}{THIS_RUN}"
-    named = {model if name == "locate" else name: errors for name, errors in locations.found.errors.items()}
-    styles = line_styles(named)
-    for name, errors in named.items():
-        share = np.arange(1, len(errors) + 1) / len(errors)
-        label = f"{name}: median {100 * np.median(errors):.1f} cm"
-        axis.step(np.sort(100 * errors), share, where="post", label=label, **{**styles[name], "marker": None})
-    axis.set(xlabel="error of the position (cm)", ylabel="share of located positions", xscale="log", ylim=(0, 1))
-    label_log_axis(axis.xaxis)
-    axis.grid(alpha=0.3)
-    figure.legend(loc="outside upper left", handlelength=3.2)
-    save(figure, folder / "location_errors.png", made and replace(made, spectra=f"{made.spectra}, {_of(locations)}"))
+    errors = {model if name == "locate" else name: 100 * each for name, each in locations.found.errors.items()}
+    made = made and replace(made, spectra=f"{made.spectra}, {_of(locations)}")
+    label, share = "error of the position (cm)", "share of located positions"
+    draw_distribution(errors, folder / "location_errors.png", label, share, made, logarithmic=True)
 
 
 def _of(locations: Locations) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,9 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from scipy.special import ndtri
 
+from learn.quantities.array_ceiling import shown_name
+from learn.reports.method_styles import line_styles
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save, write_png
-from learn.reports.plots import MAGNITUDE, plot_cdf, plot_polar, plot_spectrum
+from learn.reports.plots import MAGNITUDE, label_log_axis, plot_spectrum
 from learn.reports.provenance import Provenance
+from scenes.files.plain_text import in_figure
 from simulate.spectra.angular_grid import AngularGrid
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
@@ -86,7 +89,7 @@ def draw_examples_polar(
     for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, panel, difference in zip(column, panels, (False, False, True), strict=True):
-            plot_polar(panel, axis, grid, difference)
+            plot_spectrum(panel, axis, grid, difference)
             axis.set(xlabel="", yticklabels=["", "", ""])
             axis.tick_params(labelsize="x-small", pad=-2)
             axis.set_xticklabels([])
@@ -101,16 +104,31 @@ def draw_examples_polar(
 
 
 @at_paper_size()
-def draw_ssim_distribution(
-    ssim: dict[str, Float[np.ndarray, " K"]], path: Path, note: str = "", provenance: Provenance | None = None
+def draw_distribution(
+    scores: Mapping[str, Float[np.ndarray, " K"]],
+    path: Path,
+    label: str = "SSIM",
+    share: str = "share of test spectra",
+    provenance: Provenance | None = None,
+    ends: tuple[float | None, float | None] = (None, None),
+    logarithmic: bool = False,
 ) -> None:
-    """Draw the cumulative distribution of the SSIM of every method, and of the array's ceiling."""
-    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(ssim)), layout="constrained")
-    axis = figure.subplots()
-    plot_cdf(ssim, axis)
-    axis.set(ylabel="share of test spectra", xlim=(min(0.2, *map(np.min, ssim.values())), 1))
-    figure.legend(loc="outside upper left", handlelength=3.2)
-    save(figure, path, provenance, note)
+    """Draw the cumulative distribution of a score of every method and of the array's ceiling, between ends of it."""
+    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(scores)), layout="constrained")
+    axis, styles = figure.subplots(), line_styles(scores)
+    axis.set_xscale("log" if logarithmic else "linear")
+    for name, values in scores.items():
+        stated = values[~np.isnan(values)]
+        if len(stated):
+            style = {key: each for key, each in styles[name].items() if key != "marker"}
+            axis.ecdf(stated, label=f"{in_figure(shown_name(name))}: median {np.median(stated):.3g}", **style)
+    axis.set(xlabel=label, ylabel=share, xlim=ends, ylim=(0, 1))
+    axis.grid(alpha=0.3)
+    if logarithmic:
+        label_log_axis(axis.xaxis)
+    if axis.lines:
+        figure.legend(loc="outside upper left", handlelength=3.2)
+    save(figure, path, provenance)
 
 
 @at_paper_size()

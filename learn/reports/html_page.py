@@ -16,16 +16,6 @@ from learn.reports.provenance import Provenance
 from learn.reports.table_files import shown_number
 from scenes.files.atomic import write_atomically
 
-SCORE_COLUMNS = {
-    "ssim_median": "SSIM median",
-    "ssim_mean": "SSIM mean",
-    "ssim_p05": "SSIM 5th percentile",
-    "psnr_mean": "PSNR (dB)",
-    "mae_mean": "mean abs. error",
-    "aoa_error_median_deg": "AoA error (°)",
-}
-"""Headings of a table of scores, by the names in ``Scores.summary``."""
-
 ENVIRONMENT = Environment(
     loader=PackageLoader("learn.reports"), autoescape=select_autoescape(["j2"]), undefined=StrictUndefined
 )

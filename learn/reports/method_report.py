@@ -16,8 +16,8 @@ from learn.data.split_distances import distance_bands
 from learn.quantities.channels import examples
 from learn.quantities.powers import score_powers
 from learn.quantities.quantity import Prediction
-from learn.reports.comparison_report import draw_distribution, draw_score_distribution, write_results
-from learn.reports.figures import MapScore, draw_error_map, ranked
+from learn.reports.comparison_report import draw_scores, write_results
+from learn.reports.figures import MapScore, draw_distribution, draw_error_map, ranked
 from learn.reports.html_page import embedded, write_page
 from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
@@ -32,8 +32,8 @@ def write_method_report(comparison: Comparison, model: str, folder: Path) -> Non
     """Write report.html, results.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF."""
     made = Provenance.of_comparison(comparison, f"{model} on held-out {comparison.quantity.things}")
     write_results(comparison, folder, made)
-    name, of_each = draw_distribution(comparison, folder, made), comparison.quantity.of_each
-    captions, table, section = SECTIONS[comparison.quantity.name](comparison, model, folder, made)
+    name, of_each = draw_scores(comparison, folder, made), comparison.quantity.of_each
+    captions, table, section = SECTIONS.get(comparison.quantity.name, _others)(comparison, model, folder, made)
     captions = {name: f"Distribution of the {of_each.label}, {of_each.share}.", **captions}
     write_atomically(folder / "per_sample.csv", as_csv(table).encode())
     warning = None if comparison.distances is None else comparison.distances.warning()
@@ -99,16 +99,22 @@ def _each_power(comparison: Comparison, each: Mapping[str, np.ndarray]) -> Itera
 
 def _channels(comparison: Comparison, model: str, folder: Path, made: Provenance) -> Section:
     """What the report of channels shows."""
-    return _draw_channels(comparison, model, folder, made), _each_channel(comparison), {}
+    return _draw_channels(comparison, model, folder, made), _each_row(comparison), {}
 
 
-def _each_channel(comparison: Comparison) -> Iterable[Sequence[Any]]:
-    """A line for each test row, headings first: the SNR of each method."""
-    places = comparison.dataset.positions
-    yield ["row", *([] if places is None else "xyz"), *(f"snr_db_{name}" for name in comparison.each)]
+def _others(comparison: Comparison, model: str, folder: Path, made: Provenance) -> Section:
+    """What the report of another quantity shows."""
+    return {}, _each_row(comparison), {}
+
+
+def _each_row(comparison: Comparison) -> Iterable[Sequence[Any]]:
+    """A line for each test row, headings first: the score of each method."""
+    places, key = comparison.dataset.places, comparison.quantity.of_each.key
+    yield ["row", *([] if places is None else "xyz"), *(f"{key}_{name}" for name in comparison.each)]
     for row, index in enumerate(comparison.test):
-        snr = [each["snr_db"][row] for each in comparison.each.values()]
-        yield [index, *([] if places is None else places[index]), *("" if one != one else f"{one:.3f}" for one in snr)]
+        scores = [each[key][row] for each in comparison.each.values()]
+        where = [] if places is None else places[index]
+        yield [index, *where, *("" if one != one else f"{one:.3f}" for one in scores)]
 
 
 WORST = 95  # Percentile of the errors at which the colour scale ends
@@ -162,7 +168,7 @@ def _draw_channels(comparison: Comparison, model: str, folder: Path, made: Prove
             for row in comparison.table()
         }
         label = "error of the delay spread (ns)"
-        draw_score_distribution(late, label, "share of rows", folder / "delay_spread.png", made)
+        draw_distribution(late, folder / "delay_spread.png", label, "share of rows", made)
         captions["delay_spread"] = (
             f"Absolute errors of the downlink's RMS delay spread at {len(rows)} test rows. The true spreads have a "
             f"median of {1e9 * np.median(true):.3g} ns. "

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +13,6 @@ from jaxtyping import Float
 from pytorch_msssim import ssim as gaussian_ssim
 from torch import Tensor, nn
 
-from learn.models.base import SpectrumModel
 from learn.models.images.image_field import ImageField
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.quadrature import L1_WEIGHT, SIGMA, SSIM_WEIGHT, WINDOW
@@ -23,19 +20,8 @@ from learn.quantities.known import Known
 from learn.quantities.quantity import Prediction
 from learn.rooms.neighbour_attention import NeighbourAttention, RoomTensors, local_places, to_all_pixels
 from learn.training.prediction import predict
-from learn.twin.twin_model import Twin
-from scenes.files.errors import InputError
 from scenes.files.plain_text import say
-from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns, vary
-from scenes.storage.scene_writing import write_scene
-from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
-from simulate.engines.rays_engine import Rays
-
-WRONG_BY = Tolerances(position=0.03, rotation=2.0, objects=0.03, materials=0.2)
-"""Standard deviations of the errors in the description of a room that the twin gets."""
-
 
 NEAREST = 16  # Largest number of known spectra, the nearest ones, that the network attends to
 
@@ -48,25 +34,19 @@ BATCH, LEARNING_RATE, WARM_UP = 6, 3e-3, 50
 AT_ONCE = 16  # Positions that are predicted at once
 
 
-class _Modelled:
-    """Base of methods that fit a model to the known spectra of one room."""
-
-    _model: SpectrumModel
-
-    def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
-        return Prediction(predict(self._model, positions).spectra)
-
-
-class HelmholtzInRoom(_Modelled):
+class HelmholtzInRoom:
     """``helmholtz``, fitted to the known spectra and responses of the room alone."""
 
     field: ClassVar[type[HelmholtzField | ImageField]] = HelmholtzField
 
     def fit(self, room: Known) -> None:
         dataset = room.dataset
-        model = self.field(_box(room), dataset.beamformer, dataset.wavelength)
-        model.fit(dataset, room.rows)
-        self._model = model
+        region = np.stack([room.positions.min(axis=0), room.positions.max(axis=0)])
+        self._model = self.field(region, dataset.beamformer, dataset.wavelength)
+        self._model.fit(dataset, room.rows)
+
+    def predict(self, positions: Float[np.ndarray, "K 3"], given: Any = None) -> Prediction:
+        return Prediction(predict(self._model, positions).spectra)
 
 
 class HelmholtzOfPictures(HelmholtzInRoom):
@@ -80,25 +60,6 @@ class MirrorImagesInRoom(HelmholtzInRoom):
     """``mirror-images``, fitted to the known responses of the room alone, with the gateway's place and orientation."""
 
     field = ImageField
-
-
-class TwinInRoom(_Modelled):
-    """``twin``, with a description of the room that has errors of ``WRONG_BY``.
-
-    Its rays follow what those of the dataset followed, so that nothing but the description is wrong.
-    """
-
-    def fit(self, room: Known) -> None:
-        dataset = room.dataset
-        scene = load_scene(_scene_of(dataset))
-        which = unknowns(scene, WRONG_BY)
-        errors = np.random.default_rng(room.seed).normal(size=len(which)) * [each.tolerance for each in which]
-        with tempfile.TemporaryDirectory() as folder:
-            described = write_scene(vary(scene, which, errors), Path(folder))
-            model = Twin(_box(room), dataset.beamformer, dataset.wavelength, scene=str(described))
-        model.propagation = replace(Rays.of(dataset.metadata).propagation, sionna=False, diffuse=False)
-        model.fit(dataset, np.sort(room.rows))
-        self._model = model
 
 
 class AttentionOverNeighbours:
@@ -161,15 +122,3 @@ class AttentionOverNeighbours:
         predicted, truth = (shares * pictures).sum(dim=1) + correction, room.pictures[targets]
         alike = gaussian_ssim(predicted[None], truth[None], data_range=1.0, win_size=WINDOW, win_sigma=SIGMA)
         return L1_WEIGHT * (predicted - truth).abs().mean() + SSIM_WEIGHT * (1 - alike)
-
-
-def _box(room: Known) -> Float[np.ndarray, "2 3"]:
-    """The box around the known positions, metres."""
-    return np.stack([room.positions.min(axis=0), room.positions.max(axis=0)])
-
-
-def _scene_of(dataset: Dataset) -> Path:
-    path = dataset.folder / "scene" / "scene.yaml"
-    if not path.is_file():
-        raise InputError(f"{path}: expected the scene of the room, which the twin needs, found no such file")
-    return path

@@ -33,7 +33,7 @@ from scenes.files.options import check_kinds
 from scenes.files.plain_text import say
 from scenes.files.schema import Count, conform
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.dataset.dataset_kinds import content_of
+from simulate.dataset.dataset_kinds import QUANTITIES, content_of
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -51,13 +51,18 @@ LARGEST_OPTION = 10**6
 Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | float | str | list[Any] | None
 
 
-class Receiver(Struct):
-    """What config.json says besides the settings: the dataset's array, grid, fingerprint and frequency."""
+class Data(Struct):
+    """What config.json says of the dataset besides the settings."""
+
+    dataset_sha256: str
+    frequency_hz: Annotated[float, Meta(gt=0)]
+
+
+class Receiver(Data, kw_only=True):
+    """The same of a dataset of spectra, with its array and grid."""
 
     array: PlanarArray
     grid: AngularGrid
-    dataset_sha256: str
-    frequency_hz: Annotated[float, Meta(gt=0)]
 
 
 class ReceiverOfElements(Receiver, kw_only=True):
@@ -71,6 +76,7 @@ class Config:
     """Settings of a run. The same settings on the same dataset give the same weights."""
 
     dataset: str  # absolute path of the dataset folder
+    quantity: str = "spectrum"  # what is learned
     model: str = DEFAULT_MODEL  # name of the model, or ``module:Class``
     split: SplitKind = "files"  # how the test part is chosen
     seed: Count = 0  # seed of the initial weights and the order of the spectra
@@ -125,9 +131,7 @@ def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -
         **asdict(config),
         "dataset_sha256": dataset.fingerprint,
         "frequency_hz": dataset.frequency.hertz,
-        "array": asdict(dataset.array),
-        "grid": asdict(dataset.grid),
-        "normalisation": "pictures are min-max normalised per spectrum; positions are scaled inside the model",
+        **(_receiver(dataset) if config.quantity == "spectrum" else {}),
         "versions": {name: version(name) for name in (PACKAGE, "torch", "lightning", "numpy")},
     }
     write_atomically(folder / "config.json", (json.dumps(content, indent=2) + "\n").encode())
@@ -135,16 +139,39 @@ def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -
     write_atomically(folder / "split.json", (json.dumps(parts, indent=1) + "\n").encode())
 
 
-def read_config(folder: Path) -> RunRecord:
-    """Read config.json."""
+def _receiver(dataset: Dataset) -> dict[str, Any]:
+    """What a run of spectra records of the receiver and its pictures."""
+    scaled = "pictures are min-max normalised per spectrum; positions are scaled inside the model"
+    return {"array": asdict(dataset.array), "grid": asdict(dataset.grid), "normalisation": scaled}
+
+
+def read_data(folder: Path) -> Data:
+    """Read what config.json says of the dataset."""
+    return conform(_content(folder), Data, str(folder / "config.json"))
+
+
+def read_settings(folder: Path) -> Config:
+    """Read the settings in config.json."""
+    content = _content(folder)
+    if isinstance(content, dict):  # other keys are for readers only
+        known = {key: content[key] for key in content if key in Config.__dataclass_fields__}
+        content = {"quantity": "spectrum"} | known
+    return conform(content, Config, str(folder / "config.json"), complete=True)
+
+
+def _content(folder: Path) -> Any:
     path = folder / "config.json"
     if not os.path.lexists(path):
         found = content_of(folder) or "no config.json in it"
         raise InputError(f"{folder}: expected a run folder made by bisplat train, found {found}")
-    content = read_json(path, "the settings that bisplat train writes")
-    known = Config.__dataclass_fields__  # other keys are for readers only
-    settings = {key: content[key] for key in content if key in known} if isinstance(content, dict) else content
-    config = conform(settings, Config, str(path), complete=True)
+    return read_json(path, "the settings that bisplat train writes")
+
+
+def read_config(folder: Path) -> RunRecord:
+    """Read config.json of a run of spectra."""
+    path, config, content = folder / "config.json", read_settings(folder), _content(folder)
+    if config.quantity != "spectrum":
+        raise InputError(f"{folder}: expected a run of spectra, found one of {QUANTITIES[config.quantity].words}")
     planar = array_kind(content.get("array")) is PlanarArray
     receiver = conform(content, Receiver if planar else ReceiverOfElements, str(path))
     try:
@@ -177,7 +204,12 @@ def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: 
             f"{dataset.folder}: expected {before.array.in_words} on {before.grid} as {folder} was begun with, found "
             f"{now.array.in_words} on {now.grid}; {again}"
         )
-    path, from_files = folder / "split.json", record.config.split == "files"
+    require_same_split(dataset, folder, record.config, parts)
+
+
+def require_same_split(dataset: Dataset, folder: Path, config: Config, parts: Split) -> None:
+    """Refuse to go on with a run whose split has changed since the run was begun."""
+    path, from_files = folder / "split.json", config.split == "files"
     finished = (folder / "weights.safetensors").exists()
     # A kill may come before the split is written. A finished run needs its split no more, unless the user states it.
     if not path.exists() or (finished and not from_files):
@@ -186,7 +218,8 @@ def require_same_data(dataset: Dataset, folder: Path, record: RunRecord, parts: 
     if any(set(getattr(begun, part)) != set(getattr(parts, part)) for part in PARTS):
         why = ", as if the index files had been changed" if from_files else ""
         raise InputError(
-            f"{dataset.folder}: expected the split that {folder} was begun with, found another one{why}; {again}"
+            f"{dataset.folder}: expected the split that {folder} was begun with, found another one{why}; train on it "
+            "into another folder"
         )
 
 

@@ -17,9 +17,9 @@ from torch._higher_order_ops.scan import scan  # a private module, but the only 
 from torch.export import ExportedProgram, save
 
 from learn.models.capabilities import TracesRays
-from learn.training.run_folder import Run
+from learn.training.run_folder import SpectrumRun
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, require_instance, require_path
+from scenes.files.errors import InputError
 from scenes.files.optional_packages import require_extra
 
 INPUT, OUTPUT = "positions", "spectra"
@@ -29,44 +29,14 @@ The input is float32 [batch, 3], metres, in the dataset's world frame; the outpu
 """
 
 
-def export(run: Run, path: Path | str) -> None:
-    """Export a run's model to one file, as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
-
-    The exported model maps "positions", float32 [batch, 3] in metres in the dataset's world frame, to "spectra",
-    float32 [batch, 90, 360], 0…1. The batch size is free.
-
-    Models with primitives are exported with a plain renderer, whose memory grows with primitives × pixels. With
-    ``bisplat``, predict a few spectra at a time; ``bisplat-aperture`` renders fewer pixels. The model of ``run`` itself
-    is not changed.
-
-    Args:
-        run: a finished run.
-        path: the file to write; its suffix determines the format.
-
-    Raises:
-        InputError: the suffix is neither .onnx nor .pt2, the model traces rays, as ``twin`` does, or it works for one
-            number of positions only.
-        MissingExtraError: the packages for ONNX are not installed.
-
-    Example:
-        >>> import bisplat
-        >>> bisplat.export(bisplat.load_run("runs/lab"), "lab.pt2")
-        >>> import torch
-        >>> program = torch.export.load("lab.pt2")
-        >>> program.module()(torch.tensor([[2.5, 3.0, 1.2]])).shape
-        torch.Size([1, 90, 360])
-    """
-    require_instance(Run, run=run)
-    require_path(path=path)
-    path = Path(path)
-    writers: dict[str, Callable[[ExportedProgram], bytes]] = {".onnx": _onnx, ".pt2": _pt2}
-    if path.suffix not in writers:
-        raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
+def export_model(run: SpectrumRun, path: Path, form: str) -> None:
+    """Export a run's model to one file, as ``export`` explains it. The model of ``run`` itself is not changed."""
+    writers: dict[str, Callable[[ExportedProgram], bytes]] = {"onnx": _onnx, "pt2": _pt2}
     if isinstance(run.model, TracesRays):
         raise InputError(
             f"{run.folder}: expected a model that needs no ray tracer, found {run.config.model}, which does"
         )
-    if path.suffix == ".onnx":
+    if form == "onnx":
         require_extra("onnx", "export to ONNX")
     batch = {0: torch.export.Dim("batch")}
     model: Any = copy.deepcopy(run.model).cpu()
@@ -84,7 +54,7 @@ def export(run: Run, path: Path | str) -> None:
                 f"{run.config.model}: expected a model of any number of positions, found one that fixes it; write "
                 f"positions.shape[0] instead of len(positions) ({str(error).splitlines()[0]})"
             ) from error
-        content = writers[path.suffix](program)
+        content = writers[form](program)
     write_atomically(path, content)
 
 

@@ -11,7 +11,6 @@ import torch
 from jaxtyping import Bool, Complex, Float, UInt8
 
 from learn.models.base import SpectrumModel, as_complex
-from learn.models.capabilities import PredictsBand, StatesVariance
 from scenes.files.errors import ParameterError, shown
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.spectrum import LARGEST_GREY
@@ -85,7 +84,7 @@ def predicted(
             response, finite[some] = _write(model, batch, spectra[some])
             if response is not None:
                 responses.append(as_complex(response))
-            of_band = model.band_responses(batch) if isinstance(model, PredictsBand) else None
+            of_band = model.band_responses(batch)
             if of_band is not None:
                 over_band.append(as_complex(of_band))
     found = (np.concatenate(each) if each else None for each in (responses, over_band))
@@ -134,8 +133,6 @@ def _write_numbers(numbers: Float[np.ndarray, "B 90 360"], spectra: np.ndarray) 
 
 def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
     """Variances of predictions relative to the field's variance, 0…1. None: the model computes none."""
-    if not isinstance(model, StatesVariance):
-        return None
     found = []
     with torch.inference_mode():
         for batch in batches_for(model, positions, PREDICT_AT_ONCE[model.region.device.type]):

@@ -153,7 +153,6 @@ MODELS: dict[str, ModelEntry] = {
         builds="learn.models.networks.mlp:ResponseMLP",
         summary="a network from position, as plane waves, to element responses",
         by_steps=BY_RESPONSES,
-        options={"encoding": "waves"},
     ),
     "nerf2": ModelEntry(
         builds="learn.models.peers.nerf2:NeRF2",

@@ -14,7 +14,6 @@ from msgspec import Meta, Struct, to_builtins
 
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import adapt_to
 from learn.models.model_settings import STEPS_MOST
 from learn.training.config import Config
 from learn.training.conformal_deviation import Deviation
@@ -87,7 +86,7 @@ def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"]:
 def untrained_model(config: Config, dataset: Dataset, parts: Split) -> SpectrumModel:
     """The untrained model of a run, for a dataset and its split."""
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
-    adapt_to(model, dataset, parts.train)
+    model.adapt_to(dataset, parts.train)
     return model
 
 

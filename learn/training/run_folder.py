@@ -23,7 +23,7 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.training.config import Config, read_config, require_same_spectra
+from learn.training.config import Config, read_config, read_settings, require_same_spectra
 from learn.training.conformal_deviation import Deviation, nearest_known, reach
 from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
 from learn.training.registry import model_entry
@@ -45,13 +45,13 @@ LARGEST_WEIGHTS = 40_000 * MEGABYTE
 
 @dataclass(frozen=True)
 class Run:
-    """A trained model with its settings, as ``train`` and ``load_run`` return it.
+    """A trained model or a fitted method with its settings, as ``train`` and ``load_run`` return it.
+
+    A run of spectra is a ``SpectrumRun``, one of any other quantity a ``MethodRun``. Both have ``predict``.
 
     Attributes:
         folder: the run folder.
         config: settings of the run.
-        beamformer: the dataset's array and grid.
-        model: the trained model, in evaluation mode, on the GPU if there is one.
         dataset_sha256: fingerprint of the dataset that it was trained on.
         frequency: of the dataset, Hz.
 
@@ -62,15 +62,10 @@ class Run:
         ('lab', 'helmholtz')
         >>> run
         Run('runs/lab': helmholtz, split files, seed 0)
-        >>> prediction = run.predict([[2.5, 3.0, 1.2], [2.6, 3.0, 1.2]])  # metres
-        >>> prediction.spectra.shape
-        (2, 90, 360)
     """
 
     folder: Path
     config: Config
-    beamformer: Beamformer
-    model: SpectrumModel
     dataset_sha256: str
     frequency: float
 
@@ -81,6 +76,87 @@ class Run:
     def name(self) -> str:
         """Name of the run folder without its parents, for tables and pages."""
         return self.folder.resolve().name
+
+    def predict(self, *args: Any, **options: Any) -> Any:
+        """Predict what was learned, as ``SpectrumRun`` and ``MethodRun`` explain it."""
+        raise NotImplementedError
+
+    def dataset(self) -> Dataset:
+        """Read the dataset of this run from the folder in which it was at the training.
+
+        Raises:
+            InputError: the folder no longer exists, is not a valid dataset, or holds other spectra now.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.load_run("runs/lab").dataset().positions.shape
+            (40, 3)
+        """
+        folder = Path(self.config.dataset)
+        if not folder.is_dir():
+            raise InputError(
+                f"{folder}: expected the dataset that {self.folder} was trained on, found {what_is_at(folder)}; if it "
+                f'has moved, write its new place as "dataset" in {self.folder / "config.json"}'
+            )
+        found = read_dataset(folder, self.frequency if several_frequencies(folder) else None)
+        require_same_spectra(found, self.folder, self.dataset_sha256)
+        return found
+
+    def is_trained_on(self, dataset: Dataset) -> bool:
+        """Whether a dataset is that of this run, in whatever folder it is now.
+
+        Args:
+            dataset: any dataset.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.load_run("runs/lab").is_trained_on(bisplat.read_dataset("data/lab"))
+            True
+        """
+        require_instance(Dataset, dataset=dataset)
+        return dataset.fingerprint == self.dataset_sha256
+
+    def split(self, dataset: Dataset) -> Split:
+        """Read which spectra this run was trained, validated and tested on.
+
+        Args:
+            dataset: the dataset of this run.
+
+        Returns:
+            Indices into the dataset.
+
+        Raises:
+            InputError: the dataset lacks some of these spectra, or split.json is damaged.
+
+        Example:
+            >>> import bisplat
+            >>> run = bisplat.load_run("runs/lab")
+            >>> parts = run.split(run.dataset())
+            >>> len(parts.train), len(parts.validation), len(parts.test)
+            (29, 3, 8)
+        """
+        require_instance(Dataset, dataset=dataset)
+        return read_split(self.folder / "split.json", dataset.names, dataset.folder)
+
+
+@dataclass(frozen=True, repr=False)
+class SpectrumRun(Run):
+    """A trained model of spectra.
+
+    Attributes:
+        beamformer: the dataset's array and grid.
+        model: the trained model, in evaluation mode, on the GPU if there is one.
+
+    Example:
+        >>> import bisplat
+        >>> run = bisplat.load_run("runs/lab")
+        >>> prediction = run.predict([[2.5, 3.0, 1.2], [2.6, 3.0, 1.2]])  # metres
+        >>> prediction.spectra.shape
+        (2, 90, 360)
+    """
+
+    beamformer: Beamformer
+    model: SpectrumModel
 
     def predict(self, positions: Float[np.ndarray, "K 3"], dtype: DType = "float32") -> Prediction:
         """Predict spectra, and element responses if the model predicts them.
@@ -143,65 +219,10 @@ class Run:
         points, found = check_points(positions), read_training(self.folder).deviation
         return None if found is None else stated_deviation(self, found, points)
 
-    def dataset(self) -> Dataset:
-        """Read the dataset of this run from the folder in which it was at the training.
 
-        Raises:
-            InputError: the folder no longer exists, is not a valid dataset, or holds other spectra now.
-
-        Example:
-            >>> import bisplat
-            >>> bisplat.load_run("runs/lab").dataset().positions.shape
-            (40, 3)
-        """
-        folder = Path(self.config.dataset)
-        if not folder.is_dir():
-            raise InputError(
-                f"{folder}: expected the dataset that {self.folder} was trained on, found {what_is_at(folder)}; if it "
-                f'has moved, write its new place as "dataset" in {self.folder / "config.json"}'
-            )
-        found = read_dataset(folder, self.frequency if several_frequencies(folder) else None)
-        require_same_spectra(found, self.folder, self.dataset_sha256)
-        return found
-
-    def is_trained_on(self, dataset: Dataset) -> bool:
-        """Whether a dataset is that of this run, in whatever folder it is now.
-
-        Args:
-            dataset: any dataset.
-
-        Example:
-            >>> import bisplat
-            >>> bisplat.load_run("runs/lab").is_trained_on(bisplat.read_dataset("data/lab"))
-            True
-        """
-        require_instance(Dataset, dataset=dataset)
-        return dataset.fingerprint == self.dataset_sha256
-
-    def split(self, dataset: Dataset) -> Split:
-        """Read which spectra this run was trained, validated and tested on.
-
-        Args:
-            dataset: the dataset of this run.
-
-        Returns:
-            Indices into the dataset.
-
-        Raises:
-            InputError: the dataset lacks some of these spectra, or split.json is damaged.
-
-        Example:
-            >>> import bisplat
-            >>> run = bisplat.load_run("runs/lab")
-            >>> parts = run.split(run.dataset())
-            >>> len(parts.train), len(parts.validation), len(parts.test)
-            (29, 3, 8)
-        """
-        require_instance(Dataset, dataset=dataset)
-        return read_split(self.folder / "split.json", dataset.names, dataset.folder)
-
-
-def stated_deviation(run: Run, deviation: Deviation, points: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
+def stated_deviation(
+    run: SpectrumRun, deviation: Deviation, points: Float[np.ndarray, "K 3"]
+) -> Float[np.ndarray, " K"]:
     """The standard deviations at positions, nan where nothing is known."""
     known, wavelength = read_known_positions(run.folder), float(run.model.wavelength)
     distance, farthest = nearest_known(known, points, wavelength), reach(known, wavelength)
@@ -224,7 +245,7 @@ def save_weights(folder: Path, model: SpectrumModel) -> None:
 
 def load_weights(model: SpectrumModel, folder: Path) -> None:
     """Load the weights of a finished run into a model, which keeps its own region, wavelength and turn."""
-    source, own = load_run(folder).model.state_dict(), model.state_dict()
+    source, own = load_spectra(folder).model.state_dict(), model.state_dict()
     try:
         if source.keys() != own.keys():  # such as one field of a moving array, and responses of a fixed one
             raise RuntimeError("weights of other names")
@@ -243,7 +264,7 @@ def load_run(folder: Path | str) -> Run:
         folder: the run folder, as ``train`` made it.
 
     Returns:
-        The run, which predicts spectra at new positions.
+        The run, which predicts at new positions.
 
     Raises:
         InputError: the folder is not a run folder, or its training is not finished; the model is unknown or cannot be
@@ -258,14 +279,33 @@ def load_run(folder: Path | str) -> Run:
         (1, 90, 360)
     """
     require_path(folder=folder)
-    folder = Path(folder)
-    config, beamformer, dataset_sha256, hertz = read_config(folder)
+    if read_settings(Path(folder)).quantity == "spectrum":
+        return load_spectra(folder)
+    from learn.fitted.method_run import load_method  # it imports this module
+
+    return load_method(Path(folder))
+
+
+def require_finished(folder: Path) -> Path:
+    """The weights of a finished run."""
     path = folder / "weights.safetensors"
     if not path.exists():
         raise InputError(
             f"{folder}: expected a finished run, found no weights.safetensors; repeat the same bisplat train to finish "
             "it"
         )
+    return path
+
+
+def load_spectra(run: Run | Path | str) -> SpectrumRun:
+    """The run of a model of spectra that a caller gives, or that is in a folder."""
+    if isinstance(run, SpectrumRun):
+        return run
+    folder = run.folder if isinstance(run, Run) else run  # of another quantity: it is refused
+    require_path(folder=folder)
+    folder = Path(folder)
+    config, beamformer, dataset_sha256, hertz = read_config(folder)
+    path = require_finished(folder)
     try:
         model_entry(config.model)
     except ParameterError as error:  # the user's own model is imported again
@@ -285,4 +325,4 @@ def load_run(folder: Path | str) -> Run:
     if wrong is not None:
         raise InputError(f"{path}: expected finite weights of {config.model}, found others in {wrong}")
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    return Run(folder, config, beamformer, model.eval().to(device), dataset_sha256, hertz)
+    return SpectrumRun(folder, config, dataset_sha256, hertz, beamformer, model.eval().to(device))

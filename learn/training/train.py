@@ -20,10 +20,10 @@ from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.models.base import SpectrumModel
-from learn.models.capabilities import unsuited
 from learn.models.kriging.retrieved_field import not_retrieved
 from learn.models.model_settings import MINUTES_MOST, PATIENCE, Steps
 from learn.models.quadrature import quadrature
+from learn.quantities.quantity_table import QuantityName, quantity_named
 from learn.training.config import (
     Config,
     read_config,
@@ -44,7 +44,7 @@ from learn.training.registry import (
     model_entry,
 )
 from learn.training.run_files import untrained_model, write_training
-from learn.training.run_folder import Run, load_run, load_weights, save_weights
+from learn.training.run_folder import Run, load_spectra, load_weights, save_weights
 from learn.training.validation_part import Learned, fit_in_closed_form, learned_responses
 from scenes.files.atomic import require_writable
 from scenes.files.errors import (
@@ -63,6 +63,7 @@ from scenes.files.output_folder import own_folder, require_own
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import given_dataset
+from simulate.dataset.dataset_kinds import QUANTITIES, quantity_of
 from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ def train(
     output: Path | str,
     *,
     model: str = DEFAULT_MODEL,
+    quantity: QuantityName | None = None,
     split: SplitKind = "files",
     guard: float = 0.0,
     seed: int = 0,
@@ -97,7 +99,10 @@ def train(
         output: the run folder.
         model: name of a model: "helmholtz", "twin", "mirror-images", "bisplat", "bisplat-plus", "bisplat-aperture",
             "mlp", "mlp-responses", "nerf2", "swiftwrf", "wrf-gs-plus" or "gsrf" (documentation, The models); or your
-            own subclass of ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
+            own subclass of ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path. Of
+            other quantities, the name of a method, as for ``compare``.
+        quantity: what is learned: "spectrum", "response" (over a band), "power" or "channel". None: what the dataset
+            mainly holds.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
             (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
         guard: known positions nearer than this to a test position are left out, wavelengths.
@@ -134,34 +139,59 @@ def train(
     for name, mapping in (("options", options), ("trainer", trainer)):
         if mapping is not None:
             require_instance(Mapping, **{name: mapping})
+    if quantity is not None:
+        quantity_named(quantity)  # refuses other words
+    require_seed(seed=seed)
+    require_within(0, GUARD_MOST, "wavelengths", guard=guard)
+    (given,) = taken(settings, optional(Steps))
+    by_steps = {name: value for name, value in changed(given).items() if value is not None}
+    if budget is not None:
+        require_positive(budget=budget)
+        require_within(0, MINUTES_MOST, "minutes", budget=budget)
+        if "steps" in by_steps:
+            raise ParameterError("budget", f"expected none beside steps, found {by_steps['steps']} steps")
+    options = dict(options or {})
+    if isinstance(scene := options.get("scene"), str) and Path(scene).is_file():
+        options["scene"] = str(Path(scene).resolve())
+    loaded = dataset if isinstance(dataset, Dataset) else None
+    folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
+    kind = quantity or (quantity_of(folder) if loaded is None else loaded.quantities[0])
+    if kind not in ("spectrum", None):
+        from learn.fitted.method_run import train_method  # it imports this module
+
+        others = {"preset": preset, "trainer": trainer, **by_steps, **options}
+        idle = next((name for name, value in others.items() if value and name not in ("steps", "scene")), None)
+        if idle is not None:
+            raise ParameterError(idle, f"expected none for {QUANTITIES[kind].words}, found one")
+        options |= {name: by_steps[name] for name in ("steps",) if name in by_steps}
+        config = Config(
+            dataset=str(folder.resolve()),
+            quantity=kind,
+            model=model,
+            split=split,
+            guard=guard,
+            seed=seed,
+            split_seed=seed,
+            options=options,
+        )
+        return train_method(given_dataset(dataset, kind), Path(output), config, budget)
     if preset is not None:
         require_word(tuple(PRESETS), preset=preset)
         if model not in (DEFAULT_MODEL, PRESETS[preset].model):
             raise ParameterError("model", f"expected none beside the preset {preset}, found {model}")
         model = PRESETS[preset].model
     entry = model_entry(model)
-    (given,) = taken(settings, optional(Steps))
-    by_steps = {name: value for name, value in changed(given).items() if value is not None}
     if by_steps.get("init") is not None:
         require_path(init=by_steps["init"])
         by_steps["init"] = str(Path(by_steps["init"]).resolve())
-    if budget is not None:
-        require_positive(budget=budget)
-        require_within(0, MINUTES_MOST, "minutes", budget=budget)
-        if "steps" in by_steps:
-            raise ParameterError("budget", f"expected none beside steps, found {by_steps['steps']} steps")
     for name in (*by_steps, *(["budget"] if budget is not None else []), *(["trainer"] if trainer else [])):
         if entry.by_steps is None:
             raise ParameterError(name, f"expected a model trained by steps, found {model}")
-    told = {**(options or {}), **by_steps}
+    told = {**options, **by_steps}
     if preset is not None and budget is None:
         by_steps = {"steps": PRESETS[preset].steps} | by_steps
     if "steps" not in by_steps and budget is None:
         by_steps = {"patience": PATIENCE} | by_steps
-    folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
-    options = dict(options or {})
-    if isinstance(scene := options.get("scene"), str) and Path(scene).is_file():
-        options["scene"] = str(Path(scene).resolve())
     config = Config(
         dataset=str(folder.resolve()),
         model=model,
@@ -172,7 +202,7 @@ def train(
         options=options,
         by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
-    place, loaded, learned = Path(output), dataset if isinstance(dataset, Dataset) else None, None
+    place, learned = Path(output), None
     begun = (place / "config.json").exists()
     if budget is not None and begun:
         config = _with_steps_of(place, config)
@@ -186,7 +216,7 @@ def train(
         else:
             say(f"{chosen.steps} steps fit into {budget:g} minutes")
     train_run(config, place, trainer or {}, loaded, learned, say_split=True)
-    return load_run(place)
+    return load_spectra(place)
 
 
 def _with_steps_of(folder: Path, config: Config) -> Config:
@@ -229,7 +259,7 @@ def train_run(
     if not finished:
         require_writable(folder / "config.json")
     dataset = given_dataset(dataset or config.dataset)
-    why = unsuited(model_class(config.model), dataset)
+    why = model_class(config.model).unsuited(dataset)
     if why is not None:
         raise InputError(f"{dataset.folder}: the model {config.model}: {why}")
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
@@ -238,7 +268,7 @@ def train_run(
     if finished:
         return
     if config.by_steps is not None and config.by_steps.init is not None:
-        before = load_run(config.by_steps.init)
+        before = load_spectra(config.by_steps.init)
         require_same_receiver(dataset, before.folder, before.beamformer, float(before.model.wavelength))
         if before.is_trained_on(dataset):
             require_untested(before.split(dataset).known, before.folder, dataset, parts)

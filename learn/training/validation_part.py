@@ -13,10 +13,11 @@ from learn.data.metrics import ssim_of_each
 from learn.data.neighbours import inverse_distance
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
-from learn.models.capabilities import FitsInClosedForm, LearnsBand, PredictsResponses
+from learn.models.capabilities import FitsInClosedForm, PredictsResponses
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.kriging.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.model_settings import Steps
+from learn.models.networks.response_network import ResponseNetwork
 from learn.training.conformal_deviation import (
     LEAST_VALIDATED,
     Deviation,
@@ -135,7 +136,7 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     """
     if not isinstance(model, PredictsResponses):
         return Learned(None)
-    if dataset.band is not None and isinstance(model, LearnsBand):
+    if dataset.band is not None and isinstance(model, ResponseNetwork):
         return Learned(dataset.band_responses)
     if "response" in dataset.values:
         return Learned(dataset.responses)

@@ -1,13 +1,13 @@
-"""The subject of the viewer: a run with its dataset and scene, a dataset with its scene, or a scene."""
+"""The subject of the viewer: a run with its dataset and scene, a dataset of any quantity with its scene, or a scene."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from threading import Lock
-from typing import NamedTuple
+from threading import RLock
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import torch
@@ -18,16 +18,18 @@ from learn.data.metrics import ssim
 from learn.data.neighbours import NEIGHBOURS, inverse_distance, nearest
 from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
+from learn.fitted.fitted_method import Fitted, fit_method
 from learn.models.capabilities import HasPrimitives, PredictsResponses
 from learn.models.splatting.splat import Splats
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import SpectrumRun, load_spectra
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import given_dataset, require_fixed_end
+from simulate.dataset.dataset_folder import read_dataset, require_fixed_end
+from simulate.dataset.receivers import ArrayReceiver
 from simulate.dataset.rooms_folder import scene_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
@@ -35,11 +37,11 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
-SCORED = 400
-"""Largest number of test positions whose SSIM is shown; they are evenly spread over the test part."""
+SHOWN = 400  # Largest number of test positions that are shown; they are evenly spread over the test part
 
 SpectrumArray = Float[np.ndarray, "90 360"]
 Position = Float[np.ndarray, " 3"]
+Shared = TypeVar("Shared")
 
 
 class Spectrum(NamedTuple):
@@ -60,27 +62,59 @@ class Subject:
     """A run, dataset or scene that the viewer shows, with everything that belongs to it; None for what is missing."""
 
     name: str  # name of the run, dataset or scene
-    gateway: Gateway  # the gateway. If only a run is known, it is at the origin and looks along +z.
+    # the gateway with the array. If only a run is known, it is at the origin and looks along +z. None: antennas of one
+    # element each, which the dataset tells.
+    gateway: Gateway | None
     # corners (min, max) of the box of transmitters, metres, world frame. It is the scene's transmitter region,
     # enlarged to contain the dataset's positions.
     region: Float[np.ndarray, "2 3"]
     scene: Scene | None  # the scene
     dataset: Dataset | None  # the dataset
     parts: Split | None  # parts of the dataset: those of the run, or without a run the folder's own
-    run: Run | None  # the run
+    run: SpectrumRun | None  # the run
     missing: list[str]  # one sentence for each part of the subject that could not be read
     planned: Float[np.ndarray, "n 3"] | None = None  # further positions to show, metres, world frame
 
     def __post_init__(self) -> None:
-        self._one_at_a_time = Lock()  # all tabs share the model
+        self.alone = RLock()  # all tabs share the model and the fitted methods
+        self._shared: dict[Hashable, object] = {}
+
+    def once(self, key: Hashable, make: Callable[[], Shared]) -> Shared:
+        """What all tabs share: it is made when the first of them asks for it."""
+        with self.alone:
+            if key not in self._shared:
+                self._shared[key] = make()
+            return self._shared[key]  # type: ignore[return-value]
+
+    def fitted(self, quantity: str, method: str) -> Fitted:
+        """A method that has learned a quantity at the known positions."""
+        assert self.dataset is not None
+        return self.once((quantity, method), partial(fit_method, self.dataset, quantity, method, known=self.known))
+
+    @property
+    def known(self) -> Int[np.ndarray, " n"]:
+        """Indices of the rows that methods learn from."""
+        return np.zeros(0, dtype=int) if self.parts is None else self.parts.known
 
     @cached_property
     def known_region(self) -> Float[np.ndarray, "2 3"] | None:
         """Corners (min, max) of the box of known positions, metres, world frame. None: nothing predicts."""
-        if self.dataset is not None and self.parts is not None and len(self.parts.known):
-            known = self.dataset.positions[self.parts.known]
-            return bounding_box(known)
+        if self.dataset is not None and len(self.known):
+            return bounding_box(self.dataset.positions[self.known])
         return None if self.run is None else self.run.model.region.double().cpu().numpy()
+
+    @property
+    def gateways(self) -> Float[np.ndarray, "G 3"]:
+        """Where the gateway is, or the antennas of one element each, metres, world frame."""
+        if self.gateway is not None:
+            return np.array([self.gateway.position])
+        assert self.dataset is not None
+        return self.dataset.gateway_positions
+
+    @property
+    def traced(self) -> Scene | None:
+        """The scene in which rays can be traced from the transmitter to the gateway."""
+        return None if self.gateway is None or self.array_moves else self.scene
 
     @property
     def array_moves(self) -> bool:
@@ -104,6 +138,7 @@ class Subject:
             return self.run.beamformer
         if self.dataset is not None:
             return self.dataset.beamformer
+        assert self.gateway is not None
         return Beamformer(array_of(self.gateway, SPEED_OF_LIGHT / self.wavelength))
 
     @property
@@ -118,8 +153,11 @@ class Subject:
         predictors: dict[str, Callable[[Position], SpectrumArray]] = {}
         if self.run is not None:
             predictors[self.run.config.model] = self._by_model
-        if self.dataset is not None and self.parts is not None and len(self.parts.known):
-            predictors |= {"inverse-distance": self._by_distance, "nearest": self._by_copying}
+        if self.dataset is not None and len(self.known):
+            predictors |= {
+                "inverse-distance": partial(self._by, inverse_distance),
+                "nearest": partial(self._by, nearest),
+            }
         return predictors
 
     def recorded(self, index: int) -> Spectrum:
@@ -139,14 +177,14 @@ class Subject:
         assert self.run is not None
         model = self.run.model
         assert isinstance(model, HasPrimitives)
-        with self._one_at_a_time, torch.inference_mode():
+        with self.alone, torch.inference_mode():
             splats = model.splats(torch.from_numpy(position[None]).float().to(model.region.device))
             return Splats(*(each.detach().cpu() for each in splats))
 
     @property
     def tested(self) -> Int[np.ndarray, " K"]:
-        """Indices of the test spectra that are shown."""
-        return np.zeros(0, dtype=int) if self.parts is None else evenly(self.parts.test, SCORED)
+        """Indices of the test rows that are shown."""
+        return np.zeros(0, dtype=int) if self.parts is None else evenly(self.parts.test, SHOWN)
 
     @cached_property
     def scores(self) -> Float[np.ndarray, " K"]:
@@ -162,7 +200,7 @@ class Subject:
         run = self.run
         if run is None:
             return None
-        with self._one_at_a_time, torch.inference_mode():
+        with self.alone, torch.inference_mode():
             model = run.model
             if isinstance(model, HasPrimitives) and not isinstance(model, PredictsResponses):
                 field = model.field(torch.from_numpy(position[None]).float().to(model.region.device))
@@ -172,27 +210,21 @@ class Subject:
 
     def _by_model(self, position: Position) -> SpectrumArray:
         assert self.run is not None
-        with self._one_at_a_time:
+        with self.alone:
             return self.run.predict(position[None]).spectra[0]
 
-    def _by_distance(self, position: Position) -> SpectrumArray:
-        return inverse_distance(*self._nearest_known(position), position[None])[0]
-
-    def _by_copying(self, position: Position) -> SpectrumArray:
-        return nearest(*self._nearest_known(position), position[None])[0]
-
     @cached_property
-    def _known(self) -> tuple[np.ndarray, cKDTree]:
-        assert self.dataset is not None and self.parts is not None
-        known = self.parts.known
-        return known, cKDTree(self.dataset.positions[known])
-
-    def _nearest_known(self, position: Position) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and spectra of the nearest known spectra, the only ones that the baselines use."""
+    def _tree(self) -> cKDTree:
         assert self.dataset is not None
-        known, tree = self._known
-        index = known[np.atleast_1d(tree.query(position, k=min(NEIGHBOURS, len(known)))[1])]
-        return self.dataset.positions[index], spectrum_of(self.dataset.pictures[index])
+        return cKDTree(self.dataset.positions[self.known])
+
+    def _by(self, baseline: Callable[..., np.ndarray], position: Position) -> SpectrumArray:
+        """What a baseline predicts from the nearest known spectra, the only ones that it uses."""
+        assert self.dataset is not None
+        found = self._tree.query(position, k=min(NEIGHBOURS, len(self.known)))[1]
+        index = self.known[np.atleast_1d(found)]
+        spectra = spectrum_of(self.dataset.pictures[index])
+        return baseline(self.dataset.positions[index], spectra, position[None])[0]
 
 
 def subject(what: str) -> Subject:
@@ -203,12 +235,13 @@ def subject(what: str) -> Subject:
         region = scene.transmitter.region
         return Subject(scene.name, scene.gateway, region, scene, None, None, None, _other_gateways(scene))
     if not (folder / "config.json").exists():
-        dataset = given_dataset(folder)
+        dataset = read_dataset(folder)
         require_fixed_end(dataset)
         nothing = np.zeros(0, dtype=int)
-        parts = Split(train=dataset.train, validation=nothing, test=dataset.test)
+        every = nothing if len(dataset.test) else np.arange(len(dataset))  # methods learn from all, if none are tested
+        parts = Split(train=dataset.train if len(dataset.train) else every, validation=nothing, test=dataset.test)
         return _with_scene(folder.resolve().name, dataset, parts, None)
-    run = load_run(folder)
+    run = load_spectra(folder)
     try:
         dataset = run.dataset()
         parts = run.split(dataset)
@@ -224,27 +257,25 @@ def subject(what: str) -> Subject:
     return _with_scene(folder.resolve().name, dataset, parts, run)
 
 
-def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> Subject:
-    array = dataset.array
-    position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
-    gateway = Gateway(position, orientation, **array.of_gateway())  # type: ignore[arg-type]
-    region = bounding_box(dataset.positions)
-    scene: Scene | None = None
+def _with_scene(name: str, dataset: Dataset, parts: Split, run: SpectrumRun | None) -> Subject:
+    found = Subject(name, None, bounding_box(dataset.positions), None, dataset, parts, run, [])
+    if isinstance(dataset.receiver, ArrayReceiver):
+        position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
+        found.gateway = Gateway(position, orientation, **dataset.array.of_gateway())  # type: ignore[arg-type]
     try:
-        complete_scene = scene_of(dataset)
-        if complete_scene is None:
-            missing = ["The dataset names no scene (measured datasets have none), so there is no ray tracing."]
-        elif dataset.moving == "receiver":
-            scene, missing = complete_scene, ["There is no ray tracing here to an array that moves."]
+        complete = scene_of(dataset)
+        if complete is not None and found.gateway is not None and not found.array_moves:
+            found.scene, found.missing = seen_by(dataset, complete), _other_gateways(complete)
+            found.gateway = found.scene.gateway
+            found.region = bounding_box(np.vstack([found.region, complete.transmitter.region]))
         else:
-            scene, missing = seen_by(dataset, complete_scene), _other_gateways(complete_scene)
-            gateway = scene.gateway
-            region = bounding_box(np.vstack([region, scene.transmitter.region]))
+            found.scene = complete
+            found.missing.append("There is no ray tracing: it takes a scene and an array that stands still.")
     except (InputError, OSError) as error:
-        missing = [f"The scene of this dataset cannot be read ({error}), so there is no ray tracing."]
-    if dataset.moving == "receiver":
-        missing.append("The receiver moves: its array is drawn where you move it, and the transmitter as a yellow dot.")
-    return Subject(name, gateway, region, scene, dataset, parts, run, missing)
+        found.missing.append(f"The scene of this dataset cannot be read ({error}), so there is no ray tracing.")
+    if found.array_moves:
+        found.missing.append("The receiver moves: its array is drawn where you move it, the transmitter as a dot.")
+    return found
 
 
 def _other_gateways(scene: Scene) -> list[str]:

@@ -172,25 +172,6 @@ def p2040_material(
         ε_r = a f^b,    σ = c f^d
 
     The recommendation has no thicknesses. The defaults are usual ones, such as 0.2 m for concrete.
-
-    Args:
-        name: a material of the recommendation's Table 3, such as concrete, brick, plasterboard, wood, glass or metal.
-        frequency: Hz.
-        thickness: thickness of the slab, metres. None: the default of the material.
-        scattering_coefficient: fraction S of the reflected amplitude that is scattered diffusely, 0 to 1.
-
-    Returns:
-        The material.
-
-    Raises:
-        InputError: the name is unknown, the frequency is not in hertz or more than 10 % outside the range that the
-            recommendation states for the material, or another value is out of its range.
-
-    Example:
-        >>> import bisplat
-        >>> brick = bisplat.p2040_material("brick", 2.4e9, thickness=0.24)
-        >>> brick.relative_permittivity, round(brick.conductivity, 4), brick.thickness
-        (3.91, 0.0274, 0.24)
     """
     if not isinstance(name, str) or name not in P2040:
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
@@ -211,17 +192,22 @@ def p2040_material(
 
 
 def p2040_materials(names: Iterable[str] | None, frequency: float) -> dict[str, RadioMaterial]:
-    """Return several materials of ITU-R P.2040-3 at one frequency, as ``Scene.materials`` needs them.
+    """Return materials of ITU-R P.2040-3 at one frequency, as ``Scene.materials`` needs them.
+
+    Their properties follow the power law of the recommendation [itu2023], section 2.1.4. It has no thicknesses: the
+    defaults are usual ones, such as 0.2 m for concrete. ``dataclasses.replace(material, thickness=…)`` changes one.
 
     Args:
-        names: names for ``p2040_material``; a name may occur several times. None: all that it gives at the frequency.
+        names: materials of the recommendation's Table 3, such as concrete, brick, plasterboard, wood, glass or metal;
+            a name may occur several times. None: all that hold at the frequency.
         frequency: Hz.
 
     Returns:
         The materials, by name, in alphabetical order.
 
     Raises:
-        InputError: ``p2040_material`` refuses a name or the frequency.
+        InputError: a name is unknown, or the frequency is not in hertz or more than 10 % outside the range that the
+            recommendation states for a material.
 
     Example:
         >>> import bisplat

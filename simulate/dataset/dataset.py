@@ -6,11 +6,11 @@ Everything in memory is numbered from 0. Pictures and rows of ``tx_pos.csv`` are
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from jaxtyping import Complex, Float, Int, Shaped, UInt8
@@ -25,6 +25,9 @@ from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification
 from simulate.spectra.spectrum import spectrum_of
+
+if TYPE_CHECKING:
+    from simulate.dataset.torch_dataset import TorchDataset
 
 Receiver = TypeVar("Receiver", ArrayReceiver, Antennas)
 
@@ -139,6 +142,34 @@ class Dataset:
         changed = {name: each for name, each in {**self.values, **values}.items() if each is not None}
         over_band = "channel" in changed or any(changed[name].ndim == 3 for name in RESPONSES if name in changed)
         return replace(self, values=changed, band=self.band if over_band else None)
+
+    def torch(self, rows: Int[np.ndarray, " n"] | Sequence[int] | None = None) -> TorchDataset:
+        """Spectra as a dataset of PyTorch, for ``torch.utils.data.DataLoader``.
+
+        Each item is a dictionary with these entries:
+
+        - "position", the position of the end that moves, metres, world frame, [3], float32;
+        - "receiver", the middle of the array; only if both ends move, and "position" is then the transmitter's;
+        - "spectrum", the spectrum, 0…1, [90, 360], float32;
+        - "responses", the recorded element responses, [elements], complex64; only if the dataset has any.
+
+        Args:
+            rows: which spectra, in this order, such as one part of ``bisplat.split``. None: all.
+
+        Raises:
+            ParameterError: ``rows`` are not whole numbers, or the dataset has no spectrum with one of them.
+
+        Example:
+            >>> import bisplat, torch
+            >>> dataset = bisplat.read_dataset("data/lab")
+            >>> train = dataset.torch(bisplat.split(dataset, "random", seed=0).train)
+            >>> batch = next(iter(torch.utils.data.DataLoader(train, batch_size=4, shuffle=True)))
+            >>> batch["position"].shape, batch["spectrum"].shape, batch["responses"].shape
+            (torch.Size([4, 3]), torch.Size([4, 90, 360]), torch.Size([4, 16]))
+        """
+        from simulate.dataset.torch_dataset import TorchDataset  # imports torch
+
+        return TorchDataset(self, rows)
 
     @property
     def positions(self) -> Float[np.ndarray, "K 3"]:

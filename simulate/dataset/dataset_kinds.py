@@ -22,8 +22,8 @@ NOT_RECEIVED = -100.0
 
 STRONGEST = 60.0  # dBm; largest power that is believed: 1 kW at the receiver
 
-TAKE_POWERS = "compare, evaluate, locate, plan, predict --map, calibrate, view and export --hdf5"
-TAKE_CHANNELS = "compare and evaluate"
+TAKE_POWERS = "train, compare, locate, plan, predict --map, calibrate, view and export --hdf5"
+TAKE_CHANNELS = "train and compare"
 TAKE_PLACED_CHANNELS = "locate and view"
 """The commands that take received powers, channels, and channels whose positions are known."""
 

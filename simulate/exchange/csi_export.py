@@ -8,7 +8,7 @@ from typing import Any
 
 from scipy.spatial.transform import Rotation
 
-from scenes.files.errors import InputError, require_flag, require_path
+from scenes.files.errors import InputError
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from simulate.dataset.channels_folder import OF_EACH, write_channels
@@ -18,7 +18,7 @@ from simulate.dataset.index_files import write_index
 from simulate.dataset.metadata import made_here
 
 
-def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
+def export_csi(dataset: Dataset | Path | str, folder: Path, force: bool = False) -> None:
     """Write the responses of a dataset over a band as a CSI folder, which the loaders of NeRF² and GSRF read.
 
     The lower half of the band stands for the uplink, the upper half for the downlink. The folder has
@@ -28,27 +28,7 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
     - ``train_index.txt`` and ``test_index.txt``: rows, counted from 0, if the dataset has a split of its own;
     - ``tx_pos.csv``: the transmitter positions, and ``metadata.json``: the carrier and the band. Those loaders do not
       read them, ``read_dataset`` does.
-
-    Args:
-        dataset: a dataset with responses over a band, or its folder.
-        folder: the folder to write, new or empty.
-        force: allow a folder that holds other files; files of the same names are replaced.
-
-    Raises:
-        InputError: the dataset has no responses over a band, an odd number of subcarriers, or a receiver that moves; or
-            the folder holds other files.
-
-    Example:
-        >>> import bisplat, numpy as np
-        >>> array = bisplat.PlanarArray(1, 8)
-        >>> y = array.manifold(np.zeros(3), np.radians([30.0, 40.0, 50.0]))[..., None] * np.ones(52)
-        >>> wide = bisplat.write_dataset("data/wide", np.eye(3), y, array, "2.4 GHz", bandwidth="20 MHz")
-        >>> bisplat.export_csi(wide, "csi")
-        >>> np.load("csi/csidata.npy").shape
-        (3, 8, 52)
     """
-    require_path(folder=folder)
-    require_flag(force=force)
     dataset = given_dataset(dataset)
     if dataset.band is None:
         raise InputError(
@@ -66,7 +46,7 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
         )
     turned = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.array.positions)
     elements = dataset.gateway_position + turned * dataset.wavelength
-    with new_folder(Path(folder), force) as unfinished:
+    with new_folder(folder, force) as unfinished:
         stated: dict[str, Any] = {**made_here(), "kind": "csi", "band": asdict(dataset.band)}
         if dataset.frequency.source != "assumed":
             stated["frequency_hz"] = dataset.frequency.hertz

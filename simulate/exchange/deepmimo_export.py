@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from scenes.files.errors import InputError, require_flag, require_instance, require_path, shown
+from scenes.files.errors import InputError, shown
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
@@ -31,7 +30,7 @@ NOT_IN_NAMES = "/\\:*?\"'<>|\n"
 """DeepMIMO loads no scenario whose name contains one of these characters."""
 
 
-def export_deepmimo(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
+def export_deepmimo(dataset: Dataset | Path | str, folder: Path, force: bool = False) -> None:
     """Trace the paths of a simulated dataset again, and write them as a scenario folder of DeepMIMO 4.
 
     DeepMIMO [alkhateeb2019] loads the folder by its name. By reciprocity the gateway is DeepMIMO's transmitter, and the
@@ -42,27 +41,7 @@ def export_deepmimo(dataset: Dataset | Path | str, folder: Path | str, force: bo
     Each file ``NAME_t000_tx000_r001.npz`` holds the matrix NAME: ``power`` (dB), ``phase`` (degrees), ``delay``
     (seconds), ``aod_az``, ``aod_el``, ``aoa_az``, ``aoa_el`` (degrees, world frame, elevation from +z), ``inter`` and
     ``inter_pos`` (interactions, and their places in metres). Their first two axes are [positions, paths].
-
-    Args:
-        dataset: a dataset that was simulated by rays, or its folder.
-        folder: the folder to write, new or empty. Its name becomes the name of the scenario.
-        force: allow a folder that holds other files; files of the same names are replaced.
-
-    Raises:
-        InputError: the dataset was not simulated by rays, or its files have changed since; DeepMIMO does not allow the
-            name of the folder, or so many interactions on a path; or the folder holds other files.
-
-    Example:
-        >>> import bisplat, numpy as np
-        >>> bisplat.export_deepmimo("data/lab", "lab_paths")
-        >>> power = np.load("lab_paths/power_t000_tx000_r001.npz")["power"]
-        >>> len(power), bool(np.nanmax(power) < -20)
-        (40, True)
     """
-    require_instance(Dataset, str, PathLike, dataset=dataset)
-    require_path(folder=folder)
-    require_flag(force=force)
-    folder = Path(folder)
     _check_name(folder)
     with new_folder(folder, force) as unfinished:
         request, rays = _request(dataset.folder if isinstance(dataset, Dataset) else Path(dataset))

@@ -12,7 +12,6 @@ import h5py
 import numpy as np
 
 from scenes.files.atomic import written_atomically
-from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import given_dataset
@@ -22,7 +21,7 @@ from simulate.spectra.array import PlanarArray
 AT_ONCE = 100  # Spectra written at a time. This bounds the memory.
 
 
-def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
+def export_hdf5(dataset: Dataset | Path | str, path: Path) -> None:
     """Write a dataset, simulated or measured, as one HDF5 file, for example for MATLAB.
 
     The file has these arrays; those that the dataset lacks are missing or empty:
@@ -41,24 +40,7 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
 
     Attributes of the file state the gateway's position and orientation, the frequency, the array and the grid. Their
     names end with the unit, such as ``frequency_hz``.
-
-    Args:
-        dataset: the dataset, or its folder.
-        path: the file to write. An existing file is replaced. If writing fails, no file is left behind.
-
-    Raises:
-        InputError: the folder is not a valid dataset.
-        OSError: the file cannot be written.
-
-    Example:
-        >>> import bisplat, h5py
-        >>> bisplat.export_hdf5("data/lab", "lab.h5")
-        >>> with h5py.File("lab.h5") as file:
-        ...     file["spectra"].shape, file["responses"].dtype, int(file.attrs["frequency_hz"])
-        ((40, 90, 360), dtype('complex64'), 915000000)
     """
-    require_path(path=path)
-    path = Path(path)
     dataset = given_dataset(dataset, "spectrum", "power")
     with written_atomically(path) as unfinished, _Disk(unfinished, "w+") as disk:
         try:

@@ -160,28 +160,6 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
 
     A normalised spectrum p equals S up to a scale and an offset b, so the fit finds b and the R_Δ by least squares. The
     residual is the evidence: the right array and grid leave about 0.3 grey levels, which is the rounding to 8 bits.
-
-    Args:
-        spectra: K min–max normalised spectra, 0…1, [K, 90, 360].
-        beamformer: the array and the grid to try.
-
-    Returns:
-        A ``LagFit`` with the arrays ``lags`` (R_Δ, [K, lags]), ``offset`` (b, [K]) and ``residual`` (root mean square
-        error of each spectrum, grey levels of 255, [K]), and with ``median_residual``, the median of the last.
-
-    Raises:
-        ParameterError: the spectra are not a stack of finite numbers from 0 to 1, or the array has too many lags.
-
-    Example:
-        Half a wavelength is the spacing of this dataset's array, 0.4 wavelengths is not:
-
-        >>> import bisplat
-        >>> spectra = bisplat.read_dataset("data/lab").spectra[:2]
-        >>> right, wrong = bisplat.PlanarArray(spacing=0.5), bisplat.PlanarArray(spacing=0.4)
-        >>> bool(bisplat.fit_lags(spectra, bisplat.Beamformer(right)).median_residual < 0.5)
-        True
-        >>> bool(bisplat.fit_lags(spectra, bisplat.Beamformer(wrong)).median_residual > 2)
-        True
     """
     require_instance(Beamformer, beamformer=beamformer)
     spectra = check_stack("spectra", spectra)

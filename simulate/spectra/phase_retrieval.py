@@ -62,27 +62,6 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
     A magnitude spectrum determines the responses y of a planar array up to a common phase and the flip
     ``y_m -> conj(y_{MN−1−m})`` [hayes1982]. So the responses of one spectrum can be used, but phases of two spectra
     cannot be compared. Relaxed reflect-reflect [elser2018] finds the responses from random starts.
-
-    Args:
-        spectra: K min–max normalised spectra, 0…1, [K, 90, 360].
-        beamformer: the array that measured the spectra, and their grid.
-        seed: seed of the random starts.
-
-    Returns:
-        A ``Retrieval`` with two arrays: ``responses``, complex, [K, elements], in units in which the spectrum's span is
-        1; and ``residual``, the root mean square error of the spectrum that these responses make, grey levels of 255,
-        [K]. The rounding to 8 bits leaves about 0.3; above 0.5 the retrieval is doubtful.
-
-    Raises:
-        ParameterError: the spectra are not a stack of finite numbers from 0 to 1, or the seed is not valid.
-        InputError: the array is an ``ElementArray``; the search needs a uniform planar array.
-
-    Example:
-        >>> import bisplat
-        >>> dataset = bisplat.read_dataset("data/lab")
-        >>> found = bisplat.retrieve_responses(dataset.spectra[:2], dataset.beamformer)
-        >>> found.responses.shape, bool((found.residual < 0.5).all())
-        ((2, 16), True)
     """
     require_instance(Beamformer, beamformer=beamformer)
     require_seed(seed=seed)

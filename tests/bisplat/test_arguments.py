@@ -116,7 +116,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
     no_grid = {"grid": (*OBJECT, None)}
     powers, links = file.with_name("powers"), file.with_name("links")
     other = (*PATH, "nowhere", data)
-    seen = {"spectra": dataset.spectra[:1], "beamformer": beamformer}
     two = {"positions": [[1, 0, 1], [2, 0, 1]]}
     return {
         "load_scene": Call(bisplat.load_scene, {}, {"name_or_path": ("x", 3, None, "x.yaml")}),
@@ -274,36 +273,23 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "Beamformer": Call(bisplat.Beamformer),
         "Beamformer.spectrum": Call(beamformer.spectrum),
         "Beamformer.power_db": Call(beamformer.power_db),
-        "fit_lags": Call(bisplat.fit_lags, seen),
-        "retrieve_responses": Call(bisplat.retrieve_responses, seen),
         "ssim": Call(bisplat.ssim, pair, {"prediction": [*SPECTRA, np.zeros((2, 90, 360))]}),
         "aoa_error": Call(bisplat.aoa_error, pair, no_grid | {"array": (*OBJECT, None)}),
         "plot_spectrum": Call(bisplat.plot_spectrum, {"spectrum": spectrum}, no_grid),
-        "plot_polar": Call(bisplat.plot_polar, {"spectrum": spectrum}, no_grid),
-        "plot_cdf": Call(
-            bisplat.plot_cdf,
-            {"scores": [0.1, 0.2]},
-            {"scores": ("x", None, 3, [], [NAN], {"a": ["x"]}, MASKED)},
-            {"quantity": "any text"},
-        ),
         "train": Call(
             bisplat.train,
             {"dataset": data, "output": "out", "model": "mlp"},
             {
-                "model": WORD, "options": ("x", 3, {"wrong": 1}, {"pixels": object()}), "steps": WHOLE[:6],
+                "model": WORD, "quantity": WORD[:2], "options": ("x", 3, {"wrong": 1}, {"pixels": object()}),
+                "steps": WHOLE[:6],
                 "batch_size": WHOLE[:6], "patience": (1.5, -1), "preset": WORD[:2], "learning_rate": (*NUMBER, 0),
                 "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2), "matmul_precision": WORD[:2],
                 "find_phases": FLAG[:1], "init": PATH, "trainer": ("x", {"devices": 0}, {"wrong": 1}), "wrong": (1,),
             },
         ),
         "score": Call(bisplat.score, pair),
-        "TorchDataset": Call(
-            bisplat.TorchDataset,
-            {"dataset": dataset},
-            {
-                "dataset": (*OBJECT, None),
-                "indices": ("x", 3, [0.5], [True], [-1], [10 ** 9], [[0]], [[0], [0, 1]], {}),
-            },
+        "Dataset.torch": Call(
+            dataset.torch, {}, {"rows": ("x", 3, [0.5], [True], [-1], [10**9], [[0]], [[0], [0, 1]], {})}
         ),
         "split": Call(
             bisplat.split,
@@ -325,14 +311,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "scene": (3, True, "nowhere", [], {"x": 1}),
             },
         ),
-        "fit_powers": Call(
-            bisplat.fit_powers,
-            {"dataset": powers, "method": "mean"},
-            {
-                "dataset": other, "known": ("x", 3, [], [1.5], [-1], [12], [True], {"x": 1}),
-                "scene": (3, True, "nowhere", [], {"x": 1}),
-            },
-        ),
         "coverage_map": Call(
             bisplat.coverage_map,
             {"powers": powers, "method": "mean"},
@@ -341,10 +319,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "step": (*NUMBER, 0, -1, None, 1e-09),
                 "region": ("x", 3, [], [0, 0, 1], [0, 0, 0, 1], [1, 0, 0, 1], [0, 0, NAN, 1], [0, 0, 1, 1e9], {"x": 1}),
             },
-        ),
-        "write_coverage": Call(
-            bisplat.write_coverage,
-            {"coverage": bisplat.coverage_map(powers, method="mean", step=1.0), "folder": "map"},
         ),
         "variants": Call(bisplat.variants, {"models": ["bisplat"]}, {"models": NAMES, "primitives": WHOLE[:6]}),
         "locate": Call(
@@ -408,13 +382,10 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "calibrate": Call(bisplat.calibrate, {"scene": scene, "dataset": data}),
-        "export": Call(bisplat.export, {"run": run, "path": "a.onnx"}, {"run": OBJECT, "path": (*PATH, "a.txt")}),
-        "export_hdf5": Call(bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}),
-        "export_csi": Call(bisplat.export_csi, {"dataset": data, "folder": "csi"}),
-        "export_deepmimo": Call(
-            bisplat.export_deepmimo,
-            {"dataset": data, "folder": "paths"},
-            {"folder": (*PATH, "Paths")},
+        "export": Call(
+            bisplat.export,
+            {"source": run, "output": "a.onnx"},
+            {"source": (*OBJECT, dataset), "output": (*PATH, "a.txt"), "format": (*WORD[:2], "csi"), "scene": ()},
         ),
         "Run.predict": Call(run.predict, {"positions": [[1.0, 2, 3]]}, {"dtype": (*WORD, "float64", np.int8)}),
         "Run.deviation": Call(run.deviation),
@@ -444,14 +415,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             | {"color": ("x", None, 3, (0, 0), (0, 0, 2), (0, 0, "x"), (0, 0, NAN))},
             {"name": "checked with the scene"},
         ),
-        "p2040_material": Call(
-            bisplat.p2040_material,
-            {"name": "concrete", "frequency": 1e9},
-            {
-                "name": WORD, "frequency": (*NUMBER, 0, -1, None, 1e15), "thickness": (*NUMBER, 0),
-                "scattering_coefficient": (*NUMBER, 2, None),
-            },
-        ),
         "p2040_materials": Call(
             bisplat.p2040_materials,
             {"names": ["concrete"], "frequency": 1e9},
@@ -478,12 +441,10 @@ NOT_CALLED = {
     "InputError": "an error",
     "SpectrumModel": "a base class",
     "PredictsResponses": "a protocol",
-    "Comparison": "made by compare",
     "Known": "made by compare",
     "Prediction": "what a method returns, checked where it is used",
     "Quantity": "a base class",
     "Run": "made by train and load_run",
-    "Located": "made by locate",
     "Dataset": "made by simulate and read_dataset",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",

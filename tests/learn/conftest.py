@@ -42,7 +42,7 @@ def placed(tmp_path_factory) -> bisplat.Dataset:
     array = bisplat.PlanarArray(1, 3)
     folder = tmp_path_factory.mktemp("placed")
     wide = bisplat.write_dataset(folder / "wide", places, channels, array, "2.4 GHz", bandwidth="16 MHz")
-    bisplat.export_csi(wide, folder / "csi")
+    bisplat.export(wide, folder / "csi", "csi")
     write_index(folder / "csi", 40)
     return bisplat.read_dataset(folder / "csi")
 

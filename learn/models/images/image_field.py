@@ -67,17 +67,10 @@ of so many spectra. With fewer responses, the walls are taken to run along the a
 class ImageField(PredictsResponses):
     """Adds up waves of the gateway and of its mirror images, and adds kriging of what these do not explain.
 
-    A wall that reflects a wave makes it look as if it came from a mirror image of its source. By reciprocity, the
-    gateway's images in the planes of a room send spherical waves to the transmitter. Element m at offset d_m has in the
-    image with the middle c_j and the signs S_j of its coordinates the place ``c_j + S_j d_m``, so its response is::
+    ``y_m(r) = Σ_j x_j e^{−jk R}/R + e_m(r)``, ``R = |r − c_j − S_j d_m|``
 
-        y_m(r) = Σ_j x_j e^{−jk R}/R + e_m(r),   R = |r − c_j − S_j d_m|
-
-    One amplitude x_j thus explains all elements at all positions. j runs over the gateway itself and its images in
-    planes at hundreds of distances, and then over those in two planes, of which the second repeat the strongest of the
-    first. ``most_likely`` finds the strengths of them all; most are zero. ``KrigedField`` interpolates the rest e.
-    Nothing is told of the room. Its walls are assumed to be vertical and perpendicular to each other, and
-    ``angle_of_walls`` finds their angle about the vertical. Other surfaces are left to the rest.
+    j runs over the gateway itself and its images in one and in two planes. ``most_likely`` finds their amplitudes x_j,
+    most of which are zero, ``angle_of_walls`` the direction of the planes, and ``KrigedField`` interpolates the rest e.
     """
 
     frame: Tensor  # rotation matrix from the world frame to that of the walls
@@ -129,7 +122,9 @@ class ImageField(PredictsResponses):
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Find the angle of the walls and the images in the known responses, and fit the covariance of the rest."""
-        self._require_suited(dataset)
+        unsuited = self.unsuited(dataset)
+        if unsuited is not None:
+            raise InputError(f"{dataset.folder}: {unsuited}")
         degrees = self._angle(dataset, np.unique(known))
         self.frame = torch.from_numpy(frame_of_walls(degrees)).float()
         self.refit(dataset, known)
@@ -140,7 +135,6 @@ class ImageField(PredictsResponses):
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """As ``fit``, with the angle of the walls that it found."""
-        self._require_suited(dataset)
         known = np.unique(known)
         turned = in_frame(dataset, self.frame.double().cpu().numpy())
         images, amplitudes = ImageSearch(turned, evenly(known, FITTED_ON)).found(self.report)
@@ -160,11 +154,6 @@ class ImageField(PredictsResponses):
         self.rest.report = self.report  # type: ignore[method-assign]
         self.rest.fit(dataset.with_values(response=rest), known)
 
-    def _require_suited(self, dataset: Dataset) -> None:
-        unsuited = self.unsuited(dataset)
-        if unsuited is not None:
-            raise InputError(f"{dataset.folder}: {unsuited}")
-
     def _angle(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> int:
         """The angle of the walls, degrees."""
         elements = dataset.array.elements
@@ -180,11 +169,10 @@ class ImageField(PredictsResponses):
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As ``torch.nn.Module.load_state_dict``, but for the number of spectra and images that the file has."""
+        middles = state_dict.get("middles", self.middles)
+        images = len(middles) if middles.ndim else 0
         for name in ("middles", "signs", "amplitudes"):
-            value, own = state_dict.get(name), getattr(self, name)
-            setattr(self, name, torch.zeros(len(value) if value is not None and value.ndim == 2 else 0, own.shape[1]))
-        if len({len(self.middles), len(self.signs), len(self.amplitudes)}) > 1:
-            raise RuntimeError("other numbers of images, signs and amplitudes")
+            setattr(self, name, torch.zeros(images, getattr(self, name).shape[1]))
         of_rest = {key.removeprefix("rest."): each for key, each in state_dict.items() if key.startswith("rest.")}
         self.rest.load_state_dict(of_rest, strict)
         return super().load_state_dict(state_dict, strict, assign)

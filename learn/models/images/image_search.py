@@ -159,9 +159,6 @@ class ImageSearch:
         return images.of(used), found.amplitudes[used]
 
     def _in_one_plane(self, iterations: int) -> Strengths:
-        if not self._power:
-            nothing = np.zeros(len(self._first))
-            return Strengths(nothing, 0.0, nothing.astype(complex))
         even = IMAGES * self._power / float((np.abs(self._of_first) ** 2).mean()) / len(self._first)
         start = np.full(len(self._first), even)
         return most_likely(self._of_first, self._data, start, REST * self._power, iterations)

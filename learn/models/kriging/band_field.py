@@ -15,8 +15,7 @@ from learn.models.base import Region
 from learn.models.kriging.delay_powers import fit_delay_powers, white_noise
 from learn.models.kriging.deviation_curve import left_out_curve, normal_curve, on_curve
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.vecchia import FAR, NUGGET_LEAST, fit_covariance
-from learn.models.kriging.wave_covariance import distances
+from learn.models.kriging.vecchia import NUGGET_LEAST, fit_covariance
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
@@ -32,19 +31,12 @@ AT_ONCE = 32  # positions that ``at`` predicts at once
 class BandField(KrigedField):
     """Interpolates every element's responses at all subcarriers as one random field over position and frequency.
 
-    As ``KrigedField``, with waves that arrive from direction u_j after delay τ_t. A wave has the share s_j p_t of the
-    power, so that two responses have the covariance::
+    As ``KrigedField``, with waves that arrive after the delay τ_t with the share p_t of the power (``delay_powers``)::
 
         κ(Δ, δ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ) · Σ_t p_t e^{−i 2π δ τ_t}
 
-    δ is the difference of their frequencies, and k is the wavenumber of the carrier. The powers p_t and the noise σ²
-    are fitted to the known responses as a profile of delays (``fit_delay_powers``), then the s_j, ℓ, T and ν to all
-    subcarriers together. The covariance over N known positions and S subcarriers is a Kronecker product, K ⊗ R. With
-    the eigenvectors v_i of R and its eigenvalues λ_i, kriging of all N S responses falls apart into one of each
-    component v_iᴴ y, with the nugget ν + σ² / λ_i. Only few components exceed the noise. They are all that is kept.
-
-    Known positions that are predicted from others, near and far, tell how large the errors are at each kriging
-    variance (``rising_curve``).
+    δ is the difference of their frequencies. With the eigenvectors v_i of the factor over frequency and its eigenvalues
+    λ_i, kriging falls apart into one of each component v_iᴴ y, with the nugget ν + σ² / λ_i.
     """
 
     components: Tensor  # v_i (real, imaginary)
@@ -71,7 +63,7 @@ class BandField(KrigedField):
         known = np.unique(known)
         assert dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
-        found = self.fit_to(dataset.positions[known], responses, dataset.band.spacing, times)
+        found = self.fit_to(dataset.positions[known], responses, times)
         self.learn_deviations(responses)
         return found
 
@@ -79,7 +71,6 @@ class BandField(KrigedField):
         self,
         positions: Float[np.ndarray, "n 3"],
         responses: Complex[np.ndarray, "n elements subcarriers"],
-        spacing: float | None,
         times: Float[np.ndarray, " n"],
     ) -> str:
         """As ``fit``, to known responses. The deviations are those of the covariance until ``learn_deviations``."""
@@ -92,30 +83,18 @@ class BandField(KrigedField):
         self.noise = white_noise(rows)
         delays, _ = fit_delay_powers(rows, self.noise)
         self._decompose(delays, self.noise, responses.shape[2], every)
-        self._keep(positions, responses, times)
+        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
+        components = torch.view_as_complex(self.components.double())
+        values = (torch.from_numpy(responses) / float(self.level)) @ components.conj()
+        self.values = torch.view_as_real(values).flatten(1).float()
+        self.mean = torch.zeros(self.values.shape[1])
         self.fit_covariance(np.arange(len(positions)))
         self._state(*normal_curve(self.noise))
         effective = float(torch.exp(-(self.shares * self.shares.log()).sum()))
-        spread = "" if spacing is None else f"delay spread {1e9 * _spread_of(delays) / (every * spacing):.0f} ns, "
         return (
-            f"{spread}{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
+            f"{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
             f"{10 * np.log10(self.noise):.0f} dB, about {effective:.0f} directions, length {self.length:.2f} m"
         )
-
-    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        self._keep(dataset.positions[known], dataset.band_responses[known], known.astype(float))
-
-    def _keep(
-        self,
-        positions: Float[np.ndarray, "n 3"],
-        responses: Complex[np.ndarray, "n elements subcarriers"],
-        times: Float[np.ndarray, " n"],
-    ) -> None:
-        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
-        components = torch.view_as_complex(self.components.double())
-        values = (torch.from_numpy(responses.astype(complex)) / float(self.level)) @ components.conj()
-        self.values = torch.view_as_real(values).flatten(1).float()
-        self.mean = torch.zeros(self.values.shape[1])
 
     def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None:
         """Fit the covariance over positions to some of the known ones; all of them are still interpolated."""
@@ -175,28 +154,13 @@ class BandField(KrigedField):
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None, radius: float
     ) -> tuple[Float[Tensor, "B elements I 2"], Float[Tensor, "B I"]]:
         """The components at positions, and their kriging variances relative to ``powers``."""
-        distance = distances(positions, self.places)
-        if left_out is not None:
-            distance = distance.index_put((torch.arange(len(positions)), left_out), -torch.ones(()))
-            distance = torch.where(distance >= radius, distance, torch.inf)
-        distance, near = distance.topk(min(self.neighbours, len(self.places)), largest=False)
-        samples, wanted = self.places[near] - positions[:, None], torch.zeros_like(positions[:, None])
-        if left_out is not None:  # what is left out is moved so far away that it says nothing
-            away = FAR * torch.arange(1, near.shape[1] + 1)[None, :, None]
-            samples = torch.where(distance.isinf()[..., None], away, samples)
-        times = self.times[near][..., None]
-        covariance = self.covariance(samples, samples, self.fading(distances(times, times), self.drift), *self._of())
-        fading = self.expected_fading(positions, near, left_out)[..., None]
-        cross = self.covariance(samples, wanted, fading, *self._of())[..., :1]
+        near, covariance, cross = self.around(positions, left_out, radius)
         identity = torch.eye(covariance.shape[-1], device=covariance.device)
         # One solution for each component: [B, I, 2n, 1].
         weights = self.solve(covariance[:, None] + self.noises[:, None, None] * identity, cross[:, None])[..., 0]
         rows = self._rows(near).unflatten(-1, (-1, len(self.powers), 2))
         found = torch.einsum("bin,bneic->beic", weights, rows)
         return found, (1 - torch.einsum("bin,bn->bi", weights, cross[..., 0])).clamp(0, 1)
-
-    def _of(self) -> tuple[Tensor, Tensor]:
-        return self.shares, self.length
 
     def learn_deviations(self, responses: Complex[np.ndarray, "n elements subcarriers"]) -> None:
         """Let known responses, predicted from one another, tell the deviations (``left_out_curve``)."""
@@ -221,12 +185,3 @@ class BandField(KrigedField):
         if points.ndim != 1 or not len(points) or (points.diff() < 0).any() or not (self.deviations >= 0).all():
             raise RuntimeError("no curve of deviations over rising variances")
         return loaded
-
-
-def _spread_of(power: Float[np.ndarray, " M"]) -> float:
-    """Root mean square spread of delays 0…1 on a circle, counted from the strongest one."""
-    count = len(power)
-    steps = (np.arange(count) + count // 2) % count - count // 2
-    around = np.roll(power, -int(power.argmax())) / power.sum()
-    mean = around @ steps
-    return float(np.sqrt(around @ np.square(steps - mean))) / count

@@ -9,14 +9,12 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
-from torch.nn.functional import embedding_bag
 
-from learn.models.base import Beamformed, Region, SpectrumModel
+from learn.models.base import Beamformed, Region, SpectrumModel, runs_compiled
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.retrieved_field import RetrievedOnce
-from learn.models.kriging.stacking import best_mixture, by_distance, nearest_known
+from learn.models.kriging.stacking import best_mixture, by_distance
 from learn.models.kriging.wave_covariance import distances
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
@@ -29,18 +27,9 @@ PIECE = 16
 
 
 class HelmholtzField(SpectrumModel):
-    """A weighted mean of spectra interpolated in up to five ways.
+    """A weighted mean of spectra interpolated in up to five of the ``WAYS``.
 
-    ``S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r)``
-
-    ``KrigedField`` interpolates S_responses and S_spectra, ``SquaredExponentialField`` S_smooth. S_distance is the mean
-    of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the pictures
-    where this improves the prediction (``fit_to_pictures``). If the receiver moves, the fifth way krigs the one field
-    that the elements of the array sample at all its known places (``MovingArrayField``).
-
-    Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
-    says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
-    with which known spectra are best predicted from the others (stacking [wolpert1992]).
+    ``fit`` finds the weights with which known spectra are best predicted from the others (stacking [wolpert1992]).
     """
 
     weights: Tensor  # w of each of ``WAYS``; they add up to 1
@@ -51,7 +40,7 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
         self.band = nn.ModuleDict()
-        self._retrieved = RetrievedOnce()
+        self._fitting: FieldFits | None = None
         self._used: dict[str, float] = {}  # the weights as numbers, since an exported program cannot branch on a tensor
 
     def predict(
@@ -77,17 +66,10 @@ class HelmholtzField(SpectrumModel):
 
     def _add_others(self, positions: Float[Tensor, "B 3"], spectra: Float[np.ndarray, "B 90 360"]) -> None:
         """Add the spectra that other ways than kriging of responses predict, by their weights."""
-        field: Any = self.fields["responses"]
-        known = field.all_known_spectra()
         for way, weight in self._used.items():
-            if way == "inverse-distance" and known is not None:
-                near, shares = nearest_known(distances(positions, field.places))
-                of_known = embedding_bag(near, known.flatten(1), per_sample_weights=weight * shares, mode="sum")
-                spectra += of_known.view(spectra.shape).numpy()
-            elif way != "responses":
-                for start in range(0, len(positions), PIECE):
-                    piece = slice(start, start + PIECE)
-                    spectra[piece] += weight * self._by(way, positions[piece]).numpy()
+            for start in range(0, len(positions) if way != "responses" else 0, PIECE):
+                piece = slice(start, start + PIECE)
+                spectra[piece] += weight * self._by(way, positions[piece]).numpy()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         return _sum({way: self._by(way, positions) for way in self._used}, self._used)
@@ -133,21 +115,20 @@ class HelmholtzField(SpectrumModel):
         """Fit the field over the band, if the dataset has one, and say what was found."""
         if dataset.band is None:
             return ""
-        field = self._empty_band()
+        field = BandField(*self._built)
         field.report = self.report  # type: ignore[method-assign]
         found = field.fit(dataset, known)
         self.band = nn.ModuleDict({"field": field})
         return f"; responses over the band: {found}"
 
-    def _empty_band(self) -> BandField:
-        return BandField(*self._built)
-
     @property
     def _built(self) -> Built:
-        return Built(self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength))
+        return self.region.cpu().numpy(), self._beamformer, float(self.wavelength)
 
     def _fits(self, dataset: Dataset) -> FieldFits:
-        return FieldFits(self._built, dataset, self._retrieved)
+        if self._fitting is None or self._fitting.dataset is not dataset:
+            self._fitting = FieldFits(self._built, dataset)
+        return self._fitting
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
         self.weights = torch.tensor([weights.get(way, 0.0) for way in WAYS])
@@ -163,7 +144,8 @@ class HelmholtzField(SpectrumModel):
             model: Any = self.fields[way]
             return model(positions) if pixels is None else model.coarse(positions, pixels)
         field: Any = next(iter(self.fields.values()))
-        spectra = by_distance(field, distances(positions, field.places))
+        known = field.all_known_spectra() if runs_compiled(positions) else None
+        spectra = by_distance(field, distances(positions, field.places), known)
         return spectra if pixels is None else spectra[:, pixels.rows][:, :, pixels.columns]
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
@@ -177,7 +159,7 @@ class HelmholtzField(SpectrumModel):
                 fields[way].load_state_dict(of_field)
         self.fields = nn.ModuleDict(fields)
         of_band = {name.removeprefix(OF_BAND): each for name, each in state_dict.items() if name.startswith(OF_BAND)}
-        self.band = nn.ModuleDict({"field": self._empty_band()} if of_band else {})
+        self.band = nn.ModuleDict({"field": BandField(*self._built)} if of_band else {})
         if of_band:
             self.band["field"].load_state_dict(of_band)
         loaded = super().load_state_dict(state_dict, strict, assign)

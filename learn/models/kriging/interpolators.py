@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -14,7 +12,7 @@ from torch import Tensor
 
 from learn.models.base import Region, Report
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.retrieved_field import RetrievedOnce, can_retrieve, fit_to_pictures, with_contrast
+from learn.models.kriging.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.kriging.vecchia import fit_covariance
 from learn.models.kriging.wave_covariance import Separations
 from simulate.dataset.dataset import Dataset
@@ -49,11 +47,7 @@ SAMPLES = 256  # number of nearest samples from which a prediction is made, in w
 
 
 class MovingArrayField(KrigedField):
-    """Interpolates the field of a fixed transmitter, from its samples at all elements and all known places of an array.
-
-    If the receiver moves, all elements sample one field: y_m(r) = y(r + d_m), with the offset d_m of element m from the
-    middle of the array. Kriging from all these samples tells more than kriging each element's response by itself.
-    """
+    """Interpolates the field of a fixed transmitter from its samples y_m(r) = y(r + d_m) at all elements and places."""
 
     def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength, "responses")
@@ -100,12 +94,8 @@ WAYS = {
 OF_RESPONSES = "field", "responses", "phases"  # ways by which responses are interpolated
 
 
-class Built(NamedTuple):
-    """What every model is built with."""
-
-    region: Region  # as for ``SpectrumModel``
-    beamformer: Beamformer  # the dataset's array and grid
-    wavelength: float  # metres
+Built = tuple[Region, Beamformer, float]
+"""What every model is built with: region, array and grid, wavelength."""
 
 
 def kriging_ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
@@ -118,7 +108,6 @@ def kriging_ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
 
 def empty_field(way: str, built: Built) -> KrigedField:
     """A field of one way, without known spectra."""
-    built = built._replace(region=built.region.copy())  # else the buffers of several fields would share memory
     if way == "smooth-spectra":
         return SquaredExponentialField(*built)
     if way == "field":
@@ -126,18 +115,17 @@ def empty_field(way: str, built: Built) -> KrigedField:
     return KrigedField(*built, "responses" if way in OF_RESPONSES else "spectra")
 
 
-@dataclass(frozen=True)
 class FieldFits:
-    """Fits fields to known spectra of one dataset."""
+    """Fits fields to known spectra of one dataset. Responses behind each picture are found only once."""
 
-    built: Built  # what the fields are built with
-    dataset: Dataset  # a dataset; its responses are interpolated only if it has any
-    retrieved: RetrievedOnce  # responses behind its pictures that were found before
+    def __init__(self, built: Built, dataset: Dataset):
+        self.dataset, self._built = dataset, built
+        self._retrieved = np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
 
     def fitted(
         self, way: str, known: Int[np.ndarray, " n"], report: Report, of_spectra: KrigedField | None = None
     ) -> KrigedField:
-        field = empty_field(way, self.built)
+        field = empty_field(way, self._built)
         field.report = report  # type: ignore[method-assign]
         if way != "phases":
             field.fit(self.dataset, known)
@@ -145,6 +133,9 @@ class FieldFits:
         seen = with_contrast(self.dataset, known)
         if of_spectra is None or len(seen) < len(known):
             of_spectra = self.fitted("spectra", seen, report)
-        responses = self.retrieved.of(self.dataset, seen, report)
-        fit_to_pictures(field, of_spectra, responses, self.dataset, seen)
+        missing = seen[np.isnan(self._retrieved[seen]).any(axis=1)]
+        if len(missing):
+            report("responses behind pictures", 0, 1)
+            self._retrieved[missing] = retrieved_responses(self.dataset, missing)
+        fit_to_pictures(field, of_spectra, self._retrieved[seen], self.dataset, seen)
         return field

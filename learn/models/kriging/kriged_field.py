@@ -13,7 +13,7 @@ from torch import Tensor
 
 from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, runs_compiled
 from learn.models.encoding import evenly_spread_directions
-from learn.models.kriging.vecchia import fit_covariance
+from learn.models.kriging.vecchia import FAR, fit_covariance
 from learn.models.kriging.wave_covariance import Separations, between_rows, distances, leg_times, with_turned_rows
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
@@ -34,28 +34,14 @@ EVERY = slice(None)
 class KrigedField(SpectrumModel):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
-    By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
-    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model makes three assumptions:
-
-    - The waves from direction u_j have random phases and the share s_j of the power.
-    - A plane wave is valid over a length ℓ, which shadow edges and curved wavefronts limit.
-    - The scene changes over T spectra while it is measured (people, doors, the tag's orientation).
-
-    Two responses then have the covariance κ. The prediction from the nearest known positions is y(r)::
+    Waves from the directions u_j have random phases and the shares s_j of the power [cook1955]. They are valid over a
+    length ℓ, and the scene changes over T spectra. So two responses have the covariance κ, and the prediction is y(r)::
 
         κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
 
-    Δ is the difference of two positions, and τ the number of spectra recorded between them, in the dataset's order. The
-    τ of a new position is unknown. The position is assumed to lie on the path between two consecutive known positions,
-    and nearer legs of this path are more probable (``expected_fading``).
-
-    The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
-    maximise the likelihood [vecchia1988]. A penalty pulls the shares a little towards equal ones, for which the sum
-    is ``sin(k|Δ|) / k|Δ|`` [cook1955]. A simulated scene does not change; the fit then finds a T so large that
-    ``e^(−τ/T)`` is 1.
-
-    If a dataset has no responses, its spectra are interpolated about their mean with the covariance ``|κ|²``, which is
-    that of the power ``|y|²`` of a Gaussian field [reed1962].
+    Δ is the difference of two positions, and τ the number of spectra recorded between them. s_j, ℓ, T and the nugget ν
+    maximise the likelihood [vecchia1988]. Spectra are interpolated about their mean with ``|κ|²``, the covariance of
+    the power of a Gaussian field [reed1962].
     """
 
     neighbours = 32
@@ -209,22 +195,36 @@ class KrigedField(SpectrumModel):
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None, columns: Columns = EVERY
     ) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
         """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``."""
+        near, covariance, cross = self.around(positions, left_out)
+        weights = self.solve(covariance + self.nugget * torch.eye(covariance.shape[-1], device=cross.device), cross)
+        values = (weights.mT @ self._rows(near, columns)).flatten(1) + self.mean[columns]
+        return values, (1 - (weights * cross).sum(dim=1)).mean(dim=-1).clamp(0, 1)
+
+    def around(
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None, radius: float = 0.0
+    ) -> tuple[Int[Tensor, "B n"], Float[Tensor, "B N N"], Float[Tensor, "B N M"]]:
+        """The nearest known positions, the covariance of their samples, and that with the wanted ones.
+
+        A position that is left out is left out with all known ones within a radius.
+        """
         distance = distances(positions, self.places)
         if left_out is not None:
-            distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
-        distance, near = distance.topk(min(self.neighbours, len(self.places) - (left_out is not None)), largest=False)
+            distance = distance.index_put((torch.arange(len(positions)), left_out), -torch.ones(()))
+            distance = torch.where(distance >= radius, distance, torch.inf)
+        distance, near = distance.topk(min(self.neighbours, len(self.places)), largest=False)
         # Coordinates relative to the new position are small, and single precision suffices for them.
-        samples = ((self.places[near] - positions[:, None])[:, :, None] + self.offsets).flatten(1, 2)
+        places = self.places[near] - positions[:, None]
+        if left_out is not None:  # what is left out is moved so far away that it says nothing
+            away = FAR * torch.arange(1, near.shape[1] + 1)[None, :, None]
+            places = torch.where(distance.isinf()[..., None], away, places)
+        samples = (places[:, :, None] + self.offsets).flatten(1, 2)
         wanted = self.offsets.expand(samples.shape[0], -1, -1)
         times = self.times[near].repeat_interleave(len(self.offsets), dim=1)[..., None]
         fading = self.fading(distances(times, times), self.drift)
         covariance = self.covariance(samples, samples, fading, self.shares, self.length)
-        covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
         fading = self.expected_fading(positions, near, left_out).repeat_interleave(len(self.offsets), dim=1)[..., None]
-        cross_covariance = self.covariance(samples, wanted, fading, self.shares, self.length)[..., : len(self.offsets)]
-        weights = self.solve(covariance, cross_covariance)
-        values = (weights.mT @ self._rows(near, columns)).flatten(1) + self.mean[columns]
-        return values, (1 - (weights * cross_covariance).sum(dim=1)).mean(dim=-1).clamp(0, 1)
+        cross = self.covariance(samples, wanted, fading, self.shares, self.length)[..., : len(self.offsets)]
+        return near, covariance, cross
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y, if these are interpolated; by a compiled loop in inference mode on the CPU."""

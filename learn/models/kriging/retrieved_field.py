@@ -1,31 +1,23 @@
 """Kriging of the element responses behind pictures, and their phases, by which all responses form one field.
 
-A picture determines the responses y_n of the array at a position r_n up to a complex factor and the flip
-y_m → y*_{MN−1−m} (``simulate.spectra.phase_retrieval``). Responses at all known positions are samples of one field,
-whose covariance κ(r, r') solves the Helmholtz equation (``kriged_field``). The factors z_n and the flips
-are those for which this is most likely. There are n factors and flips but n · MN complex numbers, so that they are
-well determined wherever positions are within about a wavelength of each other. No picture can determine a flip of all
-at once, or a factor common to all.
-
-Each position's responses are predicted from the nearest others by kriging, a_n = Σ w* z y with error variance v. The
-best factor and flip of one position, given all others, maximise
+A picture determines the responses y_n at a position up to a factor z_n and a flip y_m → y*_{MN−1−m}. Kriging predicts
+them from the nearest others, a_n = Σ w* z y with the error variance v. The best factor and flip of one position, given
+all others, maximise
 
     −|a_n − z y_n|² / v + 2 MN log |z|
 
-(the last term is the Jacobian of the scaling), which has a closed form. They are found for one position after another:
-first outwards from one place, each from those already done, then again and again until the field no longer changes.
+(the last term is the Jacobian of the scaling). They are found for one position after another until the field no longer
+changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from heapq import heappop, heappush
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from scipy.spatial import cKDTree
 
-from learn.models.base import Report
 from learn.models.kriging.kriged_field import KrigedField
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.element_array import uniform
@@ -105,17 +97,13 @@ def _outwards(
     covariance: Covariance,
     nugget: float,
 ) -> Complex[np.ndarray, "n elements"]:
-    """First factors and flips: outwards from one position. The next one is always that with the nearest finished
-    neighbours.
-    """
+    """First factors and flips, outwards from one position: next is always that with the nearest finished neighbours."""
     done: Bool[np.ndarray, " n"] = np.zeros(len(near), bool)
+    closeness = np.full(len(near), -1.0)
+    closeness[start] = np.inf
     field = either[0].copy()
-    queue = [(0.0, start)]
-    remaining = iter(range(len(near)))
     while not done.all():
-        while queue and done[queue[0][1]]:
-            heappop(queue)
-        member = heappop(queue)[1] if queue else next(one for one in remaining if not done[one])
+        member = int(np.where(done, -np.inf, closeness).argmax())
         known = near[member][done[near[member]]][:FIRST_NEIGHBOURS]
         if len(known):
             weight, variance = _weights(np.array([member]), known, covariance, nugget)
@@ -123,9 +111,8 @@ def _outwards(
             field[member] /= np.sqrt(np.square(np.abs(field[member])).mean())  # only phases are found at first
         done[member] = True
         for other in near[member]:
-            if not done[other]:  # queued again each time one more of its neighbours is done
-                nearest = apart[other][done[near[other]]][:FEW]
-                heappush(queue, (-float((1 / np.maximum(nearest, 1e-3) ** 2).sum()), int(other)))
+            nearest = apart[other][done[near[other]]][:FEW]
+            closeness[other] = (1 / np.maximum(nearest, 1e-3) ** 2).sum()
     return field
 
 
@@ -165,23 +152,6 @@ def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Compl
     if "retrieved" in dataset.values and np.isfinite(dataset.retrieved[known]).all():
         return dataset.retrieved[known]
     return retrieve_responses(spectrum_of(dataset.pictures[known]), dataset.beamformer).responses
-
-
-class RetrievedOnce:
-    """Keeps the responses behind a dataset's pictures, so that those of each are found only once."""
-
-    def __init__(self) -> None:
-        self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
-
-    def of(self, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> Complex[np.ndarray, "n elements"]:
-        if self._found is None or self._found[0] is not dataset:
-            self._found = dataset, np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
-        found = self._found[1]
-        missing = known[np.isnan(found[known]).any(axis=1)]
-        if len(missing):
-            report("responses behind pictures", 0, 1)
-            found[missing] = retrieved_responses(dataset, missing)
-        return found[known]
 
 
 def with_contrast(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:

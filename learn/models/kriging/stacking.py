@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
+from torch.nn.functional import embedding_bag
 
 from learn.data.metrics import ssim_of_each
 from learn.data.neighbours import NEIGHBOURS
@@ -48,17 +49,16 @@ def best_weights(
     return {name: count / QUARTERS for name, count in counts.items() if count}, score
 
 
-def nearest_known(distance: Float[Tensor, "B n"]) -> tuple[Int[Tensor, "B m"], Float[Tensor, "B m"]]:
-    """The nearest known spectra, and their weights, 1 / distance."""
+def by_distance(
+    field: KrigedField, distance: Float[Tensor, "B n"], known: Float[Tensor, "n 90 360"] | None = None
+) -> Float[Tensor, "B 90 360"]:
+    """Mean of the nearest known spectra, weighted by 1 / distance; quickly, if all known spectra are given."""
     distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
     weights = 1 / distance.clamp_min(LEAST_DISTANCE)
-    return near, weights / weights.sum(dim=1, keepdim=True)
-
-
-def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
-    """Mean of the nearest known spectra, weighted by 1 / distance."""
-    near, weights = nearest_known(distance)
-    return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
+    weights = weights / weights.sum(dim=1, keepdim=True)
+    if known is None:
+        return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
+    return embedding_bag(near, known.flatten(1), per_sample_weights=weights, mode="sum").unflatten(1, (ROWS, COLUMNS))
 
 
 def left_out_by_distance(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> Float[np.ndarray, "L 90 360"]:
@@ -131,49 +131,38 @@ def best_mixture(fits: FieldFits, known: Int[np.ndarray, " n"], report: Report) 
         samples = len(known) * (dataset.array.elements if way == "field" else 1)
         folds = min(FOLDS, FOLDED // samples)
         if way == "phases":  # the other spectra's phases were found using the left-out ones
-            predicted[way] = _with_others_phases(fits, known, left_out, max(1, folds), report)
-            scores[way] = float(ssim_of_each(predicted[way], truth).mean())
-            continue
-        spectra = left_out_by_kriging(field, left_out)
-        scores[way] = float(ssim_of_each(spectra, truth).mean())
-        if folds > 1:
+            predicted[way] = _of_folds(way, fits, known, left_out, max(1, folds), report)
+        elif folds > 1:
+            scores[way] = float(ssim_of_each(left_out_by_kriging(field, left_out), truth).mean())
             if scores[way] < scores["inverse-distance"]:
                 continue
-            spectra = _of_folds(way, fits, known, left_out, folds, report)
-            scores[way] = float(ssim_of_each(spectra, truth).mean())
-        predicted[way] = spectra
+            predicted[way] = _of_folds(way, fits, known, left_out, folds, report)
+        else:
+            predicted[way] = left_out_by_kriging(field, left_out)
+        scores[way] = float(ssim_of_each(predicted[way], truth).mean())
     report("weights", 0, 1)
     weights, score = best_weights({way: predicted[way] for way in WAYS if way in predicted}, truth)
     return Mixture(weights, fields, scores, score)
 
 
-def _with_others_phases(
-    fits: FieldFits, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int, report: Report
-) -> Float[np.ndarray, "L 90 360"]:
-    """Some known spectra, each predicted from others whose phases were found without it, by parts if there are any."""
-    predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
-    for fold in range(folds):
-        report("score by phases", fold, folds)
-        part = np.flatnonzero(left_out % folds == fold)
-        others = np.ones(len(known), bool)
-        others[left_out[part] if folds == 1 else np.arange(fold, len(known), folds)] = False
-        field = fits.fitted("phases", known[others], SpectrumModel.report)
-        for some in np.array_split(part, max(1, len(part) // 16)):
-            places = torch.from_numpy(fits.dataset.positions[known[left_out[some]]]).float()
-            with torch.inference_mode():
-                predicted[some] = field(places).numpy()
-    return predicted
-
-
 def _of_folds(
     way: str, fits: FieldFits, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int, report: Report
 ) -> Float[np.ndarray, "L 90 360"]:
-    """As ``left_out_by_kriging``, with covariances that are fitted without the part that they predict."""
+    """Some known spectra, in parts, each predicted from others by a covariance that was fitted without the part.
+
+    The phases of others were found without it, too, so that only these predict it.
+    """
     predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
     for fold in range(folds):
         report(f"score by {way}", fold, folds)
-        field = fits.fitted(way, known[np.arange(len(known)) % folds != fold], SpectrumModel.report)
-        field.keep(fits.dataset, known)
         part = left_out % folds == fold
-        predicted[part] = left_out_by_kriging(field, left_out[part])
+        of_part = np.arange(len(known)) % folds == fold if folds > 1 else np.isin(np.arange(len(known)), left_out)
+        field = fits.fitted(way, known[~of_part], SpectrumModel.report)
+        if way == "phases":
+            places = torch.from_numpy(fits.dataset.positions[known[left_out[part]]]).float()
+            with torch.inference_mode():
+                predicted[part] = field(places).numpy()
+        else:
+            field.keep(fits.dataset, known)
+            predicted[part] = left_out_by_kriging(field, left_out[part])
     return predicted

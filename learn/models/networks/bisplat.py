@@ -14,9 +14,8 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel, power
-from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
+from learn.models.encoding import PRIMITIVE_ORDER, TransmitterEncoding, positional_encoding
 from learn.models.networks.feed_forward import Interpolated, LinearOfParts, ResidualFFN
-from learn.models.quadrature import Quadrature
 from learn.models.splatting.splat import Splats, splat
 from scenes.files.errors import ParameterError, shown
 from simulate.spectra.beamformer import Beamformer
@@ -147,6 +146,9 @@ W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: smaller for coarse primitives, to keep the background stable."""
 
 
+TRANSFORMER_HEADS = 4
+
+
 class BiSplatWRF(SplatModel):
     """The paper's model. The defaults are those of BiSplat-WRF; the registry has those of BiSplat-WRF+."""
 
@@ -161,9 +163,7 @@ class BiSplatWRF(SplatModel):
         ffn_width: int = 128,
         ffn_layers: int = 4,
         transformer_layers: int = 3,
-        transformer_heads: int = 4,
         transformer_ffn_width: int = 256,
-        encoding: EncodingKind = "octaves",
         bypass: Sequence[Bypass] = (),
     ):
         super().__init__(region, beamformer, wavelength)
@@ -171,7 +171,7 @@ class BiSplatWRF(SplatModel):
         if unknown:
             raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {shown(unknown[0])}")
         self.bypass = frozenset(bypass)
-        self.encoding = TransmitterEncoding(encoding)
+        self.encoding = TransmitterEncoding("octaves")
         gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), self.encoding.size
         self.primitives = Primitives(primitives)
         self.static = ResidualFFN(gs_pe, 2, ffn_width, ffn_layers)
@@ -180,7 +180,7 @@ class BiSplatWRF(SplatModel):
             ffn_width,
             clusters,
             transformer_layers,
-            transformer_heads,
+            TRANSFORMER_HEADS,
             transformer_ffn_width,
             bypass="bst" in bypass,
         )
@@ -194,7 +194,7 @@ class BiSplatWRF(SplatModel):
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
-        tx_pe = self.encoded(positions)
+        tx_pe = self.encoding(positions, self.region, self.wavelength)
         encodings = gs_pe[None], tx_pe[:, None]  # 1 N_p 51 and, in octaves, B 1 39
         features = self.bst(azimuth, elevation, *encodings)
 
@@ -222,12 +222,10 @@ class BiSplatWRF(SplatModel):
 
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
         """The complex field F(φ, θ) of each transmitter position on this model's grid (real, imaginary)."""
-        return splat(*self.splats(positions), self.azimuths, self.elevations)
+        return splat(self.splats(positions), self.azimuths, self.elevations)
 
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+    def drawn(
+        self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
+    ) -> Float[Tensor, "B H W"]:
         """``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
-        return power(self.field(positions))
-
-    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        azimuths, elevations = self.azimuths[pixels.columns], self.elevations[pixels.rows]
-        return power(splat(*self.splats(positions), azimuths, elevations))
+        return power(splat(self.splats(positions), azimuths, elevations))

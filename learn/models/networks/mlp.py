@@ -8,7 +8,7 @@ from torch import Tensor
 
 from learn.models.base import Region, SpectrumModel
 from learn.models.capabilities import relative_error
-from learn.models.encoding import EncodingKind, TransmitterEncoding
+from learn.models.encoding import TransmitterEncoding
 from learn.models.networks.feed_forward import ResidualFFN
 from learn.models.networks.response_network import PathDelays, ResponseNetwork
 from learn.models.quadrature import Quadrature, interpolation, picture_pixels
@@ -25,11 +25,9 @@ class SpectrumMLP(SpectrumModel):
     rows: Tensor
     columns: Tensor
 
-    def __init__(
-        self, region: Region, beamformer: Beamformer, wavelength: float, *, encoding: EncodingKind = "octaves"
-    ):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, wavelength)
-        self.encoding = TransmitterEncoding(encoding)
+        self.encoding = TransmitterEncoding("octaves")
         pixels = picture_pixels(beamformer)
         rows, columns = (torch.from_numpy(matrix).float() for matrix in interpolation(pixels))
         self.register_buffer("rows", rows, persistent=False)
@@ -45,29 +43,29 @@ class SpectrumMLP(SpectrumModel):
     def _interpolated(
         self, positions: Float[Tensor, "B 3"], rows: Float[Tensor, "H h"], columns: Float[Tensor, "W w"]
     ) -> Float[Tensor, "B H W"]:
-        few = self.network(self.encoded(positions)).sigmoid().unflatten(-1, (rows.shape[1], columns.shape[1]))
+        few = (
+            self.network(self.encoding(positions, self.region, self.wavelength))
+            .sigmoid()
+            .unflatten(-1, (rows.shape[1], columns.shape[1]))
+        )
         return (rows @ few @ columns.T).clamp(0, 1)
 
 
 class ResponseMLP(ResponseNetwork):
-    """A network that predicts the complex element responses from the encoded position of the transmitter.
+    """A network from the position, as plane waves, to the complex element responses.
 
     Over a band, it predicts the gains of ``PATHS`` learned delays at each element.
 
-    If the receiver moves, its elements at all places of the array sample one field, that of the fixed transmitter. The
-    network then predicts this field at the elements' own positions, y_m(r) = y(r + d_m), and learns from as many
-    samples as there are elements at each place.
+    If the receiver moves, it predicts the field of the fixed transmitter at the elements' own places, y(r + d_m).
     """
 
     elements: Tensor
     paths = PATHS
 
-    def __init__(
-        self, region: Region, beamformer: Beamformer, wavelength: float, *, encoding: EncodingKind = "octaves"
-    ):
+    def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength)
         self.register_buffer("elements", torch.from_numpy(beamformer.array.positions).float(), persistent=False)
-        self.encoding = TransmitterEncoding(encoding)
+        self.encoding = TransmitterEncoding("waves")
         self.rebuild()
 
     def rebuild(self) -> None:
@@ -97,6 +95,12 @@ class ResponseMLP(ResponseNetwork):
     ) -> Float[Tensor, "B some gains 2"]:
         """Gains of all delays; their sum is the response at the carrier, which is the only gain if there is no band."""
         if self.turn is None:
-            return self.network(self.encoded(positions)).unflatten(-1, (len(elements), -1, 2))
+            return self.network(self.encoding(positions, self.region, self.wavelength)).unflatten(
+                -1, (len(elements), -1, 2)
+            )
         places = (positions[:, None] + self.wavelength * elements @ self.turn.T).flatten(0, 1)
-        return self.network(self.encoded(places)).unflatten(0, (-1, len(elements))).unflatten(-1, (-1, 2))
+        return (
+            self.network(self.encoding(places, self.region, self.wavelength))
+            .unflatten(0, (-1, len(elements)))
+            .unflatten(-1, (-1, 2))
+        )

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
+from scipy.spatial.transform import Rotation
 from torch import Tensor, nn
 
 from learn.models.base import Region
 from learn.models.capabilities import PredictsResponses, relative_error
+from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
 
 HELD = 0.9  # share of the known power within the delays that a training begins with
@@ -81,6 +83,14 @@ class ResponseNetwork(PredictsResponses):
 
     def undecayed(self) -> list[nn.Parameter]:
         return [] if self.band is None else [self.band.delays]
+
+    def adapt_to(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Learn the one field that a moving array samples, y_m(r) = y(r + d_m), and all subcarriers of a band."""
+        if dataset.moving == "receiver":
+            turn = Rotation.from_quat(dataset.gateway_orientation).as_matrix()
+            self.sample_one_field(torch.from_numpy(turn).float())
+        if dataset.band is not None:
+            self.learn_band(dataset.band_responses[known])
 
     def sample_one_field(self, turn: Float[Tensor, "3 3"]) -> None:
         self.turn = turn.to(self.region)

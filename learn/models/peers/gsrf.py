@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel, power
 from learn.models.quadrature import composite_loss
-from learn.models.splatting.splat import Conic, directions, neighbour_distance, rotation_matrix, splat_by_conic
+from learn.models.splatting.splat import Conic, Ordered, directions, neighbour_distance, rotation_matrix, splat_in_order
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 3000  # number of Gaussians
@@ -69,10 +69,9 @@ class GSRF(SplatModel):
         self.register_buffer("paces", paces, persistent=False)
         self.coefficients = nn.Parameter(FIRST_SIGNAL * torch.randn(primitives, len(paces), 2) / paces)
 
-    def undecayed(self) -> list[nn.Parameter]:
-        return [self.place, self.scale_raw, self.quaternion, self.attenuation_raw, self.coefficients]
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+    def drawn(
+        self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
+    ) -> Float[Tensor, "B H W"]:
         middle = self.region.mean(dim=0)
         away = PLACE_PACE * self.place - (positions - middle)[:, None]
         far = torch.linalg.vector_norm(away, dim=-1)
@@ -88,8 +87,8 @@ class GSRF(SplatModel):
         )
         azimuth, elevation, a, b, c, attenuation, real, imaginary = sorted_attributes
         coefficient = torch.stack([real, imaginary], dim=-1)
-        field = splat_by_conic(azimuth, elevation, (a, b, c), attenuation, coefficient, self.azimuths, self.elevations)
-        return (power(field) + LEAST_POWER).sqrt()
+        ordered = Ordered(azimuth, elevation, (a, b, c), attenuation, coefficient)
+        return (power(splat_in_order(ordered, azimuths, elevations)) + LEAST_POWER).sqrt()
 
     def _conic(self, azimuth: Float[Tensor, "B N_p"], elevation: Float[Tensor, "B N_p"]) -> Conic:
         """a, b, c of ``R² Tᵀ Σ⁻¹ T`` per square degree, with the derivatives T of u by azimuth and elevation."""

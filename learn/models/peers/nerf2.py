@@ -1,8 +1,4 @@
-"""NeRF² [zhao2023] for spectra, whose rays are marched from the gateway, one for each pixel, and for a single element.
-
-Only the few pixels that hold the array's band have rays; the spectrum is interpolated from these. The models are
-written from the paper's equations; differences from the published code are in the documentation, Other authors' models.
-"""
+"""NeRF² [zhao2023], written from the paper, for spectra, whose pixels have rays from the gateway, and one element."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SpectrumModel
-from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
+from learn.models.encoding import TransmitterEncoding, positional_encoding
 from learn.models.model_settings import OPTION_MOST
 from learn.models.networks.feed_forward import LinearOfParts
 from learn.models.quadrature import interpolation, picture_pixels
@@ -183,13 +179,12 @@ class NeRF2(SpectrumModel):
         rays: int = 8192,
         width: int = 256,
         layers: int = 8,
-        encoding: EncodingKind = "octaves",
     ):
         require_whole(2, OPTION_MOST, samples=samples)
         require_whole(4, OPTION_MOST, layers=layers)
         super().__init__(region, wavelength)
         self.samples, self.rays = samples, rays
-        self.encoding = TransmitterEncoding(encoding, ORDER)
+        self.encoding = TransmitterEncoding("octaves", ORDER)
         pixels = picture_pixels(beamformer)
         flat = torch.from_numpy((pixels.rows[:, None] * COLUMNS + pixels.columns).ravel())
         directions = torch.from_numpy(beamformer.grid.directions).float().flatten(0, 1)[flat]
@@ -230,7 +225,7 @@ class NeRF2(SpectrumModel):
 
     def marched(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B h w"]:
         """Magnitudes at the pixels that have rays; the voxels are computed once for all transmitters."""
-        transmitters = self.encoded(positions)
+        transmitters = self.encoding(positions, self.region, self.wavelength)
         at_once = max(1, RAYS_AT_ONCE // len(positions))
         magnitudes = [self.received(each, *self.voxels(each), transmitters) for each in self.directions.split(at_once)]
         return torch.cat(magnitudes, dim=1).unflatten(1, (self.rows.shape[1], self.columns.shape[1]))
@@ -243,5 +238,7 @@ class NeRF2(SpectrumModel):
         count = min(max(1, self.rays // len(positions)), len(self.directions))
         drawn = torch.randperm(len(self.directions), device=positions.device)[:count]
         directions = self.directions[drawn]
-        magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions))
+        magnitude = self.received(
+            directions, *self.voxels(directions), self.encoding(positions, self.region, self.wavelength)
+        )
         return (magnitude - spectra.flatten(1)[:, self.pixels[drawn]]).square().mean()

@@ -9,10 +9,9 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel, power
-from learn.models.encoding import octaves
+from learn.models.encoding import positional_encoding
 from learn.models.networks.feed_forward import SkipNetwork
-from learn.models.quadrature import Quadrature
-from learn.models.splatting.splat import splat_by_conic
+from learn.models.splatting.splat import Ordered, splat_in_order
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 10_000  # number of Gaussians of the authors' runs
@@ -47,7 +46,6 @@ class SwiftWRF(SplatModel):
         wavelength: float,
         *,
         primitives: int = PUBLISHED,
-        width: int = WIDTH,
     ):
         super().__init__(region, beamformer, wavelength)
         self.size = math.sqrt(PUBLISHED / primitives)
@@ -55,18 +53,9 @@ class SwiftWRF(SplatModel):
         self.cholesky = nn.Parameter(torch.rand(primitives, 3))
         self.opacity = nn.Parameter(torch.rand(primitives))
         self.coefficient = nn.Parameter(torch.rand(primitives, 2))
-        self.deformation = DeformationNetwork(width)
+        self.deformation = DeformationNetwork()
 
-    def undecayed(self) -> list[nn.Parameter]:
-        return [self.place, self.cholesky, self.opacity, self.coefficient]
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        return self._spectra(positions, self.azimuths, self.elevations)
-
-    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        return self._spectra(positions, self.azimuths[pixels.columns], self.elevations[pixels.rows])
-
-    def _spectra(
+    def drawn(
         self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
     ) -> Float[Tensor, "B H W"]:
         middle = self.region.mean(dim=0)
@@ -76,12 +65,10 @@ class SwiftWRF(SplatModel):
         a, b, c = (entry.expand_as(azimuth) for entry in self._conic())
         elevation = 45 * (place[..., 1] + 1)
         weight = (self.opacity + fade[..., 0])[..., None] * (self.coefficient + change)
-        field = splat_by_conic(
-            azimuth, elevation, (a, b, c), torch.full_like(azimuth, FAINT), weight / FAINT, azimuths, elevations
-        )
-        return clipped_magnitude(field)
+        ordered = Ordered(azimuth, elevation, (a, b, c), torch.full_like(azimuth, FAINT), weight / FAINT)
+        return clipped_magnitude(splat_in_order(ordered, azimuths, elevations))
 
-    def _conic(self) -> tuple[Float[Tensor, " N_p"], Float[Tensor, " N_p"], Float[Tensor, " N_p"]]:
+    def _conic(self) -> tuple[Float[Tensor, " N_p"], ...]:
         """a, b, c of Σ⁻¹ = [[a, b], [b, c]] for Σ = L Lᵀ with L = [[l_0, 0], [l_1, l_2]], per square degree."""
         across, slope, along = (self.size * self.cholesky).unbind(-1)
         across, along = ((own + self.size * SMALLEST_SCALE).clamp_min(NARROWEST) for own in (across, along))
@@ -94,18 +81,21 @@ class DeformationNetwork(SkipNetwork):
     again, and a head of two layers for each of the three changes.
     """
 
-    def __init__(self, width: int):
+    def __init__(self) -> None:
         inputs = 2 * (2 * PLACE_OCTAVES + 1) + 3 * (2 * POSITION_OCTAVES + 1)
-        super().__init__(inputs, width, LAYERS, LAYERS // 2)
+        super().__init__(inputs, WIDTH, LAYERS, LAYERS // 2)
         self.heads = nn.ModuleList(
-            nn.Sequential(nn.Linear(width, width), nn.ReLU(), nn.Linear(width, outputs)) for outputs in (2, 1, 2)
+            nn.Sequential(nn.Linear(WIDTH, WIDTH), nn.ReLU(), nn.Linear(WIDTH, outputs)) for outputs in (2, 1, 2)
         )
 
     def forward(
         self, place: Float[Tensor, "N_p 2"], position: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B N_p 2"], Float[Tensor, "B N_p 1"], Float[Tensor, "B N_p 2"]]:
         """Changes of the place (before the hyperbolic tangent), of the opacity and of the coefficient."""
-        x = self.features(octaves(place, PLACE_OCTAVES)[None], octaves(position, POSITION_OCTAVES)[:, None])
+        x = self.features(
+            positional_encoding(place, PLACE_OCTAVES, lowest=1.0)[None],
+            positional_encoding(position, POSITION_OCTAVES, lowest=1.0)[:, None],
+        )
         move, fade, change = (head(x) for head in self.heads)
         return move, fade, change
 

@@ -7,11 +7,18 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel
-from learn.models.encoding import octaves
+from learn.models.encoding import positional_encoding
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.peers.swiftwrf import clipped_magnitude
 from learn.models.quadrature import composite_loss
-from learn.models.splatting.splat import conic_of_axes, directions, neighbour_distance, rotation_matrix, splat_by_conic
+from learn.models.splatting.splat import (
+    Ordered,
+    conic_of_axes,
+    directions,
+    neighbour_distance,
+    rotation_matrix,
+    splat_in_order,
+)
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 200_000  # number of Gaussians at the start of the authors' runs
@@ -44,10 +51,9 @@ class WRFGSPlus(SplatModel):
     - ``c_i = max(0, (f_i + |m_i(r)|) / (2 √π) + ½)`` is its signal, with the dynamic part m_i;
     - ``Σ_i = R_i diag(e^{s_i} + s'_i(r))² R_iᵀ`` is its covariance in space, with ``R_i = R(q_i + q'_i(r))``;
     - ``α_i = o_i G_i(φ, θ)``, where G_i is a Gaussian with covariance ``J Σ_i Jᵀ`` on the plane of the picture, around
-      φ and ``θ = (λ + 90°) / 2`` for the direction (φ, λ) of p_i. The picture so holds all directions, also those below
-      the horizon.
+      φ and ``θ = (λ + 90°) / 2`` for the direction (φ, λ) of p_i.
 
-    The two parts of F are clipped to 0…1. All transmitters share places, and so the order from front to back.
+    The two parts of F are clipped to 0…1.
     """
 
     def __init__(
@@ -69,10 +75,9 @@ class WRFGSPlus(SplatModel):
         self.signal = nn.Parameter((torch.rand(primitives, 2) - 0.5) / ZONAL / SIGNAL_PACE)
         self.deformation = DeformationOfSpace(width)
 
-    def undecayed(self) -> list[nn.Parameter]:
-        return [self.place, self.scale_raw, self.quaternion, self.opacity_raw, self.signal]
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+    def drawn(
+        self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
+    ) -> Float[Tensor, "B H W"]:
         order = torch.argsort(self.place.detach().square().sum(-1))
         place = self.place[order]
         turn, stretch, dynamic = self.deformation(place.detach(), positions - self.region.mean(dim=0))
@@ -84,17 +89,8 @@ class WRFGSPlus(SplatModel):
         opacity = (OPACITY_PACE * self.opacity_raw[order]).sigmoid()
         opacity = torch.where(torch.linalg.vector_norm(place, dim=-1) > NEAREST, opacity, 0.0)
         signal = (ZONAL * (SIGNAL_PACE * self.signal[order] + dynamic.abs()) + 0.5).relu()
-        return clipped_magnitude(
-            splat_by_conic(
-                azimuth,
-                (latitude + 90) / 2,
-                conic,
-                opacity.expand(len(positions), -1),
-                signal,
-                self.azimuths,
-                self.elevations,
-            )
-        )
+        ordered = Ordered(azimuth, (latitude + 90) / 2, conic, opacity.expand(len(positions), -1), signal)
+        return clipped_magnitude(splat_in_order(ordered, azimuths, elevations))
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """0.8 L1 + 0.2 (1 − SSIM) at all pixels."""
@@ -115,7 +111,7 @@ class DeformationOfSpace(SkipNetwork):
         self, place: Float[Tensor, "N_p 3"], position: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B N_p 4"], Float[Tensor, "B N_p 3"], Float[Tensor, "B N_p 2"]]:
         """What is added to the quaternions and to the axes (metres), and the dynamic signal."""
-        transmitter = self.position(octaves(position, POSITION_OCTAVES))
-        features = self.features(octaves(place, PLACE_OCTAVES)[None], transmitter[:, None])
+        transmitter = self.position(positional_encoding(position, POSITION_OCTAVES, lowest=1.0))
+        features = self.features(positional_encoding(place, PLACE_OCTAVES, lowest=1.0)[None], transmitter[:, None])
         turn, stretch, dynamic = (head(features) for head in self.heads)
         return turn, stretch, dynamic

@@ -1,11 +1,7 @@
-"""Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth.
+"""Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth [kerbl2023].
 
-Primitives are blended as in 3D Gaussian splatting [kerbl2023]. ``splat_reference`` follows the equations; ``splat``
-computes the same with the fastest renderer for the tensors' device. Complex numbers are pairs (real, imaginary) along
-the last axis, which all compilers and exporters support.
-
-A Gaussian in space with centre p and covariance Σ is seen in the direction of p. Its covariance on the plane is
-``J Σ Jᵀ``, with J the derivative of (φ, λ) at p: the projection is taken as linear over the Gaussian [kerbl2023].
+Complex numbers are pairs (real, imaginary) along the last axis, which all compilers and exporters support. A Gaussian
+in space has the covariance ``J Σ Jᵀ`` on the plane, with the derivative J of the direction by its place.
 """
 
 from __future__ import annotations
@@ -26,7 +22,7 @@ Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N
 
 
 class Splats(NamedTuple):
-    """Primitives as they are blended for B transmitters: the first arguments of ``splat``."""
+    """Primitives of B transmitters, in any order."""
 
     azimuth: Float[Tensor, " N_p"]  # φ_i, degrees
     elevation: Float[Tensor, " N_p"]  # θ_i, degrees
@@ -37,50 +33,49 @@ class Splats(NamedTuple):
     coefficient: Float[Tensor, "B N_p 2"]  # c_i (real, imaginary)
 
 
-def splat(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    depth: Float[Tensor, " N_p"],
-    scale: Float[Tensor, "B N_p 2"],
-    rotation: Float[Tensor, "B N_p"],
-    opacity: Float[Tensor, "B N_p"],
-    coefficient: Float[Tensor, "B N_p 2"],
-    azimuths: Float[Tensor, " W"],
-    elevations: Float[Tensor, " H"],
-) -> Float[Tensor, "B H W 2"]:
+class Ordered(NamedTuple):
+    """Primitives in depth order, nearest first, as renderers blend them."""
+
+    azimuth: Float[Tensor, "*#B N_p"]  # φ_i, degrees
+    elevation: Float[Tensor, "*#B N_p"]  # θ_i, degrees
+    conic: Conic
+    opacity: Float[Tensor, "B N_p"]  # o_i
+    coefficient: Float[Tensor, "B N_p 2"]  # c_i (real, imaginary)
+
+    def attributes(self) -> tuple[Float[Tensor, "B N_p"], ...]:
+        """All numbers of the primitives, each for every transmitter."""
+        centres = (axis.expand(self.opacity.shape) for axis in (self.azimuth, self.elevation))
+        return *centres, *self.conic, self.opacity, *self.coefficient.unbind(-1)
+
+
+def splat(splats: Splats, azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -> Float[Tensor, "B H W 2"]:
     """The complex field ``F = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` with ``α_i = o_i G_i(φ, θ)``, nearer primitives first."""
-    order = torch.argsort(depth, stable=True)
-    azimuth, elevation = azimuth[..., order], elevation[..., order]
-    conic = conic_of(scale[:, order], rotation[:, order])
-    return splat_by_conic(azimuth, elevation, conic, opacity[:, order], coefficient[:, order], azimuths, elevations)
+    order = torch.argsort(splats.depth, stable=True)
+    ordered = Ordered(
+        splats.azimuth[..., order],
+        splats.elevation[..., order],
+        conic_of(splats.scale[:, order], splats.rotation[:, order]),
+        splats.opacity[:, order],
+        splats.coefficient[:, order],
+    )
+    return splat_in_order(ordered, azimuths, elevations)
 
 
-def splat_by_conic(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    conic: Conic,
-    opacity: Float[Tensor, "B N_p"],
-    coefficient: Float[Tensor, "B N_p 2"],
-    azimuths: Float[Tensor, " W"],
-    elevations: Float[Tensor, " H"],
+def splat_in_order(
+    ordered: Ordered, azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
 ) -> Float[Tensor, "B H W 2"]:
-    """The field of primitives that are already in depth order, by the fastest renderer that the device has."""
-    if torch.compiler.is_exporting():
-        renderer = splat_reference  # its operators exist in every runtime
-    elif opacity.device.type == "cpu":
+    """The field of primitives by the fastest renderer that the device has."""
+    turn = None if torch.compiler.is_exporting() else _turn(azimuths)
+    if turn is None or ordered.opacity.device.type not in ("cpu", "cuda"):
+        return splat_reference(ordered, azimuths, elevations)  # its operators exist in every runtime
+    if ordered.opacity.device.type == "cpu":
         from learn.models.splatting.splat_cpu import splat_cpu as renderer  # Numba takes long to import
-    elif opacity.device.type == "cuda":
-        from learn.models.splatting.splat_triton import (
-            splat_triton as renderer,  # only CUDA builds of torch include Triton
-        )
     else:
-        renderer = splat_reference
-    if renderer is splat_reference or (turn := _turn(azimuths)) is None:
-        return splat_reference(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
+        from learn.models.splatting.splat_triton import splat_triton as renderer  # only CUDA builds have Triton
     if azimuths[1] < 0:  # the mirror image of a grid whose azimuths increase
-        (a, b, c), azimuth = conic, (-azimuth).remainder(360)
-        conic = a, -b, c
-    field = renderer(azimuth, elevation, conic, opacity, coefficient, turn, elevations)
+        a, b, c = ordered.conic
+        ordered = ordered._replace(azimuth=(-ordered.azimuth).remainder(360), conic=(a, -b, c))
+    field = renderer(ordered, turn, elevations)
     if len(turn) == len(azimuths):
         return field
     return field[:, :, torch.arange(len(azimuths), device=field.device) % len(turn)]
@@ -107,17 +102,12 @@ def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) 
 
 
 def splat_reference(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    conic: Conic,
-    opacity: Float[Tensor, "B N_p"],
-    coefficient: Float[Tensor, "B N_p 2"],
-    azimuths: Float[Tensor, " W"],
-    elevations: Float[Tensor, " H"],
+    ordered: Ordered, azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
 ) -> Float[Tensor, "B H W 2"]:
-    """The field of primitives that are already in depth order. Every primitive is evaluated at every pixel."""
-    alpha = opacity[..., None] * gaussian(azimuth, elevation, conic, pixel_grid(azimuths, elevations))
-    field = blending_weights(alpha).mT @ coefficient  # F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p))
+    """The field of primitives, each of which is evaluated at every pixel."""
+    shape = gaussian(ordered.azimuth, ordered.elevation, ordered.conic, pixel_grid(azimuths, elevations))
+    alpha = ordered.opacity[..., None] * shape
+    field = blending_weights(alpha).mT @ ordered.coefficient  # F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p))
     return field.unflatten(1, (len(elevations), len(azimuths)))
 
 

@@ -1,10 +1,7 @@
-"""The reference renderer as a forward and a backward Triton kernel for CUDA; a program blends one tile of pixels.
+"""The reference renderer as Triton kernels for CUDA; a program blends one tile of pixels, from front to back.
 
-A program goes over the primitives from front to back, like ``splat_cpu``, and skips those whose Gaussian
-is below ``CUTOFF`` in the whole tile. No array of size primitives × pixels is stored: the backward kernel goes over the
-primitives again and writes one gradient per tile and primitive. These gradients are added up in a fixed order.
-
-Without a GPU, Triton's interpreter can run the same code, as in the tests.
+The backward kernel goes over the primitives again and writes one gradient per tile and primitive, which are added up in
+a fixed order. Without a GPU, Triton's interpreter can run the same code, as in the tests.
 """
 
 from __future__ import annotations
@@ -15,6 +12,7 @@ import triton.language as tl
 from jaxtyping import Float
 from torch import Tensor
 
+from learn.models.splatting.splat import Ordered
 from learn.models.splatting.splat_cpu import LEVEL
 
 TILE_ROWS, TILE_COLUMNS = 8, 32
@@ -152,14 +150,7 @@ class _Splat(torch.autograd.Function):
 
 
 def splat_triton(
-    azimuth: Float[Tensor, "*#B N_p"],
-    elevation: Float[Tensor, "*#B N_p"],
-    conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
-    opacity: Float[Tensor, "B N_p"],
-    coefficient: Float[Tensor, "B N_p 2"],
-    azimuths: Float[Tensor, " W"],
-    elevations: Float[Tensor, " H"],
+    ordered: Ordered, azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
 ) -> Float[Tensor, "B H W 2"]:
-    """As ``learn.models.splatting.splat.splat_reference``, in single precision, with the cut-off ``CUTOFF``."""
-    centres = (axis.expand(opacity.shape) for axis in (azimuth, elevation))
-    return _Splat.apply(*centres, *conic, opacity, *coefficient.unbind(-1), elevations, len(azimuths))
+    """As ``splat_reference``, in single precision, with the cut-off ``CUTOFF``, of azimuths that make one turn."""
+    return _Splat.apply(*ordered.attributes(), elevations, len(azimuths))

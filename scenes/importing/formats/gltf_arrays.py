@@ -45,8 +45,9 @@ class Arrays:
             raise InputError(f"{label}: expected a componentType of glTF, found {accessor.component_type}")
         view = pick(self.header.buffer_views, accessor.buffer_view, self.source, "bufferViews")
         number = np.dtype(TYPES[accessor.component_type])
-        shape = (accessor.count,) if kind == "SCALAR" else (accessor.count, int(kind[3:]))
-        row = number.itemsize * (1 if kind == "SCALAR" else shape[1])
+        numbers = 1 if kind == "SCALAR" else int(kind[3:])
+        shape = (accessor.count,) if kind == "SCALAR" else (accessor.count, numbers)
+        row = number.itemsize * numbers
         stride = view.byte_stride or row  # there may be gaps between the rows
         end = accessor.byte_offset + (stride * (accessor.count - 1) + row if accessor.count else 0)
         data = memoryview(self._buffer(view.buffer))[view.byte_offset : view.byte_offset + view.byte_length]

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Container, Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Integer
@@ -160,7 +161,7 @@ def _node_places(header: Header, source: str) -> dict[int, Float[np.ndarray, "4 
 
 def _instance_places(node: Node, arrays: Arrays, label: str) -> Places:
     """Return the places of a node's instances relative to the node; one place if it has none."""
-    kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
+    kinds: dict[str, Literal["VEC3", "VEC4"]] = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
     entries = instances(node, label)
     found = {name: arrays.read(entries[name], kind) for name, kind in kinds.items() if name in entries}
     counts = {len(each) for each in found.values()} or {1}

@@ -46,7 +46,7 @@ class Element(NamedTuple):
     """A table, such as "vertex" or "face", with its number of rows and its columns."""
 
     name: str
-    count: int
+    rows: int
     properties: list[Property]
 
 
@@ -72,9 +72,9 @@ def read_ply(data: bytes, path: Path) -> ImportedFile:
     if offset < len(body):
         raise _too_many(label)
     left_out = [
-        f"the element {named(element.name)} of the PLY was left out: {element.count} in the file"
+        f"the element {named(element.name)} of the PLY was left out: {element.rows} in the file"
         for element in elements
-        if element.name not in ("vertex", "face") and element.count
+        if element.name not in ("vertex", "face") and element.rows
     ]
     vertices = _vertices(columns.get("vertex", {}), label)
     sizes, corners = _corners(columns.get("face", {}), label)
@@ -131,7 +131,7 @@ def _header(data: bytes, label: str) -> tuple[str, list[Element], bytes]:
             raise InputError(f"{label}: expected a header of PLY, found the line {shown(line)}") from None
     names = [element.name for element in elements]
     names += [f"{element.name} {each.name}" for element in elements for each in element.properties]
-    if order is None or len(set(names)) < len(names) or any(element.count < 0 for element in elements):
+    if order is None or len(set(names)) < len(names) or any(element.rows < 0 for element in elements):
         raise InputError(f"{label}: expected a header of PLY with a format and each name once, found another")
     return order, elements, data[end.end() :]
 
@@ -141,7 +141,7 @@ def _text_rows(body: bytes, elements: Sequence[Element], label: str) -> array:
     numbers = array("d")
     lines = (line for _, line in text_lines(body) if line)
     for element in elements:
-        for row in range(element.count if element.properties else 0):
+        for row in range(element.rows if element.properties else 0):
             line = next(lines, None)
             if line is None:
                 raise _too_few(element, label)
@@ -165,7 +165,7 @@ def _text_rows(body: bytes, elements: Sequence[Element], label: str) -> array:
 def _rows(body: bytes, offset: int, element: Element, label: str) -> tuple[Columns, int]:
     """Read the columns of an element, and return where it ends."""
     least = sum((each.length or each.type).itemsize for each in element.properties)
-    if not element.count or not least:
+    if not element.rows or not least:
         return {}, offset
     table = _even_rows(body, offset, element)
     if table is not None:
@@ -173,7 +173,7 @@ def _rows(body: bytes, offset: int, element: Element, label: str) -> tuple[Colum
         columns = {name: (np.full(len(rows), rows.shape[1]), rows.reshape(-1)) for name, rows in values.items()}
         return columns, offset + table.nbytes
     pieces: dict[str, list[bytes]] = {each.name: [] for each in element.properties}
-    for _ in range(element.count):
+    for _ in range(element.rows):
         for each in element.properties:
             length = 1
             if each.length is not None:
@@ -203,9 +203,9 @@ def _even_rows(body: bytes, offset: int, element: Element) -> np.ndarray | None:
             end += each.length.itemsize
         fields.append((each.name, each.type, (length,)))
         end += length * each.type.itemsize
-        if length < 0 or offset + (end - offset) * element.count > len(body):
+        if length < 0 or offset + (end - offset) * element.rows > len(body):
             return None
-    table = np.frombuffer(body, fields, element.count, offset)
+    table = np.frombuffer(body, fields, element.rows, offset)
     lists = [each.name for each in element.properties if each.length is not None]
     return table if all((table[f"{name} length"] == table[name].shape[1]).all() for name in lists) else None
 
@@ -219,7 +219,7 @@ def _length(body: bytes, offset: int, kind: np.dtype) -> int:
 
 
 def _too_few(element: Element, label: str) -> InputError:
-    return InputError(f"{label}: expected {named(element.name)} with {element.count} rows in PLY, found fewer")
+    return InputError(f"{label}: expected {named(element.name)} with {element.rows} rows in PLY, found fewer")
 
 
 def _too_many(label: str) -> InputError:

@@ -63,4 +63,4 @@ def test_training_fits_the_known_responses(known, moving, learned, moves):
         made.fit(given)
         errors.append(np.abs(made.predict(given.positions).value - given.values).mean())
     assert errors[1] < 0.6 * errors[0]
-    assert (made._network.turn is not None) == moves
+    assert (made.network.turn is not None) == moves

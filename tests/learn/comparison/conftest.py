@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import bisplat
+from learn.comparison.comparison import Comparison
 from simulate.dataset.dataset_folder import read_dataset
 
 ARRAY = bisplat.PlanarArray(2, 2)
@@ -22,7 +23,7 @@ class Kind:
     methods: Sequence[str]
     score: str
 
-    def compare(self, methods: Any = None, **options: Any) -> bisplat.Comparison:
+    def compare(self, methods: Any = None, **options: Any) -> Comparison:
         chosen = list(self.methods) if methods is None else methods
         data = options.pop("dataset", self.dataset)
         return bisplat.compare(data, chosen, **{"quantity": self.quantity, "split": "random", **options})

@@ -12,7 +12,8 @@ from learn.comparison.compare import compare
 from learn.models.images.image_field import ImageField, frame_of_walls, in_frame
 from learn.models.images.image_search import most_likely
 from learn.models.kriging.kriged_field import KrigedField
-from learn.training.model_export import INPUT, OUTPUT, export
+from learn.reports.export import export
+from learn.training.model_export import INPUT, OUTPUT
 from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.receivers import ArrayReceiver
@@ -110,7 +111,7 @@ def test_no_waves_in_dark_responses(room):
 def test_variances_are_small_and_numbers_of_images_that_differ_are_refused(room, fitted):
     places = torch.from_numpy(room.positions[OTHERS]).float()
     assert (0 <= fitted.uncertainty(places)).all() and (fitted.uncertainty(places) < 0.2).all()
-    with pytest.raises(RuntimeError, match="other numbers"):
+    with pytest.raises(RuntimeError, match="signs"):
         fitted.load_state_dict({**fitted.state_dict(), "signs": torch.ones(1, 3)})
 
 

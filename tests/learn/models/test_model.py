@@ -134,7 +134,7 @@ def test_coefficients_are_mixed_by_the_papers_formula(monkeypatch, small, region
     seen = {}
 
     def catch(*arguments):
-        seen["coefficient"] = arguments[6]
+        seen["coefficient"] = arguments[0].coefficient
         return torch.zeros(2, 90, 360, 2)
 
     monkeypatch.setattr(module, "splat", catch)

@@ -110,12 +110,14 @@ REGION = np.array([[0.0, 0, 0], [1, 1, 1]])
 
 def test_the_network_of_responses_predicts_one_field_at_the_elements(moving):
     torch.manual_seed(0)
-    model = ResponseMLP(REGION, BEAMFORMER, WAVELENGTH, encoding="waves")
+    model = ResponseMLP(REGION, BEAMFORMER, WAVELENGTH)
     model.sample_one_field(torch.from_numpy(TURNED.as_matrix()).float())
     at = torch.rand(3, 3)
     elements = torch.from_numpy(TURNED.apply(WAVELENGTH * BEAMFORMER.array.positions)).float()
     with torch.no_grad():
-        expected = torch.stack([model.network(model.encoded(at + offset)) for offset in elements], dim=1)
+        expected = torch.stack(
+            [model.network(model.encoding(at + offset, model.region, model.wavelength)) for offset in elements], dim=1
+        )
         torch.testing.assert_close(model.responses(at), expected, rtol=1e-3, atol=1e-4)
         assert model.responses_loss(at, expected).item() == pytest.approx(0, abs=1e-6)
         assert model.responses_loss(at, 0 * expected).item() > 0.1

@@ -22,9 +22,10 @@ def renderer(request, monkeypatch):
     return request.param
 
 
-def splat(coefficient, **others):
+def splat(azimuths, elevations, coefficient, **others):
     """``learn.models.splatting.splat.splat`` of complex numbers."""
-    return torch.view_as_complex(splat_module.splat(coefficient=torch.view_as_real(coefficient), **others).contiguous())
+    splats = splat_module.Splats(coefficient=torch.view_as_real(coefficient), **others)
+    return torch.view_as_complex(splat_module.splat(splats, azimuths, elevations).contiguous())
 
 
 def primitives(count, batch=2, seed=0, scales=(5, 40)):

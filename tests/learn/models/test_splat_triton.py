@@ -8,7 +8,7 @@ import torch
 
 pytest.importorskip("triton", reason="Triton comes with the CUDA builds of torch, and with bisplat-wrf[test]")
 
-from learn.models.splatting.splat import conic_of, splat_reference
+from learn.models.splatting.splat import Ordered, conic_of, splat_reference
 from learn.models.splatting.splat_triton import splat_triton
 
 DEVICE = "cuda" if torch.cuda.is_available() else "cpu"
@@ -54,9 +54,9 @@ def rendered(renderer, values, dtype, device):
     complex_dtype = torch.complex64 if dtype == torch.float32 else torch.complex128
     leaves = [v.to(device, complex_dtype if v.is_complex() else dtype).clone().requires_grad_(True) for v in values]
     azimuth, elevation, scale, rotation, opacity, coefficient = leaves
-    conic = conic_of(scale, rotation)
+    ordered = Ordered(azimuth, elevation, conic_of(scale, rotation), opacity, torch.view_as_real(coefficient))
     axes = AZIMUTHS.to(device, dtype), ELEVATIONS.to(device, dtype)
-    field = renderer(azimuth, elevation, conic, opacity, torch.view_as_real(coefficient), *axes)
+    field = renderer(ordered, *axes)
     weights = torch.from_numpy(np.random.default_rng(3).normal(size=field.shape)).to(device, dtype)
     (field * weights).sum().backward()
     return field.detach().cpu(), [leaf.grad.cpu() for leaf in leaves]

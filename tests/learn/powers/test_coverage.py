@@ -5,6 +5,7 @@ import pytest
 
 import bisplat
 from learn.fitted.coverage import NO_GATEWAY
+from learn.fitted.fitted_method import fit_method
 
 GATEWAYS = {"west": (0.0, 1.5, 2.0), "east": (6.0, 1.5, 2.0)}
 
@@ -73,7 +74,7 @@ def test_single_position_has_a_map_of_one_cell(tmp_path):
 
 
 def test_a_part_of_the_positions_and_a_height_that_none_of_them_has(triangle, capsys):
-    fitted = bisplat.fit_powers(triangle, "nearest", known=np.arange(3))
+    fitted = fit_method(triangle, "power", "nearest", known=np.arange(3))
     coverage = bisplat.coverage_map(fitted, height=2.5, step=0.5)
     assert coverage.fitted is fitted and coverage.x[-1] < 2.1
     assert "the height 2.5 m is outside those of the known positions, 1 to 1 m" in capsys.readouterr().err

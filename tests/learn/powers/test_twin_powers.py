@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import bisplat
+from learn.fitted.fitted_method import fit_method
 from learn.powers.helmholtz_powers import HelmholtzPowers
 from learn.powers.twin_powers import TwinPowers
 from learn.quantities.known import Known
@@ -83,7 +84,7 @@ def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
     comparison = bisplat.compare(heard, ["twin"], split="random", sizes=[12], scene=replace(PLACE, name="hall"))
     (row,) = [row for row in comparison if row["label"] == "twin"]
     assert "hall" in row["found"] and "low" in comparison.each["twin, 12"]
-    fitted = bisplat.fit_powers(heard, "twin", known=np.arange(12), scene=PLACE)
+    fitted = fit_method(heard, "power", "twin", known=np.arange(12), scene=PLACE)
     assert bisplat.coverage_map(fitted, step=0.5).width is not None
 
 

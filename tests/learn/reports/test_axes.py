@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 import learn.reports.figures
 from learn.quantities.array_ceiling import CEILING
-from learn.reports.figures import draw_error_over_distance, draw_ssim_distribution
+from learn.reports.figures import draw_distribution, draw_error_over_distance
 from learn.reports.method_styles import CEILING_STYLE
 from learn.reports.plots import label_log_axis
 
@@ -55,7 +55,7 @@ def test_axis_of_angles_has_at_least_two_labels(drawn, largest):
 def test_ceiling_has_one_colour_that_no_method_has(drawn, methods):
     generator = np.random.default_rng(0)
     names = [*methods[:1], CEILING, *methods[1:]]
-    draw_ssim_distribution({name: generator.random(9) for name in names}, "ssim")
+    draw_distribution({name: generator.random(9) for name in names}, "ssim")
     colours = {line.get_label().split(":")[0]: to_rgb(line.get_color()) for line in drawn["ssim"].axes[0].lines}
     bound = colours.pop(f"{CEILING} (bound)")
     assert bound == to_rgb(CEILING_STYLE["color"])

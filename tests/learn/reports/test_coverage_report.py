@@ -35,7 +35,7 @@ def undrawn(monkeypatch):
 
 
 def test_arrays_are_those_of_the_map(coverage, undrawn, tmp_path):
-    bisplat.write_coverage(coverage, tmp_path / "map")
+    bisplat.export(coverage, tmp_path / "map")
     with np.load(tmp_path / "map" / "coverage.npz") as stored:
         for name in ("median", "low", "high", "x", "y", "inside", "strongest"):
             np.testing.assert_array_equal(stored[name], getattr(coverage, name))
@@ -44,7 +44,7 @@ def test_arrays_are_those_of_the_map(coverage, undrawn, tmp_path):
 
 
 def test_figures_are_there_with_a_scene_and_without_intervals(coverage, tmp_path):
-    bisplat.write_coverage(coverage, tmp_path / "map", bisplat.load_scene("lab"))
+    bisplat.export(coverage, tmp_path / "map", scene=bisplat.load_scene("lab"))
     files = {path.name for path in (tmp_path / "map").iterdir()}
     assert files == {
         "coverage.npz",
@@ -59,7 +59,7 @@ def test_figures_are_there_with_a_scene_and_without_intervals(coverage, tmp_path
 def test_method_without_intervals_has_medians_alone(coverage, tmp_path, monkeypatch):
     monkeypatch.setattr(coverage_report, "draw_coverage", lambda *arguments: None)
     plain = bisplat.coverage_map(coverage.dataset, step=0.5, method="mean")
-    bisplat.write_coverage(plain, tmp_path / "map")
+    bisplat.export(plain, tmp_path / "map")
     assert {path.name for path in (tmp_path / "map").iterdir()} == {"coverage.npz"}
     with np.load(tmp_path / "map" / "coverage.npz") as stored:
         assert stored["median"].shape == plain.median.shape and "low" not in stored
@@ -73,9 +73,9 @@ def test_scene_of_the_folder_is_drawn_or_said_to_be_unreadable(coverage, tmp_pat
     metadata = json.loads((folder / "metadata.json").read_text())
     (folder / "metadata.json").write_text(json.dumps({**metadata, "scene_file": "scene/scene.yaml"}))
     bisplat.write_scene(bisplat.load_scene("closet"), folder / "scene")
-    bisplat.write_coverage(bisplat.coverage_map(folder, step=1.0, method="mean"), tmp_path / "one")
+    bisplat.export(bisplat.coverage_map(folder, step=1.0, method="mean"), tmp_path / "one")
     shutil.rmtree(folder / "scene")
-    bisplat.write_coverage(bisplat.coverage_map(folder, step=1.0, method="mean"), tmp_path / "two")
+    bisplat.export(bisplat.coverage_map(folder, step=1.0, method="mean"), tmp_path / "two")
     assert drawn[0].name == "closet" and drawn[1] is None
     assert "the map is drawn without its scene, which cannot be read" in capsys.readouterr().err
 
@@ -84,6 +84,6 @@ def test_folder_with_other_files_is_refused_unless_forced(coverage, undrawn, tmp
     (tmp_path / "map").mkdir()
     (tmp_path / "map" / "coverage.npz").write_text("mine")
     with pytest.raises(InputError, match="expected a new folder, found other files"):
-        bisplat.write_coverage(coverage, tmp_path / "map")
-    bisplat.write_coverage(coverage, tmp_path / "map", force=True)
+        bisplat.export(coverage, tmp_path / "map")
+    bisplat.export(coverage, tmp_path / "map", force=True)
     assert np.load(tmp_path / "map" / "coverage.npz")["median"].shape == coverage.median.shape

@@ -1,5 +1,6 @@
 """Pages and figures show names from files as text."""
 
+import numpy as np
 import pytest
 
 from learn.comparison.comparison import Comparison
@@ -7,7 +8,7 @@ from learn.comparison.results_folder import Settings, row_name
 from learn.quantities.array_ceiling import CEILING
 from learn.quantities.spectra import Spectra
 from learn.reports.comparison_report import write_comparison
-from learn.reports.figures import draw_ssim_distribution
+from learn.reports.figures import draw_distribution
 
 ODD = "<script>alert(1)</script>&amp;\"'"
 ESCAPED = "&lt;script&gt;alert(1)&lt;/script&gt;&amp;amp;&#34;&#39;"
@@ -42,5 +43,5 @@ def test_methods_of_any_name_are_drawn(name, tmp_path):
     log = tmp_path / "runs" / row_name(row) / "logs" / "version_0" / "metrics.csv"
     log.write_text("step,validation_ssim\n99,0.5\n")
     write_comparison(comparison(name), tmp_path, variants=True)
-    draw_ssim_distribution({name: [0.1, 0.5], CEILING: [0.5, 0.9]}, tmp_path / "ssim.png")
+    draw_distribution({name: np.array([0.1, 0.5]), CEILING: np.array([0.5, 0.9])}, tmp_path / "ssim.png")
     assert all((tmp_path / f"{figure}.pdf").exists() for figure in ("variants", "learning_curves", "ssim"))

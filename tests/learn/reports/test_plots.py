@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from learn.reports import figures
 from learn.reports.figures import draw_reliability
-from learn.reports.plots import plot_cdf, plot_polar, plot_spectrum
+from learn.reports.plots import plot_spectrum
 from scenes.files.errors import InputError
 from simulate.spectra.angular_grid import AngularGrid
 
@@ -54,7 +54,7 @@ def test_spectrum_of_part_of_the_turn_is_not_closed(spectrum):
 
 
 def test_polar_spectrum_has_boresight_in_the_centre(spectrum):
-    ax = plot_polar(spectrum, Figure().add_subplot(projection="polar"))
+    ax = plot_spectrum(spectrum, Figure().add_subplot(projection="polar"))
     mesh = ax.collections[0]
     corners = mesh.get_coordinates()[ELEVATION : ELEVATION + 2, AZIMUTH : AZIMUTH + 2].reshape(-1, 2)
     np.testing.assert_allclose(np.degrees(corners[:, 0].mean()), AZIMUTH)
@@ -63,44 +63,25 @@ def test_polar_spectrum_has_boresight_in_the_centre(spectrum):
     assert ax.get_ylim() == (0, 90)
 
 
-def test_distribution_rises_from_0_to_1_by_one_share_at_each_score():
-    ax = plot_cdf([0.9, 0.3, 0.6, 0.7], Figure().subplots())
-    x, y = ax.lines[0].get_data()
-    assert [x.tolist(), y.tolist()] == [[0.3, 0.3, 0.6, 0.7, 0.9], [0, 0.25, 0.5, 0.75, 1]]
-
-
-@pytest.mark.parametrize("draw", [plot_spectrum, plot_polar])
-def test_a_given_axis_is_returned_and_alone_and_a_new_one_has_a_colour_bar(draw, spectrum):
-    ax = Figure().add_subplot(projection="polar" if draw is plot_polar else None)
-    assert draw(spectrum, ax) is ax and ax.figure.axes == [ax]
+@pytest.mark.parametrize("projection", [None, "polar"])
+def test_a_given_axis_is_returned_and_alone_and_a_new_one_has_a_colour_bar(projection, spectrum):
+    ax = Figure().add_subplot(projection=projection)
+    assert plot_spectrum(spectrum, ax) is ax and ax.figure.axes == [ax]
     assert not pyplot.get_fignums()
-    new = draw(spectrum)
+    new = plot_spectrum(spectrum)
     assert [each.get_ylabel() for each in new.figure.axes if each is not new] == ["normalised magnitude"]
-    new = draw(spectrum - 0.5, difference=True)
+    new = plot_spectrum(spectrum - 0.5, difference=True)
     assert [each.get_ylabel() for each in new.figure.axes if each is not new] == ["difference"]
 
 
-@pytest.mark.parametrize("wrong", [[0.5, float("nan")], []])
-def test_scores_that_are_no_numbers_are_refused(wrong):
-    for scores in (wrong, {"right": [0.5], "mine": wrong}):
-        with pytest.raises(InputError, match=r"scores: expected (scores of one method|at least one score)"):
-            plot_cdf(scores, Figure().subplots())
-
-
-@pytest.mark.parametrize("draw", [plot_spectrum, plot_polar])
-def test_what_is_no_spectrum_is_refused(draw, spectrum):
+def test_what_is_no_spectrum_is_refused(spectrum):
     for wrong, words in (
         (spectrum.astype(np.uint8), "expected numbers from 0 to 1"),
         (spectrum[None], "expected one spectrum of 90 x 360"),
         (spectrum.T, "expected spectra of 90 x 360"),
     ):
         with pytest.raises(InputError, match=f"spectrum: {words}"):
-            draw(wrong)
-
-
-def test_polar_spectrum_needs_a_polar_axis(spectrum):
-    with pytest.raises(InputError, match="ax: expected an axis with projection="):
-        plot_polar(spectrum, Figure().subplots())
+            plot_spectrum(wrong)
 
 
 def test_spectra_without_a_stated_deviation_are_no_misses(tmp_path, monkeypatch):

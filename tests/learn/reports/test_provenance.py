@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from learn.reports.figures import draw_reliability, draw_ssim_distribution
+from learn.reports.figures import draw_distribution, draw_reliability
 from learn.reports.method_styles import KNOWN, line_styles
 from learn.reports.paper import COLUMN
 from learn.reports.provenance import Provenance, command
@@ -25,7 +25,7 @@ def test_command_can_be_typed_again(given):
 
 
 def test_png_and_pdf_name_their_origin_and_are_a_column_wide(tmp_path):
-    draw_ssim_distribution({"mlp": np.array([0.2, 0.4])}, tmp_path / "ssim.png", "a note", MADE)
+    draw_distribution({"mlp": np.array([0.2, 0.4])}, tmp_path / "ssim.png", provenance=MADE)
     draw_reliability(np.ones((2, 3)), tmp_path / "reliability.png", MADE)
     for name in ("ssim", "reliability"):
         with Image.open(tmp_path / f"{name}.png") as image:
@@ -46,7 +46,7 @@ def test_foot_keeps_the_size_of_the_axes_and_overlaps_nothing(monkeypatch, tmp_p
 
     monkeypatch.setattr("learn.reports.paper.write_png", write_png)
     for made in (None, MADE):
-        draw_ssim_distribution({"mlp": np.array([0.2, 0.4])}, tmp_path / "x.png", provenance=made)
+        draw_distribution({"mlp": np.array([0.2, 0.4])}, tmp_path / "x.png", provenance=made)
     plain, footed = drawn
     heights = [figure.axes[0].get_position().height * figure.get_size_inches()[1] for figure in (plain, footed)]
     assert heights[1] == pytest.approx(heights[0], rel=0.05)

@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 import bisplat
 from learn.quantities.known import Known
 from learn.quantities.spectra import SpectraInRooms
+from learn.reports.comparison_report import write_comparison
 from learn.rooms.neighbour_attention import RoomTensors, local_places, to_all_pixels
-from learn.rooms.room_methods import AttentionOverNeighbours, TwinInRoom
-from learn.twin.twin_model import Twin
+from learn.rooms.room_methods import AttentionOverNeighbours
 from scenes.storage.scene_yaml import load_scene
 
 SIGHT = bisplat.Propagation(max_depth=0, diffraction=False, rays=100)
@@ -80,20 +80,21 @@ def test_methods_by_name_and_the_usual_numbers(rooms):
     assert "attention" in comparison.remark() and "<table>" in comparison._repr_html_()
 
 
+def test_the_report_names_setting_and_rooms(rooms, tmp_path):
+    comparison = bisplat.compare(rooms, ["mean"], sizes=[3], test_rooms=1, tested=1)
+    write_comparison(comparison, tmp_path)
+    facts = json.loads((tmp_path / "results.json").read_text())
+    assert facts["setting"] == "layout" and facts["test_rooms"] == ["room-003"]
+    assert facts["training_rooms"] == ["room-000", "room-001", "room-002"]
+    page = (tmp_path / "table.html").read_text()
+    assert all(name in page for name in ("layout", *facts["training_rooms"], *facts["test_rooms"]))
+
+
 def test_models_of_one_room(rooms):
     names = ["helmholtz", "helmholtz-pictures", "mirror-images"]
     comparison = bisplat.compare(rooms, names, sizes=[4], tested=1)
     assert min(row["ssim_mean"] for row in comparison if row["label"] in names) > 0.2
     assert comparison.rows[-1]["ssim_mean"] > 0.9  # in sight of the gateway, one wave explains nearly everything
-
-
-def test_the_description_of_the_twin_is_wrong(rooms, monkeypatch):
-    monkeypatch.setattr(Twin, "fit", lambda self, dataset, known: "")  # which takes a minute
-    method, dataset = TwinInRoom(), next(iter(rooms))
-    method.fit(Known.of(dataset, SpectraInRooms(), np.arange(3)))
-    off = np.linalg.norm(np.array(method._model.corrected.gateway.position) - dataset.gateway_position)
-    assert 0.005 < off < 0.15
-    assert method._model.propagation.max_depth == 0  # of the dataset, not the default
 
 
 @pytest.mark.parametrize(

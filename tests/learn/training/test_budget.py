@@ -90,8 +90,8 @@ def test_a_preset_is_a_model_and_its_steps_and_what_is_given_differs_from_it(tin
 
 def test_the_recorded_options_are_those_of_the_command_line(tiny, tmp_path, monkeypatch):
     words = ("bisplat", "train", str(tiny), "-o", str(tmp_path / "run"), "--model", "bisplat", "--steps", "1")
-    monkeypatch.setattr("sys.argv", [*words, "--option", "primitives=8", "encoding=octaves", "bypass=bst"])
+    monkeypatch.setattr("sys.argv", [*words, "--option", "primitives=8", "clusters=16", "bypass=bst"])
     from bisplat.__main__ import main
 
     main()
-    assert read_config(tmp_path / "run").config.options == {"primitives": 8, "encoding": "octaves", "bypass": ["bst"]}
+    assert read_config(tmp_path / "run").config.options == {"primitives": 8, "clusters": 16, "bypass": ["bst"]}

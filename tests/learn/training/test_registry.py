@@ -6,44 +6,24 @@ from pathlib import Path
 
 import pytest
 
-from learn.models.capabilities import (
-    FitsInClosedForm,
-    HasOwnLoss,
-    HasPrimitives,
-    LearnsBand,
-    NeedsSomeDatasets,
-    PredictsResponses,
-    SamplesOneField,
-    StatesVariance,
-    TracesRays,
-)
+from learn.models.capabilities import FitsInClosedForm, HasOwnLoss, HasPrimitives, PredictsResponses, TracesRays
 from learn.training.registry import DEFAULT_MODEL, MODELS, check_options, model_class, model_entry
 from scenes.files.errors import ParameterError
 from simulate.spectra.beamformer import Beamformer
 
 ROOT = Path(__file__).parents[3]
 
-CAPABILITIES = (
-    FitsInClosedForm,
-    HasOwnLoss,
-    HasPrimitives,
-    LearnsBand,
-    NeedsSomeDatasets,
-    PredictsResponses,
-    SamplesOneField,
-    StatesVariance,
-    TracesRays,
-)
+CAPABILITIES = FitsInClosedForm, HasOwnLoss, HasPrimitives, PredictsResponses, TracesRays
 
 CAN_DO = {
-    "helmholtz": {FitsInClosedForm, StatesVariance},
-    "twin": {FitsInClosedForm, StatesVariance, PredictsResponses, TracesRays},
-    "mirror-images": {FitsInClosedForm, StatesVariance, PredictsResponses, NeedsSomeDatasets},
+    "helmholtz": {FitsInClosedForm},
+    "twin": {FitsInClosedForm, PredictsResponses, TracesRays},
+    "mirror-images": {FitsInClosedForm, PredictsResponses},
     "bisplat": {HasPrimitives},
     "bisplat-plus": {HasPrimitives},
-    "bisplat-aperture": {HasPrimitives, LearnsBand, PredictsResponses, SamplesOneField},
+    "bisplat-aperture": {HasPrimitives, PredictsResponses},
     "mlp": set(),
-    "mlp-responses": {LearnsBand, PredictsResponses, SamplesOneField},
+    "mlp-responses": {PredictsResponses},
     "nerf2": {HasOwnLoss},
     "swiftwrf": set(),
     "wrf-gs-plus": {HasOwnLoss},
@@ -74,7 +54,7 @@ def test_unknown_models_and_options_are_refused():
         ParameterError, match=r"model: expected the name of a model, or .* found 'helmholz'; did you mean"
     ):
         model_entry("helmholz")
-    with pytest.raises(ParameterError, match="octaves: expected an option of the model mlp, which has encoding"):
+    with pytest.raises(ParameterError, match="octaves: expected an option of the model mlp, which has none"):
         check_options("mlp", {"octaves": 3})
     check_options("bisplat-aperture", {"primitives": 3, "encoding": "octaves"})
     with pytest.raises(ParameterError, match="size: expected an option of the model bisplat-aperture"):

@@ -186,7 +186,7 @@ def test_training_stops_when_validation_no_longer_rises_and_at_the_same_step_if_
 def test_steps_that_are_asked_for_are_all_taken(tiny, tmp_path, monkeypatch, asked, patience):
     begun = []
     monkeypatch.setattr(training, "train_run", lambda config, *_, **__: begun.append(config.by_steps.patience))
-    monkeypatch.setattr(training, "load_run", lambda _: None)
+    monkeypatch.setattr(training, "load_spectra", lambda _: None)
     (tmp_path / "config.json").touch()  # a preset is timed before it begins
     bisplat.train(tiny, tmp_path, **{"model": "mlp"} | asked if "preset" not in asked else asked)
     assert begun == [patience]

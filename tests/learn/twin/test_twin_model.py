@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from learn.data.splits import split
+from learn.reports.export import export
 from learn.training.config import Config
-from learn.training.model_export import export
 from learn.training.prediction import predict
 from learn.training.run_folder import load_run
 from learn.training.train import train_run

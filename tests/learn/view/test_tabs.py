@@ -5,8 +5,8 @@ import shutil
 import numpy as np
 
 import bisplat
-from learn.view.session import Session
 from learn.view.subject import subject
+from learn.view.tab import Tab
 from scenes.browser.served_page import serving
 
 
@@ -15,8 +15,8 @@ def test_tabs_of_a_folder_of_any_name_have_pictures_and_end(tiny, tmp_path, join
     shown, closed = subject(str(odd)), []
 
     def open_tab(client):
-        session = Session(client, shown, None)
-        return lambda: (session.close(), closed.append(session))
+        opened = Tab(client, shown, None)
+        return lambda: (opened.close(), closed.append(opened))
 
     with serving(f"bisplat: {shown.name}", 8690, open_tab) as address:
         going, *staying = (join(address) for _ in range(4))
@@ -34,8 +34,8 @@ def test_an_array_that_moves_is_drawn_where_it_is(tmp_path, join):
         tmp_path / "data", positions, waves, array, "2.4 GHz", gateway_position=(0.5, 0.5, 2.0), moving="receiver"
     )
     shown = subject(str(tmp_path / "data"))
-    assert "transmitter as a yellow dot" in shown.missing[-1]
-    with serving("moving", 8691, lambda client: Session(client, shown, None).close) as address, join(address) as tab:
+    assert "transmitter as a dot" in shown.missing[-1]
+    with serving("moving", 8691, lambda client: Tab(client, shown, None).close) as address, join(address) as tab:
         moved = tab.next("SetPositionMessage")
         while moved["name"] != "/gateway" or tuple(moved["position"]) == (0.5, 0.5, 2.0):
             moved = tab.next("SetPositionMessage")
@@ -43,3 +43,12 @@ def test_an_array_that_moves_is_drawn_where_it_is(tmp_path, join):
         standing = tab.next("IcosphereMessage")
         while standing["name"] != "/standing":
             standing = tab.next("IcosphereMessage")
+
+
+def test_layers_of_a_scene_are_hidden_each_on_its_own(join):
+    shown = subject("closet")
+    with serving("closet", 8692, lambda client: Tab(client, shown).close) as address, join(address) as tab:
+        tab.press("furniture")
+        while not (hidden := tab.next("SetSceneNodeVisibilityMessage"))["name"].startswith("/furniture/"):
+            pass
+        assert hidden["visible"]

@@ -16,10 +16,10 @@ from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.bisplat import BiSplatWRF
 from learn.view.chart import BACKGROUND, DECIBELS, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.compared_spectra import in_phase_with, numbers, panels
-from learn.view.layers import DOT_DEG, dots, ellipses
-from learn.view.session import Session, Tracing
+from learn.view.hemisphere import DOT_DEG, dots, ellipses
 from learn.view.subject import Spectrum, subject
 from learn.view.tab import Tab
+from learn.view.tracing import Tracing
 from scenes.files.errors import InputError
 from scenes.files.optional_packages import MissingExtraError
 from simulate.rays import tracer
@@ -135,10 +135,14 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
             step = [0.001 * component[index] for component in towards]
             near, far = (direction(np.radians(phi + s * step[0]), np.radians(theta + s * step[1])) for s in (-1, 1))
             tangent = (far - near) / (2 * 0.001) * scale[index, axis]
-            turned = Rotation.from_quat(drawn.turns[index], scalar_first=True).inv().apply(tangent)
-            on_disc = turned / drawn.stretches[index]  # where the drawn disc has that point: on its rim, and flat
+            turned = Rotation.from_quat(drawn["batched_wxyzs"][index], scalar_first=True).inv().apply(tangent)
+            on_disc = (
+                turned / drawn["batched_scales"][index]
+            )  # where the drawn disc has that point: on its rim, and flat
             np.testing.assert_allclose([np.linalg.norm(on_disc[:2]), on_disc[2]], [1, 0], atol=1e-3)
-            np.testing.assert_allclose(drawn.centres[index], direction(np.radians(phi), np.radians(theta)), atol=1e-5)
+            np.testing.assert_allclose(
+                drawn["batched_positions"][index], direction(np.radians(phi), np.radians(theta)), atol=1e-5
+            )
 
 
 # What belongs together
@@ -146,7 +150,7 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
 
 def test_dataset_alone_has_pictures_positions_and_copying(tiny):
     found = subject(str(tiny))
-    assert found.run is None and found.scene is None and "names no scene" in found.missing[0]
+    assert found.run is None and found.scene is None and "no ray tracing" in found.missing[0]
     assert list(found.predictors) == ["inverse-distance", "nearest"]
     test = found.parts.test
     copied = found.predictors["nearest"](found.dataset.positions[found.parts.known[3]])
@@ -263,15 +267,22 @@ def test_tracer_that_cannot_be_made_is_said_and_a_fault_is_logged(monkeypatch, e
     assert str(error) in tracing.state and ("Traceback" in caplog.text) == logged
 
 
+def built(**subject) -> tuple[Tab, MagicMock]:
+    """A tab whose panel is built in a page that notes what is asked of it."""
+    tab, client = Tab.__new__(Tab), MagicMock()
+    tab.client, tab.subject, tab.shield = client, SimpleNamespace(array_moves=False, **subject), lambda each: each
+    tab._recorded = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 0, 0]])
+    tab._position, tab._asked, tab._changed, tab._tracing, tab._handle = np.zeros(3), 0, MagicMock(), None, MagicMock()
+    tab._build()
+    return tab, client.gui
+
+
 def test_of_several_recordings_at_one_position_the_chosen_one_is_shown():
-    tab = Session.__new__(Session)
-    places = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 0, 0]])
-    Tab.__init__(tab, SimpleNamespace(gui=MagicMock()), places, np.zeros(3))
-    Tab._build(tab, "recorded spectrum")
-    tab._handle, tab._tracing = MagicMock(), None
+    tab, _ = built(missing=[])
     for index in (2, 1, 3, 2):
         tab._go_to(index)
         assert tab._recorded_at(tab._position) == index
+    places = tab._recorded
     assert tab._recorded_at(places[3]) == 3 and tab._recorded_at(places[0]) == 0
     assert tab._recorded_at(np.array([0.5, 0, 0])) is None
 
@@ -284,15 +295,8 @@ def test_dataset_without_a_training_part_predicts_nothing(tiny, tmp_path):
 
 
 def test_names_in_a_panel_are_text():
-    said: list[str] = []
-    gui = MagicMock()
-    gui.add_markdown.side_effect = lambda content, **options: said.append(content)
-    nothing = SimpleNamespace(missing=["no [link](x) <img src=x>"], predictors={"m": None}, array_moves=False)
-    tab = Session.__new__(Session)
-    Tab.__init__(tab, SimpleNamespace(gui=gui), np.zeros((0, 3)), np.zeros(3))
-    tab._subject, tab._tracing = nothing, None
-    tab._build("recorded spectrum")
-    assert said[0] == r"**Note.** no \[link\]\(x\) \<img src\=x\>"
+    _, gui = built(missing=["no [link](x) <img src=x>"])
+    assert gui.add_markdown.call_args_list[0].args == (r"**Note.** no \[link\]\(x\) \<img src\=x\>",)
 
 
 def test_dataset_whose_scene_is_gone_is_shown_with_a_note(tiny, tmp_path):

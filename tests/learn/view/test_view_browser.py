@@ -211,8 +211,8 @@ def test_map_of_received_powers_lies_in_the_world_and_changes_with_the_gateway(t
     gateways = {"low": (0.0, 0.0, 1.5), "high": (4.0, 3.0, 1.5)}
     powers = -40 - 20 * np.log10(np.linalg.norm(places[:, None] - list(gateways.values()), axis=-1))
     bisplat.write_dataset(tmp_path / "yard", places, powers=powers, gateways=gateways, frequency=2.4e9)
-    page = open_tab(serve("view", str(tmp_path / "yard"), "--port", free_port()).url, "Survey position 1")
-    for name in ("survey positions, by measured power", "gateways", "names of the gateways"):
+    page = open_tab(serve("view", str(tmp_path / "yard"), "--port", free_port()).url, "Recorded position 1")
+    for name in ("training positions", "test positions", "gateways"):
         page.get_by_role("checkbox", name=name, exact=True).uncheck()
     bounds = np.array([[0, 0, 1], [4, 3, 1.5]])
     near, far = (on_screen(page, np.array(place), bounds) for place in ((0.4, 0.3, 1.0), (3.6, 2.7, 1.0)))

@@ -53,7 +53,7 @@ def test_export_and_reading_are_each_others_inverse(tmp_path, capsys):
     places = np.random.default_rng(1).uniform((1, -1, 0), (4, 1, 2), (COUNT, 3))
     array = bisplat.PlanarArray(2, 2)
     wide = bisplat.write_dataset(tmp_path / "wide", places, channels(), array, "2.4 GHz", bandwidth="20 MHz")
-    bisplat.export_csi(wide, tmp_path / "csi")
+    bisplat.export(wide, tmp_path / "csi", "csi")
     capsys.readouterr()
     read = bisplat.read_dataset(tmp_path / "csi")
     np.testing.assert_array_equal(np.concatenate([read.uplink, read.downlink], axis=-1), wide.band_responses)

@@ -48,7 +48,7 @@ def test_a_quantity_that_a_dataset_lacks_is_asked_for_in_vain(tmp_path):
             getattr(heard, name)
     for given in (heard, heard.folder):
         with pytest.raises(InputError, match=f"^{heard.folder}: expected spectra"):
-            bisplat.train(given, tmp_path / "run")
+            bisplat.train(given, tmp_path / "run", quantity="spectrum")
     assert not (tmp_path / "run").exists()
 
 

@@ -184,7 +184,7 @@ def test_powers_weaker_than_the_mark_are_kept_and_named(folder):
 def test_hdf5_has_all(folder, tmp_path):
     import h5py
 
-    bisplat.export_hdf5(folder, tmp_path / "hall.h5")
+    bisplat.export(folder, tmp_path / "hall.h5")
     read = bisplat.read_dataset(folder)
     with h5py.File(tmp_path / "hall.h5") as file:
         np.testing.assert_array_equal(file["rssi_dbm"], read.powers)

@@ -49,7 +49,7 @@ def test_an_array_of_element_positions_gets_the_frequency_of_the_dataset(tmp_pat
     assert made.identification.residual < 0.4
     with pytest.raises(ParameterError, match="frequency: expected the frequency of the array, "):
         write_dataset(tmp_path / "other", PLACES, waves(circle.at(2.4e9)), circle.at(915e6), "2.4 GHz")
-    bisplat.export_hdf5(tmp_path / "mine", tmp_path / "mine.h5")
+    bisplat.export(tmp_path / "mine", tmp_path / "mine.h5")
     with h5py.File(tmp_path / "mine.h5") as file:
         np.testing.assert_array_equal(file.attrs["element_positions_m"], circle.positions_m)
         assert "array_rows" not in file.attrs

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from learn.data.splits import split
-from learn.data.torch_dataset import TorchDataset
 from learn.evaluation.check import check
 from learn.view.subject import subject
 from scenes.checks.occupancy import element_positions
@@ -18,6 +17,7 @@ from scenes.files.progress import progress_bar
 from scenes.scene.description import SPEED_OF_LIGHT, SceneObject
 from scenes.scene.shapes import box
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.torch_dataset import TorchDataset
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.convert import convert
 from simulate.exchange.csi_export import export_csi

@@ -9,42 +9,15 @@ import torch
 from jaxtyping import Int
 from torch.utils import data
 
-from scenes.files.errors import ParameterError, require_instance, shown
+from scenes.files.errors import ParameterError, shown
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import spectrum_of
 
 
 class TorchDataset(data.Dataset[dict[str, torch.Tensor]]):
-    """Spectra of a dataset for ``torch.utils.data.DataLoader``.
-
-    Each item is a dictionary with these entries:
-
-    - "position", the position of the end that moves, metres, world frame, [3], float32;
-    - "receiver", the middle of the array; only if both ends move, and "position" is then the transmitter's;
-    - "spectrum", the spectrum, 0…1, [90, 360], float32;
-    - "responses", the recorded element responses, [elements], complex64; only if the dataset has any.
-
-    Args:
-        dataset: the dataset.
-        indices: which of its spectra, in this order, such as one part of ``bisplat.split``. None: all.
-
-    Raises:
-        ParameterError: ``indices`` are not whole numbers, or the dataset has no spectrum with one of them.
-
-    Example:
-        >>> import bisplat, torch
-        >>> dataset = bisplat.read_dataset("data/lab")
-        >>> parts = bisplat.split(dataset, "random", seed=0)
-        >>> train = bisplat.TorchDataset(dataset, parts.train)
-        >>> len(train) == len(parts.train)
-        True
-        >>> batch = next(iter(torch.utils.data.DataLoader(train, batch_size=4, shuffle=True)))
-        >>> batch["position"].shape, batch["spectrum"].shape, batch["responses"].shape
-        (torch.Size([4, 3]), torch.Size([4, 90, 360]), torch.Size([4, 16]))
-    """
+    """Spectra of a dataset for ``torch.utils.data.DataLoader``, as ``Dataset.torch`` explains it."""
 
     def __init__(self, dataset: Dataset, indices: Int[np.ndarray, " n"] | Sequence[int] | None = None):
-        require_instance(Dataset, dataset=dataset)
         self.dataset = dataset
         self.indices = np.arange(len(dataset)) if indices is None else _checked(indices, len(dataset))
 
@@ -74,8 +47,8 @@ def _checked(indices: Int[np.ndarray, " n"] | Sequence[int], count: int) -> Int[
     except ValueError:  # lists of different lengths
         found = np.array(None)
     if found.ndim != 1 or not (np.issubdtype(found.dtype, np.integer) or not len(found)):
-        raise ParameterError("indices", f"expected a list of whole numbers, found {shown(indices)}")
+        raise ParameterError("rows", f"expected a list of whole numbers, found {shown(indices)}")
     outside = found[(found < 0) | (found >= count)]
     if len(outside):
-        raise ParameterError("indices", f"expected numbers from 0 to {count - 1}, found {outside[0]}")
+        raise ParameterError("rows", f"expected numbers from 0 to {count - 1}, found {outside[0]}")
     return found.astype(int)

@@ -5,8 +5,8 @@ import pytest
 import torch
 from torch.utils.data import DataLoader
 
-from learn.data.torch_dataset import TorchDataset
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.torch_dataset import TorchDataset
 
 
 @pytest.fixture(scope="module")
