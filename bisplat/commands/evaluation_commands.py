@@ -62,11 +62,10 @@ def evaluate(
     from learn.evaluation.evaluate import evaluate_spectra
     from learn.quantities.array_ceiling import shown_name
     from learn.reports.evaluation_report import (
-        add_locations,
-        metrics_file,
         named_scores,
         write_evaluation,
         write_locations,
+        write_scores,
     )
     from learn.reports.provenance import Provenance
     from learn.training.fit_progress import FitProgress
@@ -79,15 +78,14 @@ def evaluate(
         heard = heard_by([run, *further_gateways])  # other runs are checked before the scores, which take long
     with FitProgress("evaluation") as progress:
         evaluation = evaluate_spectra(run, dataset, index, ceiling, progress)
-    write_evaluation(evaluation, run / "evaluation")
+    metrics = write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
     located = None
     if locate:
         with FitProgress("location") as report:
             located = evaluate_locations(heard, report)
         write_locations(located, run / "evaluation", Provenance.of_evaluation(evaluation))
-        add_locations(evaluation, located, run / "evaluation")
-    metrics = metrics_file(evaluation, located)
+        metrics = write_scores(evaluation, run / "evaluation", located)
     if json:
         print(json_format.dumps(metrics, indent=2))
     else:

@@ -35,11 +35,13 @@ if TYPE_CHECKING:  # these load torch, and the first page of the demo must not w
 FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 
 
-def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF."""
+def write_evaluation(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
+    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF.
+
+    Return the content of metrics.json.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     made = Provenance.of_evaluation(evaluation)
-    _write_metrics(evaluation, folder, None)
     write_atomically(folder / "per_sample.csv", as_csv(_per_sample(evaluation)).encode())
     prediction, truth, ssim = evaluation.prediction, evaluation.truth, evaluation.scores["model"].ssim
     curves = {shown: scores.ssim for shown, scores in named_scores(evaluation).items()}
@@ -50,33 +52,23 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
         draw_reliability(evaluation.errors_in_deviations, folder / f"{RELIABILITY}.png", made)
     rows = {name: scores.summary() for name, scores in named_scores(evaluation).items()}
     write_tables(rows, Spectra.columns, folder, made)
-    _write_page(evaluation, folder, None)
+    return write_scores(evaluation, folder)
 
 
-def add_locations(evaluation: Evaluation, locations: Locations, folder: Path) -> None:
-    """Add the errors of located transmitters to metrics.json and report.html."""
-    _write_metrics(evaluation, folder, locations)
-    _write_page(evaluation, folder, locations)
-
-
-def metrics_file(evaluation: Evaluation, locations: Locations | None = None) -> dict[str, Any]:
-    """The content of metrics.json: the metrics, "provenance", and "locations" if transmitters were located."""
-    metrics = {**evaluation.metrics(), "provenance": Provenance.of_evaluation(evaluation).facts()}
-    return metrics if locations is None else {**metrics, "locations": locations.metrics()}
-
-
-def _write_metrics(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
-    content = json.dumps(metrics_file(evaluation, locations), indent=2) + "\n"
-    write_atomically(folder / "metrics.json", content.encode())
-
-
-def _write_page(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
+def write_scores(evaluation: Evaluation, folder: Path, locations: Locations | None = None) -> dict[str, Any]:
+    """Write metrics.json, and report.html with the figures that the folder has, both with located transmitters if there
+    are some. Return the content of metrics.json.
+    """
     values, made = evaluation_values(evaluation, folder), Provenance.of_evaluation(evaluation)
+    metrics = {**evaluation.metrics(), "provenance": made.facts()}
+    values |= {"located": None, "further_runs": []}
     if locations is not None:
+        metrics["locations"] = locations.metrics()
+        values |= {"located": metrics["locations"], "further_runs": locations.further_runs}
         values["figures"] |= embedded(folder, ("location_errors",))
-    located = None if locations is None else locations.metrics()
-    values |= {"located": located, "further_runs": [] if locations is None else locations.further_runs}
+    write_atomically(folder / "metrics.json", (json.dumps(metrics, indent=2) + "\n").encode())
     write_page(folder / "report.html", "evaluation.html.j2", made, run=evaluation.run_name, **values)
+    return metrics
 
 
 def named_scores(evaluation: Evaluation) -> dict[str, Scores]:
