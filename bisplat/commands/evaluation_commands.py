@@ -61,32 +61,33 @@ def evaluate(
     from learn.evaluation.evaluate import evaluate_spectra
     from learn.quantities.array_ceiling import shown_name
     from learn.reports.evaluation_report import (
-        add_locations,
-        metrics_file,
         named_scores,
         write_evaluation,
         write_locations,
+        write_scores,
     )
     from learn.reports.provenance import Provenance
     from learn.training.fit_progress import FitProgress
 
     require_new(run / "evaluation" / "report.html", force=True)
     if locate:
-        from learn.evaluation.locations import evaluate_locations, heard_by
+        from learn.localisation.heard_pictures import LOCATED, of_test_part
+        from learn.training.run_folder import load_spectra
 
         require_new(run / "evaluation" / "locations.csv", force=True)
-        heard = heard_by([run, *further_gateways])  # other runs are checked before the scores, which take long
+        runs = [load_spectra(each) for each in (run, *further_gateways)]
+        heard = of_test_part(runs, LOCATED)  # other runs are checked before the scores, which take long
     with FitProgress("evaluation") as progress:
         evaluation = evaluate_spectra(run, dataset, index, ceiling, progress)
-    write_evaluation(evaluation, run / "evaluation")
+    metrics = write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
     located = None
     if locate:
         with FitProgress("location") as report:
-            located = evaluate_locations(heard, report)
-        write_locations(located, run / "evaluation", Provenance.of_evaluation(evaluation))
-        add_locations(evaluation, located, run / "evaluation")
-    metrics = metrics_file(evaluation, located)
+            located = heard.answered(report)
+        others = [each.name for each in runs[1:]]
+        write_locations(located, run / "evaluation", Provenance.of_evaluation(evaluation), others)
+        metrics = write_scores(evaluation, run / "evaluation", located, others)
     if json:
         print(json_format.dumps(metrics, indent=2))
     else:
@@ -100,7 +101,7 @@ def evaluate(
             )
             print_table("by the distance to the nearest known position", metrics["interval_bands"])
         if located is not None:
-            print_table(f"{len(located.found)} located transmitters", {"": located.metrics()})
+            print_table(f"{len(located)} located transmitters", {"": located.metrics()})
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 

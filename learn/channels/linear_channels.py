@@ -252,7 +252,7 @@ class HelmholtzPositions:
         """Fit the field, and return what it leaves of known rows that it predicts from the others."""
         region = np.stack([positions.min(axis=0), positions.max(axis=0)])
         field = BandField(region, Beamformer(PlanarArray(1, both.shape[1])), wavelength)
-        found = field.fit_to(positions, both, None, np.arange(len(both), dtype=float))
+        found = field.fit_to(positions, both, np.arange(len(both), dtype=float))
         out = evenly(np.arange(len(both)), MOST_LEFT_OUT)
         left = both[out] - field.at(positions[out], out)[0]
         power, unexplained = (float(np.square(np.abs(each)).sum()) for each in (both[out], left))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -196,6 +196,11 @@ class BeamformingLayer(nn.Module):
         return normalised(power(field).clamp_min(1e-12).sqrt())
 
 
+def part_of(state_dict: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    """The numbers of one part of a model, by their names in the part."""
+    return {name.removeprefix(prefix): each for name, each in state_dict.items() if name.startswith(prefix)}
+
+
 def runs_compiled(numbers: Tensor) -> bool:
     """Whether compiled loops, which know no gradient, can compute on: in inference mode, on the CPU, of float32."""
     return torch.is_inference_mode_enabled() and numbers.device.type == "cpu" and numbers.dtype == torch.float32
@@ -225,30 +230,23 @@ def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
 
 
 T = TypeVar("T")
-State = tuple[Tensor, tuple[int, torch.device, torch.dtype]]
-"""A tensor, and what changes with its values where it stays the same object: its version, device and type."""
 
 
 class Cache(Generic[T]):
     """Keeps what was last made of some tensors, until these are replaced or changed in place. A copy is empty."""
 
     def __init__(self) -> None:
-        self._made: tuple[list[State], T] | None = None
+        self._made: tuple[list[Tensor], list[Any], T] | None = None
 
     def of(self, tensors: Sequence[Tensor], make: Callable[[], T]) -> T:
         """What ``make`` returns, which is called only if other tensors are given than the last time."""
-        versions = [(each, (0 if each.is_inference() else each._version, each.device, each.dtype)) for each in tensors]
-        if self._made is None or not _same(self._made[0], versions):
-            self._made = versions, make()
-        return self._made[1]
+        states = [(0 if each.is_inference() else each._version, each.device, each.dtype) for each in tensors]
+        if self._made is not None:
+            of, before, made = self._made
+            if states == before and all(one is other for one, other in zip(tensors, of, strict=True)):
+                return made
+        self._made = list(tensors), states, make()
+        return self._made[2]
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Cache[T]:
-        return Cache()
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"_made": None}
-
-
-def _same(some: list[State], others: list[State]) -> bool:
-    pairs = zip(some, others, strict=True)
-    return all(one is other and version == changed for (one, version), (other, changed) in pairs)
+    def __reduce__(self) -> Any:
+        return Cache, ()

@@ -44,12 +44,8 @@ def positional_encoding(
 class TransmitterEncoding(nn.Module):
     """Encodes the transmitter's position r as the input of a network.
 
-    There are two kinds:
-
-    - ``octaves`` is the paper's TX-PE: γ of the position scaled to −1…1.
-    - ``waves`` is cos and sin of ``k v_j·(r − r₀)``, for directions v_j spread evenly over the sphere and the region's
-      centre r₀. In the air around the transmitter every field is a sum of plane waves with wavenumber k = 2π/λ. The
-      responses at one frequency are therefore smooth, nearly linear functions of these numbers.
+    ``octaves`` is the paper's TX-PE, γ of the position scaled to −1…1; ``waves`` is cos and sin of ``k v_j·(r − r₀)``
+    for directions v_j spread over the sphere, in which the responses at one frequency are nearly linear.
     """
 
     directions: Tensor

@@ -1,16 +1,9 @@
 """A few pixels of a spectrum whose weighted mean equals the mean over all pixels.
 
-The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (``simulate.spectra.lags``).
-The product of two squared spectra is a sum of plane waves over Δ₁ + Δ₂, which reach 2(M−1) and 2(N−1) spacings. Its
-mean over the 32,400 pixels of a picture is therefore a weighted sum over far fewer:
+The product of two squared spectra is a sum of plane waves e^{-jk u·Δ}, whose Δ are sums of two lags.
 
-- Along azimuth, the mean of e^{-jκ cosθ cos φ} over W equally spaced φ is wrong by at most about 2 J_W(κ). This error
-  falls steeply once W exceeds κ = 2π d |Δ| of the longest Δ, where d is the spacing in wavelengths.
+- Along azimuth, their mean over W equally spaced φ is wrong by at most about 2 J_W(κ), with κ = 2π |Δ| in wavelengths.
 - Along elevation, the weights of the rows solve Σ_θ w_θ J₀(κ_Δ cosθ) = mean_θ J₀(κ_Δ cosθ) for all Δ.
-
-For a 4 × 4 array with half a wavelength between its elements these are 18 rows of 45 pixels. They give the exact mean
-of squared differences of squared spectra. Other means over pixels, such as that of absolute differences, are not exact,
-but the pixels are denser than the array's resolution.
 """
 
 from __future__ import annotations

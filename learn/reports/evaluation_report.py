@@ -30,16 +30,18 @@ if TYPE_CHECKING:  # these load torch, and the first page of the demo must not w
     from learn.data.metrics import Scores
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
-    from learn.evaluation.locations import Locations
+    from learn.localisation.located_places import Located
 
 FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 
 
-def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF."""
+def write_evaluation(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
+    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF.
+
+    Return the content of metrics.json.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     made = Provenance.of_evaluation(evaluation)
-    _write_metrics(evaluation, folder, None)
     write_atomically(folder / "per_sample.csv", as_csv(_per_sample(evaluation)).encode())
     prediction, truth, ssim = evaluation.prediction, evaluation.truth, evaluation.scores["model"].ssim
     curves = {shown: scores.ssim for shown, scores in named_scores(evaluation).items()}
@@ -50,33 +52,24 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
         draw_reliability(evaluation.errors_in_deviations, folder / f"{RELIABILITY}.png", made)
     rows = {name: scores.summary() for name, scores in named_scores(evaluation).items()}
     write_tables(rows, Spectra.columns, folder, made)
-    _write_page(evaluation, folder, None)
+    return write_scores(evaluation, folder)
 
 
-def add_locations(evaluation: Evaluation, locations: Locations, folder: Path) -> None:
-    """Add the errors of located transmitters to metrics.json and report.html."""
-    _write_metrics(evaluation, folder, locations)
-    _write_page(evaluation, folder, locations)
-
-
-def metrics_file(evaluation: Evaluation, locations: Locations | None = None) -> dict[str, Any]:
-    """The content of metrics.json: the metrics, "provenance", and "locations" if transmitters were located."""
-    metrics = {**evaluation.metrics(), "provenance": Provenance.of_evaluation(evaluation).facts()}
-    return metrics if locations is None else {**metrics, "locations": locations.metrics()}
-
-
-def _write_metrics(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
-    content = json.dumps(metrics_file(evaluation, locations), indent=2) + "\n"
-    write_atomically(folder / "metrics.json", content.encode())
-
-
-def _write_page(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
+def write_scores(
+    evaluation: Evaluation, folder: Path, located: Located | None = None, further_runs: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Write metrics.json, and report.html with the figures that the folder has, both with located transmitters if there
+    are some. Return the content of metrics.json.
+    """
     values, made = evaluation_values(evaluation, folder), Provenance.of_evaluation(evaluation)
-    if locations is not None:
+    metrics = {**evaluation.metrics(), "provenance": made.facts()}
+    values |= {"located": None, "further_runs": further_runs}
+    if located is not None:
+        values["located"] = metrics["locations"] = located.metrics()
         values["figures"] |= embedded(folder, ("location_errors",))
-    located = None if locations is None else locations.metrics()
-    values |= {"located": located, "further_runs": [] if locations is None else locations.further_runs}
+    write_atomically(folder / "metrics.json", (json.dumps(metrics, indent=2) + "\n").encode())
     write_page(folder / "report.html", "evaluation.html.j2", made, run=evaluation.run_name, **values)
+    return metrics
 
 
 def named_scores(evaluation: Evaluation) -> dict[str, Scores]:
@@ -150,20 +143,17 @@ def crossvalidation_values(fresh: CrossValidation, folder: Path) -> dict[str, An
     }
 
 
-def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
+def write_locations(
+    located: Located, folder: Path, made: Provenance | None = None, further_runs: Sequence[str] = ()
+) -> None:
     """Write locations.json, locations.csv and location_errors.png (and .pdf)."""
     folder.mkdir(parents=True, exist_ok=True)
-    facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})
+    facts = located.metrics() | ({"further_runs": list(further_runs)} if further_runs else {})
     write_atomically(folder / "locations.json", (json.dumps(facts, indent=2) + "\n").encode())
-    locations.found.write(folder / "locations.csv")
+    located.write(folder / "locations.csv")
     model = "model" if made is None else f"{made.model}{THIS_RUN}"
-    errors = {model if name == "locate" else name: 100 * each for name, each in locations.found.errors.items()}
-    made = made and replace(made, spectra=f"{made.spectra}, {_of(locations)}")
+    errors = {model if name == "locate" else name: 100 * each for name, each in located.errors.items()}
+    others = f" with the runs of further gateways {', '.join(further_runs)}" if further_runs else ""
+    made = made and replace(made, spectra=f"{made.spectra}, {len(located.errors['locate'])} of them located{others}")
     label, share = "error of the position (cm)", "share of located positions"
     draw_distribution(errors, folder / "location_errors.png", label, share, made, logarithmic=True)
-
-
-def _of(locations: Locations) -> str:
-    """How many test spectra were located, and with which further runs, in words."""
-    with_others = f" with the runs of further gateways {', '.join(locations.further_runs)}"
-    return f"{len(locations.found.errors['locate'])} of them located{with_others if locations.further_runs else ''}"

@@ -1,19 +1,23 @@
 """Fast drawing of spectra for the viewer: rectangular or polar panels with axes and colour bars.
 
-Axes and colour bars are drawn once, and a new spectrum only fills its panel. This takes milliseconds. Matplotlib, which
-draws the figures of the reports, would take some hundred milliseconds.
+Matplotlib draws axes and colour bars once, and a new spectrum only fills its panel. This takes milliseconds, a new
+figure some hundred.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, UInt8
 from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
@@ -23,8 +27,10 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 
 Kind = Literal["rectangular", "polar"]
 
-LEFT, TOP, RIGHT, BOTTOM = 54, 42, 86, 30
+LEFT, TOP, RIGHT, BOTTOM = 54, 46, 96, 46
 """Margins of a panel, pixels: for the elevations, the title, the colour bar and the azimuths."""
+
+DPI = 100  # Dots per inch of axes
 
 DIAMETER = 270  # Diameter of a polar panel in pixels
 
@@ -38,14 +44,14 @@ class Colours(NamedTuple):
     name: str  # Matplotlib's name of the colour map
     low: float  # value of the first colour
     high: float  # value of the last colour
-    unit: str  # text after the values at the colour bar
+    unit: str  # text above the colour bar
 
 
 LINEAR = Colours(MAGNITUDE, 0.0, 1.0, "")
-DECIBELS = Colours(MAGNITUDE, LEAST_DB, 0.0, " dB")
+DECIBELS = Colours(MAGNITUDE, LEAST_DB, 0.0, "dB")
 DEGREES = Colours(PHASE, -180.0, 180.0, "°")
 LINEAR_DIFFERENCE = Colours(DIFFERENCE, -1.0, 1.0, "")
-DECIBELS_DIFFERENCE = Colours(DIFFERENCE, LEAST_DB, -LEAST_DB, " dB")
+DECIBELS_DIFFERENCE = Colours(DIFFERENCE, LEAST_DB, -LEAST_DB, "dB")
 
 
 @dataclass(frozen=True)
@@ -85,7 +91,7 @@ def _draw(panel: Panel, kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W
     np.copyto(plot_area, plot, where=_inside(kind, grid)[..., None])
     drawn = Image.fromarray(image)
     pen = ImageDraw.Draw(drawn)
-    pen.text((6, 18), printable(panel.title), fill=INK, font=font(13), anchor="ls")
+    pen.text((6, 18), printable(panel.title), fill=INK, font=_font(), anchor="ls")
     for azimuth, elevation, ink in panel.marks:
         x, y = _where(azimuth, elevation, kind, grid)
         for radius, line in ((6, (255, 255, 255)), (5, ink), (4, ink), (3, (255, 255, 255))):
@@ -105,8 +111,8 @@ def _table(name: str) -> UInt8[np.ndarray, "256 3"]:
 
 
 @cache
-def font(size: int) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(findfont("DejaVu Sans"), size)  # Matplotlib includes this font
+def _font() -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(findfont("DejaVu Sans"), 13)  # Matplotlib includes this font
 
 
 def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W 3"]:
@@ -153,41 +159,30 @@ def _where(azimuth: float, elevation: float, kind: Kind, grid: AngularGrid) -> t
     return LEFT + middle + radius * np.cos(angle), TOP + middle - radius * np.sin(angle)
 
 
-@lru_cache
+@cache
 def _frame(kind: Kind, grid: AngularGrid, colours: Colours) -> UInt8[np.ndarray, "H W 3"]:
     """A panel without its spectrum, title and marks: axes, labels and colour bar."""
     height, width = _inside(kind, grid).shape
-    image = Image.new("RGB", (LEFT + width + RIGHT, TOP + height + BOTTOM), BACKGROUND)
-    pen = ImageDraw.Draw(image)
-    small = font(11)
-    if kind == "rectangular":
-        pen.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=INK)
-        for azimuth in range(0, 271, 90):
-            x, y = _where(azimuth, 0, kind, grid)[0], TOP + height
-            if x > LEFT + width:
-                continue
-            pen.line((x, y, x, y + 5), fill=INK)
-            pen.text((x, y + 7), f"{azimuth}°", fill=INK, font=small, anchor="mt")
-        pen.text((LEFT + width, TOP + height + 7), "azimuth", fill=INK, font=small, anchor="rt")
-        lowest, highest = grid.elevations_deg[[0, -1]]
-        for elevation in (lowest, 30, 60, highest):
-            x, y = LEFT, _where(0, elevation, kind, grid)[1]
-            if not TOP < y < TOP + height:
-                continue
-            pen.line((x - 5, y, x, y), fill=INK)
-            pen.text((x - 8, y), f"{elevation:g}°", fill=INK, font=small, anchor="rm")
-        pen.text((4, TOP + 18), "elev.", fill=INK, font=small, anchor="lm")
+    whole = np.array([LEFT + width + RIGHT, TOP + height + BOTTOM])  # pixels
+    figure = Figure(figsize=tuple(whole / DPI), dpi=DPI)
+    canvas, place = FigureCanvasAgg(figure), (LEFT, BOTTOM, width, height)
+    axis = figure.add_axes(tuple(place / np.tile(whole, 2)), polar=kind == "polar")
+    axis.tick_params(labelsize="small")
+    if kind == "polar":
+        axis.set(xticks=np.radians([0, 90, 180, 270]), yticks=[])
+        axis.grid(False)
+        axis.spines["polar"].set_visible(False)
+        axis.set_xlabel("edge: elevation 0°, middle: 90°", fontsize="small", labelpad=0)
     else:
-        for azimuth, anchor in ((0, "lm"), (90, "mb"), (180, "rm"), (270, "mt")):
-            x, y = _where(azimuth, -2, kind, grid)
-            pen.text((x, y), f"{azimuth}°", fill=INK, font=small, anchor=anchor)
-        pen.text((6, TOP + height + 18), "edge: elevation 0°, middle: 90°", fill=INK, font=small, anchor="lm")
-    image_array = np.array(image)
-    bar = colour_of(np.linspace(colours.high, colours.low, height), colours)
-    left = LEFT + width + (12 if kind == "rectangular" else 36)
-    image_array[TOP : TOP + height, left : left + 10] = bar[:, None]
-    labelled = Image.fromarray(image_array)
-    pen = ImageDraw.Draw(labelled)
-    for value, y, anchor in ((colours.high, TOP, "lt"), (colours.low, TOP + height, "lb")):
-        pen.text((left + 13, y), f"{value:g}{colours.unit}", fill=INK, font=small, anchor=anchor)
-    return np.asarray(labelled)
+        turn, half = COLUMNS * grid.azimuth_step_deg, grid.elevation_step_deg / 2
+        first, (lowest, highest) = 0 if turn > 0 else 360, grid.elevations_deg[[0, -1]]
+        axis.set(xticks=range(0, 361, 90), yticks=range(0, 91, 30))
+        axis.set(xlim=(first, first + turn), ylim=(lowest - half, highest + half))
+        axis.set_xlabel("azimuth (°)", fontsize="small", labelpad=0)
+        axis.set_ylabel("elevation (°)", fontsize="small")
+    bar = figure.add_axes(((LEFT + width + 40) / whole[0], BOTTOM / whole[1], 10 / whole[0], height / whole[1]))
+    figure.colorbar(ScalarMappable(Normalize(colours.low, colours.high), colours.name), bar)
+    bar.set_title(colours.unit, fontsize="small")
+    bar.tick_params(labelsize="small")
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3]

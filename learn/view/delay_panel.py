@@ -52,7 +52,9 @@ class DelayPanel(Panel):
             axis.stem(1e9 * np.array(lengths) / SPEED_OF_LIGHT, 20 * np.log10(gains / gains[0]), bottom=LEAST, **STEMS)
             axis.legend(fontsize="small")
         axis.set(xlim=1e9 * profile.delays[[0, -1]], ylim=(LEAST, 2), ylabel="dB")
-        axis.set_xlabel(f"delay (ns); {profile.sentence()}", fontsize="small")
+        cell = 1 / dataset.band.bandwidth  # smallest difference of two delays that the band tells apart, seconds
+        resolution = f"resolution 1 / bandwidth: {1e9 * cell:.3g} ns, or {cell * SPEED_OF_LIGHT:.3g} m of path"
+        axis.set_xlabel(f"delay (ns); {resolution}", fontsize="small")
         self.draw_figure(figure)
         return f"strongest delay {1e9 * profile.delays[profile.decibels.argmax()]:.4g} ns"
 
@@ -60,16 +62,10 @@ class DelayPanel(Panel):
 class DelayProfile(NamedTuple):
     """Power over delay around the strongest one."""
 
-    # seconds. The band cannot tell a delay from one that differs by ``period``, so they may be negative.
+    # seconds. The band cannot tell a delay from one that differs by 1 / (distance of the subcarriers), so they
+    # may be negative.
     delays: Float[np.ndarray, " n"]
     decibels: Float[np.ndarray, " n"]  # power, dB relative to the maximum
-    resolution: float  # smallest difference of two delays that the band tells apart, 1 / B, seconds
-    period: float  # delays repeat after this, 1 / (distance of the subcarriers), seconds
-
-    def sentence(self) -> str:
-        """The resolution in words."""
-        metres = SPEED_OF_LIGHT * self.resolution
-        return f"resolution 1 / bandwidth: {1e9 * self.resolution:.3g} ns, or {metres:.3g} m of path"
 
 
 def delay_profile(responses: Complex[np.ndarray, "elements subcarriers"], band: Band) -> DelayProfile:
@@ -83,4 +79,4 @@ def delay_profile(responses: Complex[np.ndarray, "elements subcarriers"], band: 
     taken = power[index % len(power)]
     with np.errstate(divide="ignore"):
         decibels = 10 * np.log10(taken / max(float(power.max()), np.finfo(float).tiny))
-    return DelayProfile(index / (FINER * band.bandwidth), decibels, 1 / band.bandwidth, 1 / band.spacing)
+    return DelayProfile(index / (FINER * band.bandwidth), decibels)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8, UInt32
+from jaxtyping import Float, UInt32
 from scipy.spatial.transform import Rotation
 
 from learn.models.networks.bisplat import Splats
@@ -32,23 +32,13 @@ def dots(radius: float, grid: AngularGrid) -> tuple[Float[np.ndarray, "dots 3"],
     return radius * grid.directions[pixel], pixel
 
 
-class Ellipses(NamedTuple):
-    """N_p ellipses on the hemisphere, whose semi-axes are one standard deviation of a primitive.
+def ellipses(splats: Splats, radius: float) -> dict[str, Any]:
+    """A model's primitives as ellipses on the hemisphere, as viser's batched meshes take them.
 
-    Each is a disc of radius 1 in the x–y plane that is stretched first, then turned, then moved.
+    The semi-axes of each are one standard deviation. It is a disc of radius 1 in the x–y plane that is stretched, then
+    turned by a quaternion (w, x, y, z), then moved, metres in the gateway frame. Its hue is the phase of the
+    coefficient, its brightness the magnitude, and its opacity that of the primitive, both divided by the largest.
     """
-
-    centres: Float[np.ndarray, "N_p 3"]  # positions on the hemisphere, metres, gateway frame
-    turns: Float[np.ndarray, "N_p 4"]  # rotations as quaternions (w, x, y, z), which is viser's order
-    stretches: Float[np.ndarray, "N_p 3"]  # semi-axes along the disc's x and y, metres, and 1 along z
-    # RGB; the hue is the phase of the primitive's coefficient, and the brightness is its magnitude divided by the
-    # largest magnitude
-    colours: UInt8[np.ndarray, "N_p 3"]
-    opacities: Float[np.ndarray, " N_p"]  # opacity divided by the largest opacity, 0…1
-
-
-def ellipses(splats: Splats, radius: float) -> Ellipses:
-    """A model's primitives as ellipses on the hemisphere."""
     azimuth, elevation = (np.radians(axis.double().numpy()) for axis in (splats.azimuth, splats.elevation))
     scale, rotation, opacity, real_imaginary = (each[0].double().numpy() for each in splats[3:])
     towards = direction(azimuth, elevation)
@@ -66,13 +56,13 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
     magnitude = np.abs(coefficient) / max(np.abs(coefficient).max(), 1e-12)
     colours = (colour_of(np.angle(coefficient), RADIANS) * (0.2 + 0.8 * magnitude[:, None])).astype(np.uint8)
     stretches = np.concatenate([lengths, np.ones((len(lengths), 1))], axis=1)
-    return Ellipses(
-        (radius * towards).astype(np.float32),
-        np.roll(turns, 1, axis=1).astype(np.float32),
-        stretches.astype(np.float32),
-        colours,
-        (opacity / opacity.max()).astype(np.float32),
-    )
+    return {
+        "batched_positions": (radius * towards).astype(np.float32),
+        "batched_wxyzs": np.roll(turns, 1, axis=1).astype(np.float32),
+        "batched_scales": stretches.astype(np.float32),
+        "batched_colors": colours,
+        "batched_opacities": (opacity / opacity.max()).astype(np.float32),
+    }
 
 
 def disc() -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:

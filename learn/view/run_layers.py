@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Float
 from viser import SceneNodeHandle
@@ -23,15 +21,8 @@ LOCATED = (230, 120, 0)
 LOCATIONS = "evaluation/locations.csv"  # File in a run folder, written by ``bisplat evaluate --locate``
 
 
-class Cloud(NamedTuple):
-    """Standard deviations over the region."""
-
-    positions: Float[np.ndarray, "n 3"]  # metres, world frame
-    deviations: Float[np.ndarray, " n"]  # standard deviations of a spectrum's values, 0…1
-
-
-def cloud(subject: Subject) -> Cloud | None:
-    """Standard deviations of the run over the region of its known positions. None: the run states none."""
+def cloud(subject: Subject) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]] | None:
+    """Positions over the region of the known ones, metres, and the run's standard deviations there. None: no such."""
     run, region = subject.run, subject.known_region
     if run is None or region is None or run.deviation(region[:1]) is None:
         return None
@@ -39,7 +30,7 @@ def cloud(subject: Subject) -> Cloud | None:
     positions = grid_in(region, spacing, CLOUD)
     deviations = run.deviation(positions)
     assert deviations is not None
-    return Cloud(positions, deviations)
+    return positions, deviations
 
 
 def located(subject: Subject) -> Float[np.ndarray, "K 2 3"] | None:
@@ -79,8 +70,9 @@ def add_cloud(view: RoomView) -> None:
             found = cloud(view.subject)
             if found is None:
                 raise InputError("expected a run that states its standard deviation, found one that does not")
-            scale = Colours(MAGNITUDE, float(found.deviations.min()), float(found.deviations.max()) + 1e-9, "")
-            drawn.append(view.add_dots("/deviation", found.positions, colour_of(found.deviations, scale), 0.003))
+            positions, deviations = found
+            scale = Colours(MAGNITUDE, float(deviations.min()), float(deviations.max()) + 1e-9, "")
+            drawn.append(view.add_dots("/deviation", positions, colour_of(deviations, scale), 0.003))
             box.label = f"standard deviation ({scale.low:.3f} to {scale.high:.3f}; yellow: large)"
         for node in drawn:
             node.visible = box.value

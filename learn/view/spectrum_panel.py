@@ -103,11 +103,7 @@ class SpectrumPanel(Panel):
                 self._splats = self.view.client.scene.add_batched_meshes_simple(
                     "/gateway/primitives",
                     *disc(),
-                    batched_wxyzs=drawn.turns,
-                    batched_positions=drawn.centres,
-                    batched_scales=drawn.stretches,
-                    batched_colors=drawn.colours,
-                    batched_opacities=drawn.opacities,
+                    **drawn,
                     side="double",
                     lod="off",
                     cast_shadow=False,

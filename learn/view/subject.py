@@ -154,7 +154,10 @@ class Subject:
         if self.run is not None:
             predictors[self.run.config.model] = self._by_model
         if self.dataset is not None and len(self.known):
-            predictors |= {"inverse-distance": self._by_distance, "nearest": self._by_copying}
+            predictors |= {
+                "inverse-distance": partial(self._by, inverse_distance),
+                "nearest": partial(self._by, nearest),
+            }
         return predictors
 
     def recorded(self, index: int) -> Spectrum:
@@ -210,23 +213,18 @@ class Subject:
         with self.alone:
             return self.run.predict(position[None]).spectra[0]
 
-    def _by_distance(self, position: Position) -> SpectrumArray:
-        return inverse_distance(*self._nearest_known(position), position[None])[0]
-
-    def _by_copying(self, position: Position) -> SpectrumArray:
-        return nearest(*self._nearest_known(position), position[None])[0]
-
     @cached_property
     def _tree(self) -> cKDTree:
         assert self.dataset is not None
         return cKDTree(self.dataset.positions[self.known])
 
-    def _nearest_known(self, position: Position) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and spectra of the nearest known spectra, the only ones that the baselines use."""
+    def _by(self, baseline: Callable[..., np.ndarray], position: Position) -> SpectrumArray:
+        """What a baseline predicts from the nearest known spectra, the only ones that it uses."""
         assert self.dataset is not None
         found = self._tree.query(position, k=min(NEIGHBOURS, len(self.known)))[1]
         index = self.known[np.atleast_1d(found)]
-        return self.dataset.positions[index], spectrum_of(self.dataset.pictures[index])
+        spectra = spectrum_of(self.dataset.pictures[index])
+        return baseline(self.dataset.positions[index], spectra, position[None])[0]
 
 
 def subject(what: str) -> Subject:

@@ -57,11 +57,9 @@ class Tracing:
     def _trace_requests(self) -> None:
         try:
             tracer = self._prepared()
-        except MissingExtraError as error:
-            self.state = f"no ray tracing: {error}"
-            return
         except Exception as error:  # the page says why there is no ray tracing, and shows everything else
-            logging.getLogger("bisplat").exception("the viewer has no ray tracing")
+            if not isinstance(error, MissingExtraError):
+                logging.getLogger("bisplat").exception("the viewer has no ray tracing")
             self.state = f"no ray tracing: {error}"
             return
         self.state = ""

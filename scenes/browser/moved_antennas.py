@@ -11,11 +11,12 @@ import numpy as np
 from jaxtyping import Float
 from viser import ClientHandle, TransformControlsEvent
 
-from scenes.browser.scene_view import add_gateway, add_region, edges, wxyz, xyzw
+from scenes.browser.scene_view import add_gateway, add_region, wxyz, xyzw
 from scenes.browser.served_page import shield
 from scenes.files.lengths import rounded
 from scenes.scene.description import Scene
 from scenes.scene.orientation import Quaternion, boresight_of
+from scenes.scene.shapes import box_edges
 
 
 class MovedAntennas:
@@ -67,7 +68,7 @@ class MovedAntennas:
 
     async def _move_corner(self, index: int, event: TransformControlsEvent) -> None:
         self._region[index] = event.target.position
-        self._box.points = edges(self._region)
+        self._box.points = box_edges(self._region)
         self._write()
 
     def _write(self) -> None:

@@ -13,6 +13,7 @@ from scenes.checks.enclosure import enclosing
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.orientation import Quaternion
+from scenes.scene.shapes import box_edges
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
 WALL_OPACITY = 0.18  # Opacity of floor, walls and ceiling, so that the inside is visible from outside
@@ -77,14 +78,7 @@ def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float,
 
 
 def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/region") -> LineSegmentsHandle:
-    return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
-
-
-def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "n 2 3"]:
-    """Return the edges of a box by their two ends; of a box that is a point, a line of length 0."""
-    corners = np.stack(np.meshgrid(*np.transpose(region), indexing="ij"), axis=-1).reshape(8, 3)
-    ends = [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1]
-    return np.array(ends or [(corners[0], corners[0])], np.float32)
+    return api.add_line_segments(name, box_edges(region), REGION, thickness=2, thickness_units="screen")
 
 
 def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from scenes.checks.enclosure import UNDER_CEILING, Plane, barycentric, ceiling_h
 from scenes.drawing.floor_plan import REGION
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
-from scenes.scene.shapes import bounding_box
+from scenes.scene.shapes import bounding_box, box_edges
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
@@ -68,16 +68,14 @@ def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
     picture[_outlines(buffer, tolerance), :3] *= 0.6
     region = trimesh.creation.box(bounds=scene.transmitter.region).triangles
     before = depth_buffer(_project(axes, region), buffer.extent, columns)
-    _tint(picture, np.isfinite(before.depth) & (before.depth <= buffer.depth + tolerance))
-    image = AxesImage(axes, extent=buffer.extent, origin="lower", interpolation="antialiased", zorder=1)
-    image.set_data(picture)
-    axes.add_image(image)
-
-    corners = scene.transmitter.corners()
-    for i, a in enumerate(corners):
-        for b in corners[i + 1 :]:
-            if np.sum(a != b) == 1:
-                _draw_line(axes, buffer, np.array([a, b]), tolerance)
+    tint = np.zeros_like(picture)
+    tint[np.isfinite(before.depth) & (before.depth <= buffer.depth + tolerance)] = REGION
+    for pixels in (picture, tint):
+        image = AxesImage(axes, extent=buffer.extent, origin="lower", interpolation="antialiased", zorder=1)
+        image.set_data(pixels)
+        axes.add_image(image)
+    for edge in box_edges(scene.transmitter.region):
+        _draw_line(axes, buffer, edge, tolerance)
     for gateway in gateways:
         _draw_gateway(axes, buffer, gateway, 0.12 * float(np.max(high - low)), tolerance)
     return left_out
@@ -162,13 +160,6 @@ def _outlines(buffer: DepthBuffer, step: float) -> Bool[np.ndarray, "rows column
     jumps[1:-1] |= np.abs(np.diff(depth, 2, axis=0)) > step
     jumps[:, 1:-1] |= np.abs(np.diff(depth, 2, axis=1)) > step
     return jumps & seen
-
-
-def _tint(picture: Float[np.ndarray, "rows columns 4"], where: Bool[np.ndarray, "rows columns"]) -> None:
-    color, strength, under = np.array(REGION[:3]), REGION[3], picture[where]
-    alpha = strength + under[:, 3] * (1 - strength)
-    mixed = strength * color + (under[:, 3] * (1 - strength))[:, None] * under[:, :3]
-    picture[where] = np.column_stack([mixed / alpha[:, None], alpha])
 
 
 def _draw_line(axes: Axes3D, buffer: DepthBuffer, ends: Float[np.ndarray, "2 3"], tolerance: float) -> None:

@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
-from learn.models.base import Region
+from learn.models.base import Region, part_of
 from learn.models.kriging.delay_powers import fit_delay_powers, white_noise
 from learn.models.kriging.deviation_curve import left_out_curve, normal_curve, on_curve
 from learn.models.kriging.kriged_field import KrigedField
@@ -31,19 +31,12 @@ AT_ONCE = 32  # positions that ``at`` predicts at once
 class BandField(KrigedField):
     """Interpolates every element's responses at all subcarriers as one random field over position and frequency.
 
-    As ``KrigedField``, with waves that arrive from direction u_j after delay τ_t. A wave has the share s_j p_t of the
-    power, so that two responses have the covariance::
+    As ``KrigedField``, with waves that arrive after the delay τ_t with the share p_t of the power (``delay_powers``)::
 
         κ(Δ, δ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ) · Σ_t p_t e^{−i 2π δ τ_t}
 
-    δ is the difference of their frequencies, and k is the wavenumber of the carrier. The powers p_t and the noise σ²
-    are fitted to the known responses as a profile of delays (``fit_delay_powers``), then the s_j, ℓ, T and ν to all
-    subcarriers together. The covariance over N known positions and S subcarriers is a Kronecker product, K ⊗ R. With
-    the eigenvectors v_i of R and its eigenvalues λ_i, kriging of all N S responses falls apart into one of each
-    component v_iᴴ y, with the nugget ν + σ² / λ_i. Only few components exceed the noise. They are all that is kept.
-
-    Known positions that are predicted from others, near and far, tell how large the errors are at each kriging
-    variance (``rising_curve``).
+    δ is the difference of their frequencies. With the eigenvectors v_i of the factor over frequency and its eigenvalues
+    λ_i, kriging falls apart into one of each component v_iᴴ y, with the nugget ν + σ² / λ_i.
     """
 
     components: Tensor  # v_i (real, imaginary)
@@ -70,7 +63,7 @@ class BandField(KrigedField):
         known = np.unique(known)
         assert dataset.band is not None
         responses, times = dataset.band_responses[known], known.astype(float)
-        found = self.fit_to(dataset.positions[known], responses, dataset.band.spacing, times)
+        found = self.fit_to(dataset.positions[known], responses, times)
         self.learn_deviations(responses)
         return found
 
@@ -78,7 +71,6 @@ class BandField(KrigedField):
         self,
         positions: Float[np.ndarray, "n 3"],
         responses: Complex[np.ndarray, "n elements subcarriers"],
-        spacing: float | None,
         times: Float[np.ndarray, " n"],
     ) -> str:
         """As ``fit``, to known responses. The deviations are those of the covariance until ``learn_deviations``."""
@@ -91,30 +83,18 @@ class BandField(KrigedField):
         self.noise = white_noise(rows)
         delays, _ = fit_delay_powers(rows, self.noise)
         self._decompose(delays, self.noise, responses.shape[2], every)
-        self._keep(positions, responses, times)
+        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
+        components = torch.view_as_complex(self.components.double())
+        values = (torch.from_numpy(responses) / float(self.level)) @ components.conj()
+        self.values = torch.view_as_real(values).flatten(1).float()
+        self.mean = torch.zeros(self.values.shape[1])
         self.fit_covariance(np.arange(len(positions)))
         self._state(*normal_curve(self.noise))
         effective = float(torch.exp(-(self.shares * self.shares.log()).sum()))
-        spread = "" if spacing is None else f"delay spread {1e9 * _spread_of(delays) / (every * spacing):.0f} ns, "
         return (
-            f"{spread}{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
+            f"{len(self.powers)} components of {responses.shape[2]} subcarriers, noise "
             f"{10 * np.log10(self.noise):.0f} dB, about {effective:.0f} directions, length {self.length:.2f} m"
         )
-
-    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        self._keep(dataset.positions[known], dataset.band_responses[known], known.astype(float))
-
-    def _keep(
-        self,
-        positions: Float[np.ndarray, "n 3"],
-        responses: Complex[np.ndarray, "n elements subcarriers"],
-        times: Float[np.ndarray, " n"],
-    ) -> None:
-        self.places, self.times = torch.from_numpy(positions).float(), torch.from_numpy(times).float()
-        components = torch.view_as_complex(self.components.double())
-        values = (torch.from_numpy(responses.astype(complex)) / float(self.level)) @ components.conj()
-        self.values = torch.view_as_real(values).flatten(1).float()
-        self.mean = torch.zeros(self.values.shape[1])
 
     def fit_covariance(self, used: Int[np.ndarray, " n"]) -> None:
         """Fit the covariance over positions to some of the known ones; all of them are still interpolated."""
@@ -189,28 +169,19 @@ class BandField(KrigedField):
     def _state(self, variances: Float[np.ndarray, " k"], deviations: Float[np.ndarray, " k"]) -> None:
         self.variances, self.deviations = torch.from_numpy(variances).float(), torch.from_numpy(deviations).float()
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        components = state_dict.get("components", self.components)
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        numbers = part_of(state_dict, prefix)
+        components = numbers.get("components", self.components)
         if components.ndim != 3 or components.shape[2] != 2 or not components.numel():
             raise RuntimeError(f"components of shape {tuple(components.shape)}")
-        self.components = torch.zeros(components.shape)
-        self.powers, self.noises = torch.zeros(components.shape[1]), torch.zeros(components.shape[1])
-        numbers = 2 * self.beamforming.elements * components.shape[1]
-        self.values, self.mean = torch.zeros(0, numbers), torch.zeros(numbers)
-        points = state_dict.get("variances", self.variances)
+        kept = components.shape[1]
+        self.components, self.powers, self.noises = torch.zeros(components.shape), torch.zeros(kept), torch.zeros(kept)
+        self.mean = torch.zeros(2 * self.beamforming.elements * kept)
+        self.values = self.mean[None]
+        points = numbers.get("variances", self.variances)
         self.variances, self.deviations = torch.zeros(points.shape), torch.zeros(points.shape)
-        loaded = super().load_state_dict(state_dict, strict, assign)
+        super()._load_from_state_dict(state_dict, prefix, *others)
         if min(self.powers.min(), self.noises.min(), self.level) <= 0:
             raise RuntimeError("a power, noise or level that is not above 0")
         if points.ndim != 1 or not len(points) or (points.diff() < 0).any() or not (self.deviations >= 0).all():
             raise RuntimeError("no curve of deviations over rising variances")
-        return loaded
-
-
-def _spread_of(power: Float[np.ndarray, " M"]) -> float:
-    """Root mean square spread of delays 0…1 on a circle, counted from the strongest one."""
-    count = len(power)
-    steps = (np.arange(count) + count // 2) % count - count // 2
-    around = np.roll(power, -int(power.argmax())) / power.sum()
-    mean = around @ steps
-    return float(np.sqrt(around @ np.square(steps - mean))) / count

@@ -1,11 +1,7 @@
 """Kriging of responses by a compiled loop over positions. ``KrigedField.interpolated`` is its slow reference.
 
-The equations are those of ``KrigedField`` and ``leg_times``, in double precision. Two things make it fast:
-
-- The cosines and sines of the plane waves at the known positions are computed once. A covariance is then a sum of
-  products, since the phase of a difference is the difference of the phases.
-- The matrix is Hermitian and positive definite. Its Cholesky factor takes an eighth of the operations that elimination
-  in the real matrix of twice the size takes.
+It is fast since the cosines and sines of the waves at known positions are computed once, and since the Cholesky factor
+of a Hermitian matrix takes an eighth of the operations of elimination in the real one of twice the size.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""The power that arrives after each delay, fitted to responses over a band.
-
-A band is to delays what an aperture is to directions: the response at frequency f is Σ a exp(−i 2π f τ) over paths of
-delay τ. With independent paths, responses are a Gaussian process over frequency, whose covariance depends on the
-difference of two frequencies alone.
-"""
+"""The power that arrives after each delay, fitted to responses over a band: a Gaussian process over frequency."""
 
 from __future__ import annotations
 

@@ -9,37 +9,25 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
-from torch.nn.functional import embedding_bag
 
-from learn.models.base import Beamformed, Region, SpectrumModel
+from learn.models.base import Beamformed, Region, SpectrumModel, part_of, runs_compiled
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
-from learn.models.kriging.stacking import best_mixture, by_distance, nearest_known
+from learn.models.kriging.stacking import best_mixture, by_distance
 from learn.models.kriging.wave_covariance import distances
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
-
-OF_BAND = "band.field."  # where the names of the buffers of the field over the band begin, in a file of weights
 
 PIECE = 16
 """Number of spectra that are interpolated at a time and added to those of responses. Kriging takes some MB for each."""
 
 
 class HelmholtzField(SpectrumModel):
-    """A weighted mean of spectra interpolated in up to five ways.
+    """A weighted mean of spectra interpolated in up to five of the ``WAYS``.
 
-    ``S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r)``
-
-    ``KrigedField`` interpolates S_responses and S_spectra, ``SquaredExponentialField`` S_smooth. S_distance is the mean
-    of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the pictures
-    where this improves the prediction (``fit_to_pictures``). If the receiver moves, the fifth way krigs the one field
-    that the elements of the array sample at all its known places (``MovingArrayField``).
-
-    Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
-    says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
-    with which known spectra are best predicted from the others (stacking [wolpert1992]).
+    ``fit`` finds the weights with which known spectra are best predicted from the others (stacking [wolpert1992]).
     """
 
     weights: Tensor  # w of each of ``WAYS``; they add up to 1
@@ -76,17 +64,10 @@ class HelmholtzField(SpectrumModel):
 
     def _add_others(self, positions: Float[Tensor, "B 3"], spectra: Float[np.ndarray, "B 90 360"]) -> None:
         """Add the spectra that other ways than kriging of responses predict, by their weights."""
-        field: Any = self.fields["responses"]
-        known = field.all_known_spectra()
         for way, weight in self._used.items():
-            if way == "inverse-distance" and known is not None:
-                near, shares = nearest_known(distances(positions, field.places))
-                of_known = embedding_bag(near, known.flatten(1), per_sample_weights=weight * shares, mode="sum")
-                spectra += of_known.view(spectra.shape).numpy()
-            elif way != "responses":
-                for start in range(0, len(positions), PIECE):
-                    piece = slice(start, start + PIECE)
-                    spectra[piece] += weight * self._by(way, positions[piece]).numpy()
+            for start in range(0, len(positions) if way != "responses" else 0, PIECE):
+                piece = slice(start, start + PIECE)
+                spectra[piece] += weight * self._by(way, positions[piece]).numpy()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         return _sum({way: self._by(way, positions) for way in self._used}, self._used)
@@ -161,31 +142,23 @@ class HelmholtzField(SpectrumModel):
             model: Any = self.fields[way]
             return model(positions) if pixels is None else model.coarse(positions, pixels)
         field: Any = next(iter(self.fields.values()))
-        spectra = by_distance(field, distances(positions, field.places))
+        known = field.all_known_spectra() if runs_compiled(positions) else None
+        spectra = by_distance(field, distances(positions, field.places), known)
         return spectra if pixels is None else spectra[:, pixels.rows][:, :, pixels.columns]
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but first makes the fields that the file has."""
-        fields: dict[str, KrigedField] = {}
-        for way in WAYS:
-            prefix = f"fields.{way}."
-            of_field = {name.removeprefix(prefix): each for name, each in state_dict.items() if name.startswith(prefix)}
-            if of_field:
-                fields[way] = empty_field(way, self._built)
-                fields[way].load_state_dict(of_field)
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        """As for ``torch.nn.Module``, but first makes the fields that the file has."""
+        numbers = part_of(state_dict, prefix)
+        fields = {way: empty_field(way, self._built) for way in WAYS if part_of(numbers, f"fields.{way}.")}
         self.fields = nn.ModuleDict(fields)
-        of_band = {name.removeprefix(OF_BAND): each for name, each in state_dict.items() if name.startswith(OF_BAND)}
-        self.band = nn.ModuleDict({"field": BandField(*self._built)} if of_band else {})
-        if of_band:
-            self.band["field"].load_state_dict(of_band)
-        loaded = super().load_state_dict(state_dict, strict, assign)
+        self.band = nn.ModuleDict({"field": BandField(*self._built)} if part_of(numbers, "band.field.") else {})
+        super()._load_from_state_dict(state_dict, prefix, *others)
         self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
         missing = self._used.keys() - fields.keys() - {"inverse-distance"}
         if missing or not fields:
             raise RuntimeError(f"no field of {min(missing, default='any way')}")
         if not (min(self._used.values(), default=0) > 0 and abs(sum(self._used.values()) - 1) < 1e-3):
             raise RuntimeError(f"weights that are not shares of 1, {self.weights.tolist()}")
-        return loaded
 
 
 def _sum(spectra: Mapping[str, Float[Tensor, "B H W"]], weights: Mapping[str, float]) -> Float[Tensor, "B H W"]:

@@ -47,11 +47,7 @@ SAMPLES = 256  # number of nearest samples from which a prediction is made, in w
 
 
 class MovingArrayField(KrigedField):
-    """Interpolates the field of a fixed transmitter, from its samples at all elements and all known places of an array.
-
-    If the receiver moves, all elements sample one field: y_m(r) = y(r + d_m), with the offset d_m of element m from the
-    middle of the array. Kriging from all these samples tells more than kriging each element's response by itself.
-    """
+    """Interpolates the field of a fixed transmitter from its samples y_m(r) = y(r + d_m) at all elements and places."""
 
     def __init__(self, region: Region, beamformer: Beamformer, wavelength: float):
         super().__init__(region, beamformer, wavelength, "responses")

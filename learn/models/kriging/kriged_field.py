@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
-from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, runs_compiled
+from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, part_of, runs_compiled
 from learn.models.encoding import evenly_spread_directions
 from learn.models.kriging.vecchia import FAR, fit_covariance
 from learn.models.kriging.wave_covariance import Separations, between_rows, distances, leg_times, with_turned_rows
@@ -34,28 +34,14 @@ EVERY = slice(None)
 class KrigedField(SpectrumModel):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
-    By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
-    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model makes three assumptions:
-
-    - The waves from direction u_j have random phases and the share s_j of the power.
-    - A plane wave is valid over a length ℓ, which shadow edges and curved wavefronts limit.
-    - The scene changes over T spectra while it is measured (people, doors, the tag's orientation).
-
-    Two responses then have the covariance κ. The prediction from the nearest known positions is y(r)::
+    Waves from the directions u_j have random phases and the shares s_j of the power [cook1955]. They are valid over a
+    length ℓ, and the scene changes over T spectra. So two responses have the covariance κ, and the prediction is y(r)::
 
         κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
 
-    Δ is the difference of two positions, and τ the number of spectra recorded between them, in the dataset's order. The
-    τ of a new position is unknown. The position is assumed to lie on the path between two consecutive known positions,
-    and nearer legs of this path are more probable (``expected_fading``).
-
-    The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
-    maximise the likelihood [vecchia1988]. A penalty pulls the shares a little towards equal ones, for which the sum
-    is ``sin(k|Δ|) / k|Δ|`` [cook1955]. A simulated scene does not change; the fit then finds a T so large that
-    ``e^(−τ/T)`` is 1.
-
-    If a dataset has no responses, its spectra are interpolated about their mean with the covariance ``|κ|²``, which is
-    that of the power ``|y|²`` of a Gaussian field [reed1962].
+    Δ is the difference of two positions, and τ the number of spectra recorded between them. s_j, ℓ, T and the nugget ν
+    maximise the likelihood [vecchia1988]. Spectra are interpolated about their mean with ``|κ|²``, the covariance of
+    the power of a Gaussian field [reed1962].
     """
 
     neighbours = 32
@@ -282,18 +268,18 @@ class KrigedField(SpectrumModel):
         values = self.interpolated(positions, columns=columns)[0]
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but for the number of known spectra that the file has."""
-        known = len(state_dict["times"]) if state_dict.get("times", torch.zeros(())).ndim else 0
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        """As for ``torch.nn.Module``, but for the number of known spectra that the file has."""
+        numbers = part_of(state_dict, prefix)
+        known = len(numbers["times"]) if numbers.get("times", torch.zeros(())).ndim else 0
         if not known:
             raise RuntimeError("no known spectra")
         for name in ("places", "times", "values"):
             shape = (known, *getattr(self, name).shape[1:])
-            if name in state_dict and state_dict[name].shape != shape:  # checked before memory is allocated
-                raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
+            if name in numbers and numbers[name].shape != shape:  # checked before memory is allocated
+                raise RuntimeError(f"{name} of shape {tuple(numbers[name].shape)} instead of {shape}")
             grey_levels = name == "values" and not self.of_responses
             setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))
-        loaded = super().load_state_dict(state_dict, strict, assign)
+        super()._load_from_state_dict(state_dict, prefix, *others)
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
             raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")
-        return loaded

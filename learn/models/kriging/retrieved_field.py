@@ -1,19 +1,13 @@
 """Kriging of the element responses behind pictures, and their phases, by which all responses form one field.
 
-A picture determines the responses y_n of the array at a position r_n up to a complex factor and the flip
-y_m → y*_{MN−1−m} (``simulate.spectra.phase_retrieval``). Responses at all known positions are samples of one field,
-whose covariance κ(r, r') solves the Helmholtz equation (``kriged_field``). The factors z_n and the flips
-are those for which this is most likely. There are n factors and flips but n · MN complex numbers, so that they are
-well determined wherever positions are within about a wavelength of each other. No picture can determine a flip of all
-at once, or a factor common to all.
-
-Each position's responses are predicted from the nearest others by kriging, a_n = Σ w* z y with error variance v. The
-best factor and flip of one position, given all others, maximise
+A picture determines the responses y_n at a position up to a factor z_n and a flip y_m → y*_{MN−1−m}. Kriging predicts
+them from the nearest others, a_n = Σ w* z y with the error variance v. The best factor and flip of one position, given
+all others, maximise
 
     −|a_n − z y_n|² / v + 2 MN log |z|
 
-(the last term is the Jacobian of the scaling), which has a closed form. They are found for one position after another:
-first outwards from one place, each from those already done, then again and again until the field no longer changes.
+(the last term is the Jacobian of the scaling). They are found for one position after another until the field no longer
+changes.
 """
 
 from __future__ import annotations

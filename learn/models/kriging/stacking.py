@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
+from torch.nn.functional import embedding_bag
 
 from learn.data.metrics import ssim_of_each
 from learn.data.neighbours import NEIGHBOURS
@@ -48,17 +49,16 @@ def best_weights(
     return {name: count / QUARTERS for name, count in counts.items() if count}, score
 
 
-def nearest_known(distance: Float[Tensor, "B n"]) -> tuple[Int[Tensor, "B m"], Float[Tensor, "B m"]]:
-    """The nearest known spectra, and their weights, 1 / distance."""
+def by_distance(
+    field: KrigedField, distance: Float[Tensor, "B n"], known: Float[Tensor, "n 90 360"] | None = None
+) -> Float[Tensor, "B 90 360"]:
+    """Mean of the nearest known spectra, weighted by 1 / distance; quickly, if all known spectra are given."""
     distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
     weights = 1 / distance.clamp_min(LEAST_DISTANCE)
-    return near, weights / weights.sum(dim=1, keepdim=True)
-
-
-def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
-    """Mean of the nearest known spectra, weighted by 1 / distance."""
-    near, weights = nearest_known(distance)
-    return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
+    weights = weights / weights.sum(dim=1, keepdim=True)
+    if known is None:
+        return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
+    return embedding_bag(near, known.flatten(1), per_sample_weights=weights, mode="sum").unflatten(1, (ROWS, COLUMNS))
 
 
 def left_out_by_distance(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> Float[np.ndarray, "L 90 360"]:

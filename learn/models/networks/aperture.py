@@ -24,28 +24,14 @@ STEP_DEG = 6
 class BiSplatAperture(ResponseNetwork):
     """Predicts the responses of the array to the field of planar Gaussians, and the spectrum from these.
 
-    As in the paper [zhang2026], primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is
-    blended with a complex coefficient c_i into the field, from near to far:
+    As in the paper [zhang2026], primitives blend into ``F(ω) = Σ_i T_i(ω) α_i(ω) c_i``, with ``T_i = Π_{nearer j} (1 −
+    α_j)``. Only the coefficients depend on the transmitter's position r, so that what element m with the manifold a_m
+    receives is linear in them, and A is computed once for a batch::
 
-    ``F(ω) = Σ_i T_i(ω) α_i(ω) c_i``, with ``α_i = o_i G_i`` and ``T_i = Π_{nearer j} (1 − α_j)``.
+        y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i,   c_i(r) = p_i · [t(r), 1]
 
-    Unlike in the paper, only the coefficients depend on the transmitter's position r. The field is then linear in them,
-    and so are the responses of the elements m, which are the field's projections on the array manifold a_m:
-
-    ``y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i``, with ``A_mi = Σ_ω a_m(ω) T_i(ω) α_i(ω) cosθ ΔΩ`` and the solid
-    angle ``cosθ ΔΩ``.
-
-    A is computed once for a whole batch of transmitters. The coefficients are those of a bilinear form in features of
-    the primitive, p_i (a network of GS-PE), and features of the transmitter, t (a network of the encoded position):
-
-    ``c_i(r) = p_i · [t(r), 1]``
-
-    Training with hundreds of transmitters per step therefore takes little longer than with one.
-
-    If the receiver moves, the field is that of a fixed transmitter, and the waves from a primitive's direction u_i have
-    the phase of their way to the array: ``c_i(r) = e^{jk u_i·(r − r₀)} p_i · [t(r), 1]``, with the region's centre r₀.
-
-    Over a band, each primitive also has a learned delay τ_i, so that ``y_m(f) = Σ_i A_mi c_i e^{−j2π(f − f₀)τ_i}``.
+    p_i are features of the primitive (a network of GS-PE), t those of the transmitter. If the receiver moves, c_i has
+    the phase ``e^{jk u_i·(r − r₀)}`` of its direction u_i, too, and over a band that of a learned delay.
     """
 
     aperture: Tensor
@@ -65,7 +51,7 @@ class BiSplatAperture(ResponseNetwork):
     ):
         super().__init__(region, beamformer, wavelength)
         self.ordered = ordered
-        self._kept: dict[str, Cache[Tensor]] = {}
+        self._kept: dict[tuple[str, bool], Cache[Tensor]] = {}
         azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
         self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
         self.register_buffer("elevations", torch.from_numpy(elevations).float(), persistent=False)
@@ -92,18 +78,19 @@ class BiSplatAperture(ResponseNetwork):
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary)."""
-        if self.turn is not None:
-            return _products("bi,im->bm", self._coefficients(positions), self._once(self._received))
-        of_features = self._once(self._response_of_features)
-        return (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
+        return self._heard(None, positions)
 
     def over_band(self, band: PathDelays, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements subcarriers 2"]:
+        return self._heard(band, positions).unflatten(1, (-1, len(band.turns)))
+
+    def _heard(
+        self, band: PathDelays | None, positions: Float[Tensor, "B 3"]
+    ) -> Float[Tensor, "B elements*subcarriers 2"]:
+        """Responses (real, imaginary) at all subcarriers of a band; without one, at the carrier."""
         if self.turn is not None:
-            found = _products("bi,im->bm", self._coefficients(positions), self._once(self._received_over_band))
-        else:
-            of_features = self._once(self._band_of_features)
-            found = (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
-        return found.unflatten(1, (-1, len(band.turns)))
+            return _products("bi,im->bm", self._coefficients(positions), self._once(self._received, band))
+        of_features = self._once(self._response_of_features, band)
+        return (self._transmitter_features(positions) @ of_features).unflatten(-1, (-1, 2))
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
         coefficient = self._coefficients(positions)
@@ -126,14 +113,13 @@ class BiSplatAperture(ResponseNetwork):
         phase = 2 * torch.pi / self.wavelength * (positions - self.region.mean(dim=0)) @ direction.T
         return _products("bi,bi->bi", found, torch.stack([phase.cos(), phase.sin()], dim=-1))
 
-    def _once(self, compute: Callable[[], Tensor]) -> Tensor:
+    def _once(self, compute: Callable[..., Tensor], *band: PathDelays | None) -> Tensor:
         """What depends on the weights alone: in inference mode, the last result as long as no weight has changed."""
-        if not torch.is_inference_mode_enabled():
-            return compute()
         weights = list(self.parameters())
-        if any(each.is_inference() for each in weights):  # these do not tell whether they have changed
-            return compute()
-        return self._kept.setdefault(compute.__name__, Cache()).of(weights, compute)
+        # Weights made in inference mode do not tell whether they have changed.
+        if not torch.is_inference_mode_enabled() or any(each.is_inference() for each in weights):
+            return compute(*band)
+        return self._kept.setdefault((compute.__name__, any(band)), Cache()).of(weights, lambda: compute(*band))
 
     def _depth(self) -> Float[Tensor, " N_p"]:
         return self.primitives.depth if self.ordered else torch.zeros_like(self.primitives.depth)
@@ -143,28 +129,20 @@ class BiSplatAperture(ResponseNetwork):
         each = self.primitives
         return each.scale_raw.exp().clamp(SCALE_LEAST, SCALE_MOST), each.rotation, each.opacity_raw.sigmoid()
 
-    def _response_of_features(self) -> Float[Tensor, "features elements*2"]:
+    def _response_of_features(self, band: PathDelays | None = None) -> Float[Tensor, "features elements*subcarriers*2"]:
         """Responses (real, imaginary) to each feature of the transmitter: Σ_i A_mi p_i."""
-        return _products("im,if->fm", self._received(), self._primitive_features()).flatten(1)
+        return _products("im,if->fm", self._received(band), self._primitive_features()).flatten(1)
 
-    def _band_of_features(self) -> Float[Tensor, "features elements*subcarriers*2"]:
-        """The same at all subcarriers."""
-        return _products("im,if->fm", self._received_over_band(), self._primitive_features()).flatten(1)
-
-    def _received_over_band(self) -> Float[Tensor, "N_p elements*subcarriers 2"]:
-        """A_mi e^{−j2π(f − f₀)τ_i} (real, imaginary)."""
-        assert self.band is not None
-        return _products("im,is->ims", self._received(), self.band.factors()).flatten(1, 2)
-
-    def _received(self) -> Float[Tensor, "N_p elements 2"]:
-        """A_mi (real, imaginary)."""
+    def _received(self, band: PathDelays | None = None) -> Float[Tensor, "N_p elements*subcarriers 2"]:
+        """A_mi (real, imaginary), over a band times e^{−j2π(f − f₀)τ_i}."""
         order = torch.argsort(self._depth(), stable=True)
         scale, rotation, opacity = (value[order] for value in self._shape())
         place = self.primitives.azimuth[order], self.primitives.elevation[order]
         pixels = pixel_grid(self.azimuths, self.elevations)
         alpha = opacity[:, None] * gaussian(*place, conic_of(scale, rotation), pixels)
         received = (blending_weights(alpha) @ self.aperture).unflatten(-1, (-1, 2))
-        return received[torch.argsort(order)]
+        received = received[torch.argsort(order)]
+        return received if band is None else _products("im,is->ims", received, band.factors()).flatten(1, 2)
 
     def _primitive_features(self) -> Float[Tensor, "N_p features 2"]:
         """p_i (real, imaginary)."""

@@ -1,7 +1,4 @@
-"""The residual feed-forward network of the paper, and the network with one skip that other authors deform Gaussians by.
-
-The paper's static network, dynamic network and delta decoder are instances of the former.
-"""
+"""The residual feed-forward network of the paper, and one with a skip, by which other authors deform Gaussians."""
 
 from __future__ import annotations
 
@@ -16,10 +13,6 @@ class Interpolated(NamedTuple):
 
     weights: Float[Tensor, "N_p N_c"]  # interpolation weights w_ij; each row adds up to 1
     values: Float[Tensor, "B N_c width"]  # features g'_j of the grid points
-
-    def __call__(self) -> Float[Tensor, "B N_p width"]:
-        """The features f'_i."""
-        return self.weights @ self.values
 
 
 Part = Float[Tensor, "*#batch _inputs"] | Interpolated

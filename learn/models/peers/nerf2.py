@@ -1,8 +1,4 @@
-"""NeRF² [zhao2023] for spectra, whose rays are marched from the gateway, one for each pixel, and for a single element.
-
-Only the few pixels that hold the array's band have rays; the spectrum is interpolated from these. The models are
-written from the paper's equations; differences from the published code are in the documentation, Other authors' models.
-"""
+"""NeRF² [zhao2023], written from the paper, for spectra, whose pixels have rays from the gateway, and one element."""
 
 from __future__ import annotations
 

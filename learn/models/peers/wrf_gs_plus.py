@@ -51,10 +51,9 @@ class WRFGSPlus(SplatModel):
     - ``c_i = max(0, (f_i + |m_i(r)|) / (2 √π) + ½)`` is its signal, with the dynamic part m_i;
     - ``Σ_i = R_i diag(e^{s_i} + s'_i(r))² R_iᵀ`` is its covariance in space, with ``R_i = R(q_i + q'_i(r))``;
     - ``α_i = o_i G_i(φ, θ)``, where G_i is a Gaussian with covariance ``J Σ_i Jᵀ`` on the plane of the picture, around
-      φ and ``θ = (λ + 90°) / 2`` for the direction (φ, λ) of p_i. The picture so holds all directions, also those below
-      the horizon.
+      φ and ``θ = (λ + 90°) / 2`` for the direction (φ, λ) of p_i.
 
-    The two parts of F are clipped to 0…1. All transmitters share places, and so the order from front to back.
+    The two parts of F are clipped to 0…1.
     """
 
     def __init__(

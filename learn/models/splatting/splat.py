@@ -1,11 +1,7 @@
-"""Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth.
+"""Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth [kerbl2023].
 
-Primitives are blended as in 3D Gaussian splatting [kerbl2023]. ``splat_reference`` follows the equations; ``splat``
-computes the same with the fastest renderer for the tensors' device. Complex numbers are pairs (real, imaginary) along
-the last axis, which all compilers and exporters support.
-
-A Gaussian in space with centre p and covariance Σ is seen in the direction of p. Its covariance on the plane is
-``J Σ Jᵀ``, with J the derivative of (φ, λ) at p: the projection is taken as linear over the Gaussian [kerbl2023].
+Complex numbers are pairs (real, imaginary) along the last axis, which all compilers and exporters support. A Gaussian
+in space has the covariance ``J Σ Jᵀ`` on the plane, with the derivative J of the direction by its place.
 """
 
 from __future__ import annotations

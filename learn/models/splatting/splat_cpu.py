@@ -1,16 +1,12 @@
 """The reference renderer as a compiled loop on the CPU: for each row of pixels, over the primitives from front to back.
 
-Three things make it fast. A primitive is visited only where its Gaussian exceeds ``CUTOFF``. Along a row the exponent
-is quadratic in the column, so that two multiplications per pixel (forward differences) replace an exponential. No array
-of size primitives × pixels is stored; instead, the backward pass goes over the rows again.
-
-Let g be the gradient of the loss at a pixel, S = Re(ḡ F) the pixel's contribution, T_i the transmittance in front of
-primitive i, and w_i = T_i α_i. Then
+A primitive is visited only where its Gaussian exceeds ``CUTOFF``, and two multiplications per pixel (forward
+differences) replace its exponential. The backward pass goes over the rows again. With the gradient g of the loss at a
+pixel, the transmittance T_i in front of primitive i, and w_i = T_i α_i, the pixel's contribution S = Re(ḡ F) has
 
     ∂S/∂α_i = T_i Re(ḡ c_i) − (Σ_{k>i} w_k Re(ḡ c_k)) / (1 − α_i)
 
-The sum over the primitives behind i is the sum over all of them, which the field gives, minus the sum over i and those
-in front.
+The sum over those behind i is the sum over all of them, which the field gives, minus that over i and those in front.
 """
 
 from __future__ import annotations

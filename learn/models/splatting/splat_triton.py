@@ -1,10 +1,7 @@
-"""The reference renderer as a forward and a backward Triton kernel for CUDA; a program blends one tile of pixels.
+"""The reference renderer as Triton kernels for CUDA; a program blends one tile of pixels, from front to back.
 
-A program goes over the primitives from front to back, like ``splat_cpu``, and skips those whose Gaussian
-is below ``CUTOFF`` in the whole tile. No array of size primitives × pixels is stored: the backward kernel goes over the
-primitives again and writes one gradient per tile and primitive. These gradients are added up in a fixed order.
-
-Without a GPU, Triton's interpreter can run the same code, as in the tests.
+The backward kernel goes over the primitives again and writes one gradient per tile and primitive, which are added up in
+a fixed order. Without a GPU, Triton's interpreter can run the same code, as in the tests.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class Recorder(nn.Module):
 def features_of(bst, *inputs):
     """The transformer's output at the primitives."""
     found = bst(*inputs)
-    return found() if isinstance(found, Interpolated) else found
+    return found.weights @ found.values if isinstance(found, Interpolated) else found
 
 
 @pytest.fixture
@@ -148,5 +148,5 @@ def test_linear_of_parts_is_linear_of_their_concatenation():
     weights = torch.rand(7, 6, dtype=torch.float64)
     shared, own = torch.randn(1, 7, 2, dtype=torch.float64), torch.randn(8, 1, 3, dtype=torch.float64)
     between = Interpolated(weights / weights.sum(1, keepdim=True), torch.randn(8, 6, 4, dtype=torch.float64))
-    whole = torch.cat([shared.expand(8, -1, -1), own.expand(-1, 7, -1), between()], dim=-1)
+    whole = torch.cat([shared.expand(8, -1, -1), own.expand(-1, 7, -1), between.weights @ between.values], dim=-1)
     torch.testing.assert_close(layer(shared, own, between), nn.functional.linear(whole, layer.weight, layer.bias))

@@ -110,7 +110,7 @@ REGION = np.array([[0.0, 0, 0], [1, 1, 1]])
 
 def test_the_network_of_responses_predicts_one_field_at_the_elements(moving):
     torch.manual_seed(0)
-    model = ResponseMLP(REGION, BEAMFORMER, WAVELENGTH, encoding="waves")
+    model = ResponseMLP(REGION, BEAMFORMER, WAVELENGTH)
     model.sample_one_field(torch.from_numpy(TURNED.as_matrix()).float())
     at = torch.rand(3, 3)
     elements = torch.from_numpy(TURNED.apply(WAVELENGTH * BEAMFORMER.array.positions)).float()

@@ -135,10 +135,14 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
             step = [0.001 * component[index] for component in towards]
             near, far = (direction(np.radians(phi + s * step[0]), np.radians(theta + s * step[1])) for s in (-1, 1))
             tangent = (far - near) / (2 * 0.001) * scale[index, axis]
-            turned = Rotation.from_quat(drawn.turns[index], scalar_first=True).inv().apply(tangent)
-            on_disc = turned / drawn.stretches[index]  # where the drawn disc has that point: on its rim, and flat
+            turned = Rotation.from_quat(drawn["batched_wxyzs"][index], scalar_first=True).inv().apply(tangent)
+            on_disc = (
+                turned / drawn["batched_scales"][index]
+            )  # where the drawn disc has that point: on its rim, and flat
             np.testing.assert_allclose([np.linalg.norm(on_disc[:2]), on_disc[2]], [1, 0], atol=1e-3)
-            np.testing.assert_allclose(drawn.centres[index], direction(np.radians(phi), np.radians(theta)), atol=1e-5)
+            np.testing.assert_allclose(
+                drawn["batched_positions"][index], direction(np.radians(phi), np.radians(theta)), atol=1e-5
+            )
 
 
 # What belongs together

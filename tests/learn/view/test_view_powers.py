@@ -119,7 +119,6 @@ def test_delays_of_two_paths_are_where_they_are():
     frequencies = band.frequencies(2.4e9)
     paths = np.exp(-2j * np.pi * frequencies * 30e-9) + 0.1 * np.exp(-2j * np.pi * frequencies * 60e-9)
     profile = delay_profile(np.stack([paths, 1j * paths]), band)
-    assert profile.resolution == 5e-9 and profile.period == pytest.approx(320e-9)
     assert profile.delays[profile.decibels.argmax()] == pytest.approx(30e-9, abs=1e-9)
     at_second = profile.decibels[np.abs(profile.delays - 60e-9).argmin()]
     assert at_second == pytest.approx(-20, abs=1.5) and profile.decibels.max() == 0
@@ -128,7 +127,7 @@ def test_delays_of_two_paths_are_where_they_are():
 def test_few_subcarriers_show_their_whole_period():
     band = bisplat.Band(20e6, 4)
     profile = delay_profile(np.ones((1, 4)), band)
-    assert np.ptp(profile.delays) == pytest.approx(profile.period)
+    assert np.ptp(profile.delays) == pytest.approx(1 / band.spacing)
     assert profile.delays[profile.decibels.argmax()] == pytest.approx(0, abs=1e-12)
 
 
