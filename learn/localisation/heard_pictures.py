@@ -33,12 +33,13 @@ from simulate.spectra.identification import EXPLAINED, can_fit, examined, stated
 from simulate.spectra.lags import fit_lags
 from simulate.spectra.spectrum import check_pictures, evenly
 
+LOCATED = 200  # Largest number of test transmitters that an evaluation locates, evenly spread over the test part
 
-def of_runs(runs: Sequence[SpectrumRun], heard: Any, most: int | None = None) -> Question:
+
+def of_runs(runs: Sequence[SpectrumRun], heard: Any) -> Question:
     """The question by a run for each gateway: of pictures or folders of them, or of the test part of their datasets.
 
-    The runs' own datasets stand for their test part, of which ``most`` are located, since known pictures are found at
-    their own places.
+    The runs' own datasets stand for their test part, since known pictures are found at their own places.
     """
     heard = [heard] if isinstance(heard, str | Path) else heard
     if heard is not None and (not isinstance(heard, list | tuple) or len(heard) != len(runs)):
@@ -60,12 +61,13 @@ def of_runs(runs: Sequence[SpectrumRun], heard: Any, most: int | None = None) ->
         pictures = _checked_pictures(heard)
         names = [str(number) for number in range(len(pictures[0]))]
     if heard is None:
-        return _of_test_part(runs, most)
+        return of_test_part(runs)
     data = runs[0].dataset()
     return Question(_evidence(runs, pictures, data.positions[runs[0].split(data).known]), names, [NEW] * len(names))
 
 
-def _of_test_part(runs: Sequence[SpectrumRun], most: int | None) -> Question:
+def of_test_part(runs: Sequence[SpectrumRun], most: int | None = None) -> Question:
+    """The question by runs of the test part of their datasets, or of ``most`` of it, evenly spread."""
     datasets = [run.dataset() for run in runs]
     first, parts = datasets[0], runs[0].split(datasets[0])
     test, known = parts.test if most is None else evenly(parts.test, most), parts.known

@@ -12,10 +12,9 @@ from skimage.io import imsave
 import bisplat
 from bisplat.commands.evaluation_commands import evaluate as evaluate_command
 from bisplat.commands.locate_command import locate as locate_command
-from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.localisation import picture_evidence
 from learn.localisation import place_search as search_module
-from learn.localisation.heard_pictures import observed_pictures
+from learn.localisation.heard_pictures import observed_pictures, of_test_part
 from learn.localisation.located_places import HEADER
 from learn.localisation.picture_evidence import Fingerprints, PictureEvidence
 from learn.training import run_folder
@@ -30,7 +29,7 @@ from simulate.spectra.spectrum import picture
 
 @pytest.fixture(scope="module")
 def found(runs):
-    return [evaluate_locations(heard_by([runs[0]])), evaluate_locations(heard_by(runs))]
+    return [of_test_part(runs[:1]).answered(), of_test_part(runs).answered()]
 
 
 @pytest.mark.slow
@@ -113,10 +112,10 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     pictures = data.pictures.copy()
     pictures[test[2:]] = 0
     monkeypatch.setattr(type(runs[0]), "dataset", lambda self: data.with_values(spectrum=pictures))
-    assert evaluate_locations(heard_by([runs[0]])).metrics()["located"] == 2
+    assert of_test_part(runs[:1]).answered().metrics()["located"] == 2
     pictures[test] = 0
     with pytest.raises(InputError, match="found none in 30"):
-        evaluate_locations(heard_by([runs[0]]))
+        of_test_part(runs[:1]).answered()
 
 
 def test_bad_input_is_refused(folder, runs, tmp_path):
