@@ -14,7 +14,6 @@ from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.simulate_command import EngineName
 from scenes.files.errors import ParameterError, printable
 from scenes.files.plain_text import print_table, say
-from simulate.dataset.dataset_kinds import QUANTITIES
 
 OF_SPECTRA = (
     "dataset",
@@ -51,7 +50,7 @@ def evaluate(
     from learn.training.config import read_settings
 
     if (run / "config.json").exists() and (quantity := read_settings(run).quantity) != "spectrum":
-        refuse_idle(given_options(evaluate, locals()), OF_SPECTRA, f"for {QUANTITIES[quantity].words}")
+        refuse_idle(given_options(evaluate, locals()), OF_SPECTRA, f"for the quantity {quantity}")
         _evaluate_method(run, json)
         return
     if further_gateways and not locate:
