@@ -12,10 +12,9 @@ from jaxtyping import Float, Int, UInt8
 from learn.data.same_receiver import (
     SAME_DIRECTION,
     SAME_PLACE,
-    in_megahertz,
     other_array,
-    other_frequency,
     pose_difference,
+    require_same_frequency,
 )
 from learn.localisation.located_places import NEW
 from learn.localisation.picture_evidence import PictureEvidence
@@ -155,12 +154,8 @@ def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, 
     if metadata.get("moving") == "both":
         raise InputError(f"{path}: expected pictures of a gateway that stands still, found some of an array that moved")
     array, grid = stated_array(metadata), stated_grid(metadata)
-    wavelength = float(run.model.wavelength)
-    if frequency.source != "assumed" and other_frequency(wavelength, frequency.wavelength):
-        raise InputError(
-            f"{folder}: expected pictures at the frequency of {run.folder}, {in_megahertz(wavelength)}, found "
-            f"{in_megahertz(frequency.wavelength)}"
-        )
+    if frequency.source != "assumed":
+        require_same_frequency(folder, run.folder, float(run.model.wavelength), frequency.wavelength)
     array = None if array is None else array.at(frequency.hertz)
     if array is not None and other_array(of_run.array, array):
         raise InputError(
