@@ -247,13 +247,10 @@ class Twin(PredictsResponses):
         return self._tracer.responses(np.asarray(positions, float), self._factors)
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but for the number of spectra and chains that the file has."""
+        """As ``torch.nn.Module.load_state_dict``, but for the number of chains that the file has."""
         self.__dict__.pop("_tracer", None)
         gains = state_dict.get("gains", self.gains)
         self.gains = torch.zeros(len(gains) if gains.ndim == 2 else 0, 2)
-        for name, field in (("rest.", self.rest), ("whole.", self.whole)):
-            of_field = {key.removeprefix(name): each for key, each in state_dict.items() if key.startswith(name)}
-            field.load_state_dict(of_field, strict)
         return super().load_state_dict(state_dict, strict, assign)
 
 

@@ -167,12 +167,10 @@ class ImageField(PredictsResponses):
 
         return angle_of_walls(likelihood)
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but for the number of spectra and images that the file has."""
-        middles = state_dict.get("middles", self.middles)
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        """As for ``torch.nn.Module``, but for the number of images that the file has."""
+        middles = state_dict.get(f"{prefix}middles", self.middles)
         images = len(middles) if middles.ndim else 0
         for name in ("middles", "signs", "amplitudes"):
             setattr(self, name, torch.zeros(images, getattr(self, name).shape[1]))
-        of_rest = {key.removeprefix("rest."): each for key, each in state_dict.items() if key.startswith("rest.")}
-        self.rest.load_state_dict(of_rest, strict)
-        return super().load_state_dict(state_dict, strict, assign)
+        super()._load_from_state_dict(state_dict, prefix, *others)

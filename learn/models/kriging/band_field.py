@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
-from learn.models.base import Region
+from learn.models.base import Region, part_of
 from learn.models.kriging.delay_powers import fit_delay_powers, white_noise
 from learn.models.kriging.deviation_curve import left_out_curve, normal_curve, on_curve
 from learn.models.kriging.kriged_field import KrigedField
@@ -169,19 +169,19 @@ class BandField(KrigedField):
     def _state(self, variances: Float[np.ndarray, " k"], deviations: Float[np.ndarray, " k"]) -> None:
         self.variances, self.deviations = torch.from_numpy(variances).float(), torch.from_numpy(deviations).float()
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        components = state_dict.get("components", self.components)
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        numbers = part_of(state_dict, prefix)
+        components = numbers.get("components", self.components)
         if components.ndim != 3 or components.shape[2] != 2 or not components.numel():
             raise RuntimeError(f"components of shape {tuple(components.shape)}")
-        self.components = torch.zeros(components.shape)
-        self.powers, self.noises = torch.zeros(components.shape[1]), torch.zeros(components.shape[1])
-        numbers = 2 * self.beamforming.elements * components.shape[1]
-        self.values, self.mean = torch.zeros(0, numbers), torch.zeros(numbers)
-        points = state_dict.get("variances", self.variances)
+        kept = components.shape[1]
+        self.components, self.powers, self.noises = torch.zeros(components.shape), torch.zeros(kept), torch.zeros(kept)
+        self.mean = torch.zeros(2 * self.beamforming.elements * kept)
+        self.values = self.mean[None]
+        points = numbers.get("variances", self.variances)
         self.variances, self.deviations = torch.zeros(points.shape), torch.zeros(points.shape)
-        loaded = super().load_state_dict(state_dict, strict, assign)
+        super()._load_from_state_dict(state_dict, prefix, *others)
         if min(self.powers.min(), self.noises.min(), self.level) <= 0:
             raise RuntimeError("a power, noise or level that is not above 0")
         if points.ndim != 1 or not len(points) or (points.diff() < 0).any() or not (self.deviations >= 0).all():
             raise RuntimeError("no curve of deviations over rising variances")
-        return loaded

@@ -10,7 +10,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from learn.models.base import Beamformed, Region, SpectrumModel, runs_compiled
+from learn.models.base import Beamformed, Region, SpectrumModel, part_of, runs_compiled
 from learn.models.kriging.band_field import BandField
 from learn.models.kriging.interpolators import WAYS, Built, FieldFits, empty_field
 from learn.models.kriging.kriged_field import KrigedField
@@ -19,8 +19,6 @@ from learn.models.kriging.wave_covariance import distances
 from learn.models.quadrature import Quadrature
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
-
-OF_BAND = "band.field."  # where the names of the buffers of the field over the band begin, in a file of weights
 
 PIECE = 16
 """Number of spectra that are interpolated at a time and added to those of responses. Kriging takes some MB for each."""
@@ -148,28 +146,19 @@ class HelmholtzField(SpectrumModel):
         spectra = by_distance(field, distances(positions, field.places), known)
         return spectra if pixels is None else spectra[:, pixels.rows][:, :, pixels.columns]
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but first makes the fields that the file has."""
-        fields: dict[str, KrigedField] = {}
-        for way in WAYS:
-            prefix = f"fields.{way}."
-            of_field = {name.removeprefix(prefix): each for name, each in state_dict.items() if name.startswith(prefix)}
-            if of_field:
-                fields[way] = empty_field(way, self._built)
-                fields[way].load_state_dict(of_field)
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        """As for ``torch.nn.Module``, but first makes the fields that the file has."""
+        numbers = part_of(state_dict, prefix)
+        fields = {way: empty_field(way, self._built) for way in WAYS if part_of(numbers, f"fields.{way}.")}
         self.fields = nn.ModuleDict(fields)
-        of_band = {name.removeprefix(OF_BAND): each for name, each in state_dict.items() if name.startswith(OF_BAND)}
-        self.band = nn.ModuleDict({"field": BandField(*self._built)} if of_band else {})
-        if of_band:
-            self.band["field"].load_state_dict(of_band)
-        loaded = super().load_state_dict(state_dict, strict, assign)
+        self.band = nn.ModuleDict({"field": BandField(*self._built)} if part_of(numbers, "band.field.") else {})
+        super()._load_from_state_dict(state_dict, prefix, *others)
         self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
         missing = self._used.keys() - fields.keys() - {"inverse-distance"}
         if missing or not fields:
             raise RuntimeError(f"no field of {min(missing, default='any way')}")
         if not (min(self._used.values(), default=0) > 0 and abs(sum(self._used.values()) - 1) < 1e-3):
             raise RuntimeError(f"weights that are not shares of 1, {self.weights.tolist()}")
-        return loaded
 
 
 def _sum(spectra: Mapping[str, Float[Tensor, "B H W"]], weights: Mapping[str, float]) -> Float[Tensor, "B H W"]:

@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float, Inexact, Int
 from torch import Tensor
 
-from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, runs_compiled
+from learn.models.base import Beamformed, BeamformingLayer, Cache, Region, SpectrumModel, part_of, runs_compiled
 from learn.models.encoding import evenly_spread_directions
 from learn.models.kriging.vecchia import FAR, fit_covariance
 from learn.models.kriging.wave_covariance import Separations, between_rows, distances, leg_times, with_turned_rows
@@ -268,18 +268,18 @@ class KrigedField(SpectrumModel):
         values = self.interpolated(positions, columns=columns)[0]
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, but for the number of known spectra that the file has."""
-        known = len(state_dict["times"]) if state_dict.get("times", torch.zeros(())).ndim else 0
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        """As for ``torch.nn.Module``, but for the number of known spectra that the file has."""
+        numbers = part_of(state_dict, prefix)
+        known = len(numbers["times"]) if numbers.get("times", torch.zeros(())).ndim else 0
         if not known:
             raise RuntimeError("no known spectra")
         for name in ("places", "times", "values"):
             shape = (known, *getattr(self, name).shape[1:])
-            if name in state_dict and state_dict[name].shape != shape:  # checked before memory is allocated
-                raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
+            if name in numbers and numbers[name].shape != shape:  # checked before memory is allocated
+                raise RuntimeError(f"{name} of shape {tuple(numbers[name].shape)} instead of {shape}")
             grey_levels = name == "values" and not self.of_responses
             setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))
-        loaded = super().load_state_dict(state_dict, strict, assign)
+        super()._load_from_state_dict(state_dict, prefix, *others)
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
             raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")
-        return loaded

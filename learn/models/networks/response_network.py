@@ -12,7 +12,7 @@ from jaxtyping import Complex, Float, Int
 from scipy.spatial.transform import Rotation
 from torch import Tensor, nn
 
-from learn.models.base import Region
+from learn.models.base import Region, part_of
 from learn.models.capabilities import PredictsResponses, relative_error
 from simulate.dataset.dataset import Dataset
 from simulate.spectra.beamformer import Beamformer
@@ -114,11 +114,11 @@ class ResponseNetwork(PredictsResponses):
             return super().responses_loss(positions, responses)
         return relative_error(self.over_band(self.band, positions), responses)
 
-    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``, also with the weights of one field or of a band."""
-        if "turn" in state_dict and self.turn is None:
-            self.sample_one_field(state_dict["turn"])
-        if "band.delays" in state_dict and self.band is None:
-            delays, turns = state_dict["band.delays"], state_dict["band.turns"]
-            self._learn_delays(PathDelays(len(turns), np.zeros(len(delays))))
-        return super().load_state_dict(state_dict, strict, assign)
+    def _load_from_state_dict(self, state_dict: Mapping[str, Tensor], prefix: str, *others: Any) -> None:
+        """As for ``torch.nn.Module``, also with the weights of one field or of a band."""
+        numbers = part_of(state_dict, prefix)
+        if "turn" in numbers and self.turn is None:
+            self.sample_one_field(numbers["turn"])
+        if "band.delays" in numbers and self.band is None:
+            self._learn_delays(PathDelays(len(numbers["band.turns"]), np.zeros(len(numbers["band.delays"]))))
+        super()._load_from_state_dict(state_dict, prefix, *others)
