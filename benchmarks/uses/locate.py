@@ -24,11 +24,11 @@ from tyro.conf import Positional
 
 from benchmarks.ledger.printing import print_figures
 from learn.evaluation.evaluate import evaluate
-from learn.evaluation.locations import evaluate_locations, heard_by
+from learn.localisation.heard_pictures import LOCATED, of_test_part
 from learn.reports.evaluation_report import write_locations
 from learn.reports.figures import draw_reliability
 from learn.training.conformal_deviation import NORMAL
-from learn.training.run_folder import Run
+from learn.training.run_folder import Run, load_spectra
 from scenes.scene.antennas import Gateway
 from scenes.scene.orientation import facing
 from scenes.storage.scene_yaml import load_scene
@@ -42,7 +42,7 @@ SECOND = Gateway((2.4, 5.6, 2.0), facing((0.1, -1.0, -0.2)), pattern="tr38901")
 
 def row(runs: list[Run], folder: Path) -> dict[str, Any]:
     """Figures of one or several gateways. A picture of the errors is written to the folder."""
-    found = evaluate_locations(heard_by(runs))
+    found = of_test_part([load_spectra(each) for each in runs], LOCATED).answered()
     write_locations(found, folder)
     metrics = found.metrics()
     figures = {

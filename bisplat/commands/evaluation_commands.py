@@ -14,7 +14,6 @@ from bisplat.commands.idle_options import given_options, refuse_idle
 from bisplat.commands.simulate_command import EngineName
 from scenes.files.errors import ParameterError, printable
 from scenes.files.plain_text import print_table, say
-from simulate.dataset.dataset_kinds import QUANTITIES
 
 OF_SPECTRA = (
     "dataset",
@@ -51,7 +50,7 @@ def evaluate(
     from learn.training.config import read_settings
 
     if (run / "config.json").exists() and (quantity := read_settings(run).quantity) != "spectrum":
-        refuse_idle(given_options(evaluate, locals()), OF_SPECTRA, f"for {QUANTITIES[quantity].words}")
+        refuse_idle(given_options(evaluate, locals()), OF_SPECTRA, f"for the quantity {quantity}")
         _evaluate_method(run, json)
         return
     if further_gateways and not locate:
@@ -72,10 +71,12 @@ def evaluate(
 
     require_new(run / "evaluation" / "report.html", force=True)
     if locate:
-        from learn.evaluation.locations import evaluate_locations, heard_by
+        from learn.localisation.heard_pictures import LOCATED, of_test_part
+        from learn.training.run_folder import load_spectra
 
         require_new(run / "evaluation" / "locations.csv", force=True)
-        heard = heard_by([run, *further_gateways])  # other runs are checked before the scores, which take long
+        runs = [load_spectra(each) for each in (run, *further_gateways)]
+        heard = of_test_part(runs, LOCATED)  # other runs are checked before the scores, which take long
     with FitProgress("evaluation") as progress:
         evaluation = evaluate_spectra(run, dataset, index, ceiling, progress)
     metrics = write_evaluation(evaluation, run / "evaluation")
@@ -83,9 +84,10 @@ def evaluate(
     located = None
     if locate:
         with FitProgress("location") as report:
-            located = evaluate_locations(heard, report)
-        write_locations(located, run / "evaluation", Provenance.of_evaluation(evaluation))
-        metrics = write_scores(evaluation, run / "evaluation", located)
+            located = heard.answered(report)
+        others = [each.name for each in runs[1:]]
+        write_locations(located, run / "evaluation", Provenance.of_evaluation(evaluation), others)
+        metrics = write_scores(evaluation, run / "evaluation", located, others)
     if json:
         print(json_format.dumps(metrics, indent=2))
     else:
@@ -99,7 +101,7 @@ def evaluate(
             )
             print_table("by the distance to the nearest known position", metrics["interval_bands"])
         if located is not None:
-            print_table(f"{len(located.found)} located transmitters", {"": located.metrics()})
+            print_table(f"{len(located)} located transmitters", {"": located.metrics()})
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 

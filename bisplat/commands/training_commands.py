@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -89,7 +89,6 @@ def train(
     split: SplitKind = "files",
     guard: float = 0.0,
     seed: int = 0,
-    encoding: Literal["octaves", "waves"] | None = None,
     bypass: tuple[str, ...] = (),
     scene: str | None = None,
     option: tuple[str, ...] = (),
@@ -113,7 +112,6 @@ def train(
             area: areas with about a fifth.
         guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the split, the initial weights and the order of the spectra.
-        encoding: how the position is encoded. octaves: as in the paper; waves: plane waves of the dataset's wavelength.
         bypass: parts of bisplat or bisplat-plus to switch off: dynamic, delta, bst, order.
         scene: twin only: the scene, a built-in name or a scene YAML.
         option: NAME=VALUE: options of the model that differ from its defaults, such as primitives=250.
@@ -131,7 +129,7 @@ def train(
         _refuse_idle_settings(settings, model if preset is None else PRESETS[preset].model, dataset)
     from learn.training.train import train as train_model
 
-    given = {"bypass": bypass or None, "encoding": encoding, "scene": scene}
+    given = {"bypass": bypass or None, "scene": scene}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     for name, value in map(read_option, option):
         if name in options:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.spectra.array import Array, PlanarArray
 
@@ -26,6 +28,13 @@ Pose = tuple[Sequence[float] | Float[np.ndarray, " 3"], Sequence[float] | Float[
 def other_frequency(wavelength: float, found: float) -> bool:
     """Whether two wavelengths (metres) are of different receivers."""
     return abs(found / wavelength - 1) > SAME_FREQUENCY
+
+
+def require_same_frequency(where: Path | str, other: Path | str, wavelength: float, found: float) -> None:
+    """Refuse what is found somewhere at another frequency than the other that it belongs to (wavelengths in metres)."""
+    if other_frequency(wavelength, found):
+        expected = f"{in_megahertz(wavelength)} as in {other}"
+        raise InputError(f"{where}: expected {expected}, found {in_megahertz(found)}")
 
 
 def other_array(array: Array, found: Array, tolerance: float = SAME_SPACING) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.data.metrics import Scores, require_scorable, require_some, score, varies
-from learn.data.same_receiver import in_megahertz, other_array, other_frequency
+from learn.data.same_receiver import other_array, require_same_frequency
 from learn.data.split_distances import SplitDistances
 from learn.training.config import Origin
 from learn.training.run_folder import Run, SpectrumRun, load_spectra
@@ -157,11 +157,7 @@ def crossvalidate(
     run = load_spectra(run)
     dataset = run.dataset()
     scene = at_its_frequency(seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene)), dataset)
-    if other_frequency(dataset.wavelength, scene.wavelength):
-        raise InputError(
-            f"{scene.name}: expected a scene at the frequency of {run.folder}, {in_megahertz(dataset.wavelength)}, "
-            f"found {in_megahertz(scene.wavelength)}"
-        )
+    require_same_frequency(scene.name, run.folder, dataset.wavelength, scene.wavelength)
     require_scorable(run.beamformer.array, str(run.folder))
     array, expected = array_of(scene.gateway, scene.frequency), run.beamformer.array
     if other_array(expected, array, SAME_SPACING):

@@ -19,7 +19,7 @@ from scenes.files.errors import ParameterError, shown
 from scenes.files.long_work import doing
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import given_dataset
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.positions.positions import check_points
 
 
@@ -79,7 +79,7 @@ def fit_method(
     minutes: float | None = 5.0,
 ) -> Fitted:
     """Fit a method, named as for ``compare``, to some rows of a dataset; ``known`` is None: to all of them."""
-    dataset, of = given_dataset(data, quantity), quantity_named(quantity)
+    dataset, of = data if isinstance(data, Dataset) else read_dataset(data), quantity_named(quantity)
     of.require(dataset)
     label, made = make_method(dataset, quantity, method, scene)
     rows = np.arange(len(dataset)) if known is None else np.asarray(known)

@@ -103,7 +103,9 @@ def evaluate_method(run: MethodRun) -> Comparison:
 
 def train_method(data: Dataset, folder: Path, config: Config, minutes: float | None) -> MethodRun:
     """Fit a method into a run folder, or load it if that has been done."""
-    quantity_named(config.quantity).require(data)
+    of = quantity_named(config.quantity)
+    of.require(data)
+    of.of(data, np.zeros(0, int))  # refuses data that lack it
     parts = split_of(data, config.split, config.split_seed, None, config.guard)
     scene: Any = config.options.get("scene")
     make_method(data, config.quantity, config.model, scene)  # refuses what cannot be fitted before there is a folder

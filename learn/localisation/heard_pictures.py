@@ -12,10 +12,9 @@ from jaxtyping import Float, Int, UInt8
 from learn.data.same_receiver import (
     SAME_DIRECTION,
     SAME_PLACE,
-    in_megahertz,
     other_array,
-    other_frequency,
     pose_difference,
+    require_same_frequency,
 )
 from learn.localisation.located_places import NEW
 from learn.localisation.picture_evidence import PictureEvidence
@@ -33,12 +32,13 @@ from simulate.spectra.identification import EXPLAINED, can_fit, examined, stated
 from simulate.spectra.lags import fit_lags
 from simulate.spectra.spectrum import check_pictures, evenly
 
+LOCATED = 200  # Largest number of test transmitters that an evaluation locates, evenly spread over the test part
 
-def of_runs(runs: Sequence[SpectrumRun], heard: Any, most: int | None = None) -> Question:
+
+def of_runs(runs: Sequence[SpectrumRun], heard: Any) -> Question:
     """The question by a run for each gateway: of pictures or folders of them, or of the test part of their datasets.
 
-    The runs' own datasets stand for their test part, of which ``most`` are located, since known pictures are found at
-    their own places.
+    The runs' own datasets stand for their test part, since known pictures are found at their own places.
     """
     heard = [heard] if isinstance(heard, str | Path) else heard
     if heard is not None and (not isinstance(heard, list | tuple) or len(heard) != len(runs)):
@@ -60,12 +60,13 @@ def of_runs(runs: Sequence[SpectrumRun], heard: Any, most: int | None = None) ->
         pictures = _checked_pictures(heard)
         names = [str(number) for number in range(len(pictures[0]))]
     if heard is None:
-        return _of_test_part(runs, most)
+        return of_test_part(runs)
     data = runs[0].dataset()
     return Question(_evidence(runs, pictures, data.positions[runs[0].split(data).known]), names, [NEW] * len(names))
 
 
-def _of_test_part(runs: Sequence[SpectrumRun], most: int | None) -> Question:
+def of_test_part(runs: Sequence[SpectrumRun], most: int | None = None) -> Question:
+    """The question by runs of the test part of their datasets, or of ``most`` of it, evenly spread."""
     datasets = [run.dataset() for run in runs]
     first, parts = datasets[0], runs[0].split(datasets[0])
     test, known = parts.test if most is None else evenly(parts.test, most), parts.known
@@ -153,12 +154,8 @@ def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, 
     if metadata.get("moving") == "both":
         raise InputError(f"{path}: expected pictures of a gateway that stands still, found some of an array that moved")
     array, grid = stated_array(metadata), stated_grid(metadata)
-    wavelength = float(run.model.wavelength)
-    if frequency.source != "assumed" and other_frequency(wavelength, frequency.wavelength):
-        raise InputError(
-            f"{folder}: expected pictures at the frequency of {run.folder}, {in_megahertz(wavelength)}, found "
-            f"{in_megahertz(frequency.wavelength)}"
-        )
+    if frequency.source != "assumed":
+        require_same_frequency(folder, run.folder, float(run.model.wavelength), frequency.wavelength)
     array = None if array is None else array.at(frequency.hertz)
     if array is not None and other_array(of_run.array, array):
         raise InputError(

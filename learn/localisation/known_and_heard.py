@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from scipy.spatial.transform import Rotation
 
-from learn.data.same_receiver import other_frequency
+from learn.data.same_receiver import require_same_frequency
 from learn.data.splits import SplitKind
 from learn.data.splits import split as split_rows
 from learn.fitted.fitted_method import fit_method
@@ -123,11 +123,9 @@ def _checked_powers(heard: Any, gateways: int) -> Float[np.ndarray, "K G"]:
 
 def _read_powers(path: Path, survey: Dataset) -> tuple[Float[np.ndarray, "K G"], Float[np.ndarray, "K 3"] | None]:
     """Powers of transmitters at unknown places, with the survey's gateways in its order, and their true positions."""
-    truth, places = None, None
-    if path.is_dir():
-        heard = read_dataset(path)
-        names, powers, truth, places = heard.gateway_names, heard.powers, heard.positions, heard.gateway_positions
-        _require_same_frequency(path, heard, survey)
+    heard = read_dataset(path) if path.is_dir() else None
+    if heard is not None:
+        names, powers = heard.gateway_names, heard.powers
     else:
         names, powers = read_power_table(path)
         powers = np.where(powers == NOT_RECEIVED, np.nan, powers)
@@ -143,9 +141,10 @@ def _read_powers(path: Path, survey: Dataset) -> tuple[Float[np.ndarray, "K G"],
                 f"{path}: expected the gateways of {survey.folder}, found {named(missing)} in {other} alone"
             )
     order = [names.index(name) for name in survey.gateway_names]
-    if places is not None:
-        _require_same(path, "gateways", survey.folder, places[order], survey.gateway_positions)
-    return powers[:, order], truth
+    if heard is None:
+        return powers[:, order], None
+    _require_same(path, "gateways", heard, survey, heard.gateway_positions[order])
+    return powers[:, order], heard.positions
 
 
 def _read_channels(path: Path, known: Dataset) -> tuple[Complex[np.ndarray, "K A S"], Float[np.ndarray, "K 3"] | None]:
@@ -155,26 +154,17 @@ def _read_channels(path: Path, known: Dataset) -> tuple[Complex[np.ndarray, "K A
     if found != expected:
         wanted, other = (f"{each[0]} antennas and {each[1]} subcarriers of the uplink" for each in (expected, found))
         raise InputError(f"{path}: expected {wanted} as in {known.folder}, found {other}")
-    _require_same_frequency(path, heard, known)
-    _require_same(path, "antennas", known.folder, heard.gateway_positions, known.gateway_positions)
+    _require_same(path, "antennas", heard, known, heard.gateway_positions)
     return heard.uplink, heard.places
 
 
-def _require_same_frequency(path: Path, heard: Dataset, known: Dataset) -> None:
-    """Refuse another frequency, if both are stated."""
-    found, expected = heard.frequency, known.frequency
-    if "assumed" in (found.source, expected.source):
-        return
-    if other_frequency(SPEED_OF_LIGHT / expected.hertz, SPEED_OF_LIGHT / found.hertz):
-        raise InputError(f"{path}: expected {expected} as in {known.folder}, found {found}")
-
-
-def _require_same(
-    path: Path, what: str, folder: Path, found: Float[np.ndarray, "n 3"], expected: Float[np.ndarray, "n 3"]
-) -> None:
-    away = float(np.linalg.norm(found - expected, axis=1).max())
+def _require_same(path: Path, what: str, heard: Dataset, known: Dataset, found: Float[np.ndarray, "n 3"]) -> None:
+    """Refuse another frequency, if both are stated, and other places of gateways or antennas."""
+    if "assumed" not in (heard.frequency.source, known.frequency.source):
+        require_same_frequency(path, known.folder, known.wavelength, heard.wavelength)
+    away = float(np.linalg.norm(found - known.gateway_positions, axis=1).max())
     if away > SAME_STATED_PLACE:
-        raise InputError(f"{path}: expected the {what} where they are in {folder}, found one {away:.3g} m away")
+        raise InputError(f"{path}: expected the {what} where they are in {known.folder}, found one {away:.3g} m away")
 
 
 def of_track(dataset: Dataset, heard: Any = None, *, region: Any = None, boresight: Any = None) -> Question:

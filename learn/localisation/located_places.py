@@ -103,6 +103,18 @@ class Located(Sequence[list[Place]]):
         inside = [_in_region(place, truth) for place, truth in both if place.covariance.any()]
         return float(np.mean(inside)) if inside else None
 
+    def metrics(self) -> dict[str, float | int]:
+        """Medians and 90th percentiles of the errors (cm), and how often stated 90 % regions hold the true position."""
+        errors = self.errors
+        metrics: dict[str, float | int] = {"located": len(errors["locate"])}
+        for name, each in errors.items():
+            key = {"locate": "", "fingerprint": "_fingerprint"}.get(name, f"_fingerprint_{name.split()[-1]}")
+            metrics[f"location_error_median_cm{key}"] = 100 * float(np.median(each))
+            metrics[f"location_error_p90_cm{key}"] = 100 * float(np.percentile(each, 90))
+        if (within := self.share_in_region) is not None:
+            metrics["within_90_percent_region"] = within
+        return metrics | {"of_several_places": float(np.mean([len(each) > 1 for each in self.places if each]))}
+
     def rows(self) -> list[dict[str, Any]]:
         """A row for each method: median and 90th percentile of the errors, metres. Empty without true positions."""
         within = self.share_in_region

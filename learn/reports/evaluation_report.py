@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # these load torch, and the first page of the demo must not w
     from learn.data.metrics import Scores
     from learn.evaluation.crossvalidate import CrossValidation
     from learn.evaluation.evaluate import Evaluation
-    from learn.evaluation.locations import Locations
+    from learn.localisation.located_places import Located
 
 FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 
@@ -55,16 +55,17 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
     return write_scores(evaluation, folder)
 
 
-def write_scores(evaluation: Evaluation, folder: Path, locations: Locations | None = None) -> dict[str, Any]:
+def write_scores(
+    evaluation: Evaluation, folder: Path, located: Located | None = None, further_runs: Sequence[str] = ()
+) -> dict[str, Any]:
     """Write metrics.json, and report.html with the figures that the folder has, both with located transmitters if there
     are some. Return the content of metrics.json.
     """
     values, made = evaluation_values(evaluation, folder), Provenance.of_evaluation(evaluation)
     metrics = {**evaluation.metrics(), "provenance": made.facts()}
-    values |= {"located": None, "further_runs": []}
-    if locations is not None:
-        metrics["locations"] = locations.metrics()
-        values |= {"located": metrics["locations"], "further_runs": locations.further_runs}
+    values |= {"located": None, "further_runs": further_runs}
+    if located is not None:
+        values["located"] = metrics["locations"] = located.metrics()
         values["figures"] |= embedded(folder, ("location_errors",))
     write_atomically(folder / "metrics.json", (json.dumps(metrics, indent=2) + "\n").encode())
     write_page(folder / "report.html", "evaluation.html.j2", made, run=evaluation.run_name, **values)
@@ -142,20 +143,17 @@ def crossvalidation_values(fresh: CrossValidation, folder: Path) -> dict[str, An
     }
 
 
-def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
+def write_locations(
+    located: Located, folder: Path, made: Provenance | None = None, further_runs: Sequence[str] = ()
+) -> None:
     """Write locations.json, locations.csv and location_errors.png (and .pdf)."""
     folder.mkdir(parents=True, exist_ok=True)
-    facts = locations.metrics() | ({"further_runs": locations.further_runs} if locations.further_runs else {})
+    facts = located.metrics() | ({"further_runs": list(further_runs)} if further_runs else {})
     write_atomically(folder / "locations.json", (json.dumps(facts, indent=2) + "\n").encode())
-    locations.found.write(folder / "locations.csv")
+    located.write(folder / "locations.csv")
     model = "model" if made is None else f"{made.model}{THIS_RUN}"
-    errors = {model if name == "locate" else name: 100 * each for name, each in locations.found.errors.items()}
-    made = made and replace(made, spectra=f"{made.spectra}, {_of(locations)}")
+    errors = {model if name == "locate" else name: 100 * each for name, each in located.errors.items()}
+    others = f" with the runs of further gateways {', '.join(further_runs)}" if further_runs else ""
+    made = made and replace(made, spectra=f"{made.spectra}, {len(located.errors['locate'])} of them located{others}")
     label, share = "error of the position (cm)", "share of located positions"
     draw_distribution(errors, folder / "location_errors.png", label, share, made, logarithmic=True)
-
-
-def _of(locations: Locations) -> str:
-    """How many test spectra were located, and with which further runs, in words."""
-    with_others = f" with the runs of further gateways {', '.join(locations.further_runs)}"
-    return f"{len(locations.found.errors['locate'])} of them located{with_others if locations.further_runs else ''}"

@@ -33,7 +33,7 @@ from scenes.files.options import check_kinds
 from scenes.files.plain_text import say
 from scenes.files.schema import Count, conform
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.dataset.dataset_kinds import QUANTITIES, content_of
+from simulate.dataset.dataset_kinds import content_of
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -171,7 +171,7 @@ def read_config(folder: Path) -> RunRecord:
     """Read config.json of a run of spectra."""
     path, config, content = folder / "config.json", read_settings(folder), _content(folder)
     if config.quantity != "spectrum":
-        raise InputError(f"{folder}: expected a run of spectra, found one of {QUANTITIES[config.quantity].words}")
+        raise InputError(f"{folder}: expected a run of spectra, found one of the quantity {config.quantity}")
     planar = array_kind(content.get("array")) is PlanarArray
     receiver = conform(content, Receiver if planar else ReceiverOfElements, str(path))
     try:

@@ -62,8 +62,8 @@ from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import given_dataset
-from simulate.dataset.dataset_kinds import QUANTITIES, quantity_of
+from simulate.dataset.dataset_folder import given_dataset, read_dataset
+from simulate.dataset.dataset_kinds import quantity_of
 from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def train(
         others = {"preset": preset, "trainer": trainer, **by_steps, **options}
         idle = next((name for name, value in others.items() if value and name not in ("steps", "scene")), None)
         if idle is not None:
-            raise ParameterError(idle, f"expected none for {QUANTITIES[kind].words}, found one")
+            raise ParameterError(idle, f"expected none for {quantity_named(kind).in_words}, found one")
         options |= {name: by_steps[name] for name in ("steps",) if name in by_steps}
         config = Config(
             dataset=str(folder.resolve()),
@@ -174,7 +174,7 @@ def train(
             split_seed=seed,
             options=options,
         )
-        return train_method(given_dataset(dataset, kind), Path(output), config, budget)
+        return train_method(loaded or read_dataset(folder), Path(output), config, budget)
     if preset is not None:
         require_word(tuple(PRESETS), preset=preset)
         if model not in (DEFAULT_MODEL, PRESETS[preset].model):

@@ -234,7 +234,7 @@ def _by_spectra(
     positions = dataset.positions[known]
     ratios: Sequence[float] = CARRIER
     # Without recorded responses each spectrum may have a clock of its own, so that the band tells no more.
-    if phases_known and dataset.band is not None and dataset.band is not None:
+    if phases_known and dataset.band is not None:
         measured, ratios = over_subcarriers(dataset.band, dataset.band_responses[known], scene.frequency)
     if not measured.any():
         raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")

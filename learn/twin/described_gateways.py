@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from learn.data.same_receiver import other_frequency
+from learn.data.same_receiver import require_same_frequency
 from scenes.checks.validation import validate
-from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset
@@ -41,8 +40,5 @@ def alone(scene: Scene, gateways: Mapping[str, Gateway]) -> dict[str, Scene]:
 
 def require_same_wavelength(scene: Scene, dataset: Dataset) -> None:
     """Refuse a dataset that states another frequency than the scene's."""
-    if dataset.frequency.source != "assumed" and other_frequency(dataset.wavelength, scene.wavelength):
-        raise InputError(
-            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
-            f"found {scene.wavelength:.4g} m"
-        )
+    if dataset.frequency.source != "assumed":
+        require_same_frequency(scene.name, dataset.folder, dataset.wavelength, scene.wavelength)

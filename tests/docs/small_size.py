@@ -87,7 +87,7 @@ def use_small_sizes() -> None:
     from learn.training.registry import MODELS
 
     small = {"primitives": 40, "clusters": 16, "ffn_width": 16, "ffn_layers": 1, "transformer_layers": 1,
-             "transformer_heads": 2, "transformer_ffn_width": 16}  # fmt: skip
+             "transformer_ffn_width": 16}  # fmt: skip
     of = {"bisplat": small, "bisplat-plus": {**small, "primitives": 60}}
     of["bisplat-aperture"] = {"primitives": 40, "width": 16}
     for name, options in of.items():

@@ -21,6 +21,7 @@ from learn.quantities.array_ceiling import CEILING
 from learn.quantities.known import Known
 from learn.quantities.quantity_table import QUANTITIES, quantity_named
 from learn.reports.comparison_report import write_comparison
+from learn.reports.method_report import write_method_report
 from scenes.files.output_folder import locked
 
 SLOW = {"mirror-images", "helmholtz-positions", "nerf2"}  # Tested by themselves
@@ -374,3 +375,10 @@ def test_a_new_quantity_is_one_file_and_one_line(tiny, tmp_path, monkeypatch):
     assert set(labels(comparison)) == {*USUAL_BASELINES, "kriging"}
     write_comparison(comparison, tmp_path / "out")
     assert "noise figures" in (tmp_path / "out" / "table.html").read_text()
+    run = bisplat.train(folder, tmp_path / "run", model="kriging", quantity="noise")
+    np.testing.assert_allclose(
+        bisplat.load_run(run.folder).predict(data.positions).value, run.predict(data.positions).value
+    )
+    scored = {row["label"]: row["error_mean_db"] for row in bisplat.evaluate(run)}
+    assert scored == pytest.approx({row["label"]: row["error_mean_db"] for row in comparison})
+    write_method_report(bisplat.evaluate(run), "kriging", tmp_path / "report")

@@ -27,7 +27,7 @@ def make(region):
 
 def test_swiftwrf_is_the_magnitude_of_the_sum_of_its_deformed_gaussians(make):
     """One pixel, Gaussian by Gaussian; no depth, so one behind others is seen like one before them."""
-    model = make(SwiftWRF, primitives=12, width=8)
+    model = make(SwiftWRF, primitives=12)
     azimuth, elevation = 100, 40
     with torch.no_grad():
         model.coefficient[:3] *= -1  # so that something is clipped at 0
@@ -53,7 +53,7 @@ def test_swiftwrf_is_the_magnitude_of_the_sum_of_its_deformed_gaussians(make):
 def test_swiftwrf_fills_the_spectrum_alike_with_fewer_gaussians(make):
     means = []
     for count in (300, 3000):
-        model = make(SwiftWRF, primitives=count, width=8)
+        model = make(SwiftWRF, primitives=count)
         with torch.no_grad():
             for head in model.deformation.heads:
                 head[-1].weight.zero_()
