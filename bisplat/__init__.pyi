@@ -10,6 +10,8 @@ from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
 from learn.fitted.coverage import coverage_map as coverage_map
+from learn.fitted.runs import load_run as load_run
+from learn.fitted.runs import train as train
 from learn.localisation.locate import locate as locate
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
@@ -20,8 +22,6 @@ from learn.quantities.quantity import Quantity as Quantity
 from learn.reports.export import export as export
 from learn.reports.plots import plot_spectrum as plot_spectrum
 from learn.training.run_folder import Run as Run
-from learn.training.run_folder import load_run as load_run
-from learn.training.train import train as train
 from learn.twin.calibrate import calibrate as calibrate
 from scenes.drawing.scene_drawing import draw_scene as draw_scene
 from scenes.files.errors import InputError as InputError
