@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from simulate.spectra.band import Band
 
 if TYPE_CHECKING:
     from learn.view.tracing import Traced
+    from simulate.rays.core.multipath import TracedPath
 
 FINER = 8  # Points of the profile for each resolution cell
 
@@ -28,7 +30,9 @@ STEMS: dict[str, Any] = {"linefmt": "C1-", "markerfmt": "C1.", "basefmt": " ", "
 
 
 class DelayPanel(Panel):
-    """Power over delay of the recorded row that is nearest to the transmitter, with the traced paths if it is there."""
+    """Power over delay of the row at the transmitter, with the traced paths; without spectra of the nearest row."""
+
+    _drawn: tuple[int, int] | None = None  # the row that is drawn, and the number of its traced paths
 
     @classmethod
     def suits(cls, dataset: Dataset, quantity: str) -> bool:
@@ -40,23 +44,33 @@ class DelayPanel(Panel):
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
         dataset = self.view.subject.dataset
         assert dataset is not None and dataset.band is not None
+        if (
+            index is None and "spectrum" in dataset.values
+        ):  # a drag must stay fast, and the spectra tell of this position
+            return ""
         distances = np.linalg.norm(dataset.positions - position, axis=1)
         row = int(distances.argmin()) if index is None else index
         profile = delay_profile(dataset.values[self.quantity][row].astype(complex), dataset.band)
-        away = "" if index is not None else f", the nearest one, {distances[row]:.2f} m away"
-        figure, axis = line_chart(f"power over delay, position {row + 1}{away}")
+        paths = traced.paths if traced is not None and index is not None else []
+        if self._drawn != (row, len(paths)):
+            self._draw(row, profile, paths, 1 / dataset.band.bandwidth)
+            self._drawn = row, len(paths)
+        away = f" of position {row + 1}, {distances[row]:.2f} m away" if index is None else ""
+        return f"strongest delay{away}: {1e9 * profile.delays[profile.decibels.argmax()]:.4g} ns"
+
+    def _draw(self, row: int, profile: DelayProfile, paths: Sequence[TracedPath], cell: float) -> None:
+        """Draw the profile of a row, with a stem for each path; ``cell`` is the resolution, seconds."""
+        figure, axis = line_chart(f"power over delay, position {row + 1}")
         axis.plot(1e9 * profile.delays, profile.decibels, color=of_unit(TRUE), label="recorded")
-        if index is not None and traced is not None and traced.paths:
-            lengths = [np.linalg.norm(np.diff(path.vertices, axis=0), axis=1).sum() for path in traced.paths]
-            gains = np.abs([path.response for path in traced.paths])
+        if paths:
+            lengths = [np.linalg.norm(np.diff(path.vertices, axis=0), axis=1).sum() for path in paths]
+            gains = np.abs([path.response for path in paths])
             axis.stem(1e9 * np.array(lengths) / SPEED_OF_LIGHT, 20 * np.log10(gains / gains[0]), bottom=LEAST, **STEMS)
             axis.legend(fontsize="small")
         axis.set(xlim=1e9 * profile.delays[[0, -1]], ylim=(LEAST, 2), ylabel="dB")
-        cell = 1 / dataset.band.bandwidth  # smallest difference of two delays that the band tells apart, seconds
         resolution = f"resolution 1 / bandwidth: {1e9 * cell:.3g} ns, or {cell * SPEED_OF_LIGHT:.3g} m of path"
         axis.set_xlabel(f"delay (ns); {resolution}", fontsize="small")
         self.draw_figure(figure)
-        return f"strongest delay {1e9 * profile.delays[profile.decibels.argmax()]:.4g} ns"
 
 
 class DelayProfile(NamedTuple):

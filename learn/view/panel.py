@@ -103,8 +103,8 @@ def profile(value: Num[np.ndarray, "..."]) -> Float[np.ndarray, " n"]:
 
 def line_chart(title: str) -> tuple[Figure, Axes]:
     """A figure as wide as the spectra are."""
-    figure = Figure(figsize=(500 * PIXEL, 200 * PIXEL), dpi=1 / PIXEL, layout="constrained")
-    axis = figure.subplots()
+    figure = Figure(figsize=(500 * PIXEL, 200 * PIXEL), dpi=1 / PIXEL)
+    axis = figure.add_axes((0.11, 0.22, 0.86, 0.65))
     axis.set_title(in_figure(title), fontsize="medium", loc="left")
     axis.tick_params(labelsize="small")
     axis.grid(alpha=0.3)

@@ -13,10 +13,10 @@ from viser import ClientHandle, TransformControlsEvent
 
 from scenes.browser.scene_view import add_gateway, add_region, wxyz, xyzw
 from scenes.browser.served_page import shield
+from scenes.drawing.perspective import box_edges
 from scenes.files.lengths import rounded
 from scenes.scene.description import Scene
 from scenes.scene.orientation import Quaternion, boresight_of
-from scenes.scene.shapes import box_edges
 
 
 class MovedAntennas:

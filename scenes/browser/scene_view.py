@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from viser import ClientHandle, FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
 
 from scenes.checks.enclosure import enclosing
+from scenes.drawing.perspective import box_edges
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
 from scenes.scene.orientation import Quaternion
-from scenes.scene.shapes import box_edges
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
 WALL_OPACITY = 0.18  # Opacity of floor, walls and ceiling, so that the inside is visible from outside

@@ -14,7 +14,7 @@ from scenes.checks.enclosure import UNDER_CEILING, Plane, barycentric, ceiling_h
 from scenes.drawing.floor_plan import REGION
 from scenes.scene.antennas import Gateway
 from scenes.scene.description import Scene
-from scenes.scene.shapes import bounding_box, box_edges
+from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
@@ -79,6 +79,13 @@ def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
     for gateway in gateways:
         _draw_gateway(axes, buffer, gateway, 0.12 * float(np.max(high - low)), tolerance)
     return left_out
+
+
+def box_edges(box: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "n 2 3"]:
+    """Return the edges of a box by their two ends; of a box that is a point, a line of length 0."""
+    corners = np.stack(np.meshgrid(*np.transpose(box), indexing="ij"), axis=-1).reshape(8, 3)
+    ends = [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1]
+    return np.array(ends or [(corners[0], corners[0])], np.float32)
 
 
 def _surfaces(

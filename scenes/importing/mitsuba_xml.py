@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
+from string import Template
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -44,8 +45,7 @@ SIONNA_DEFAULTS = {
     "scattering_coefficient": 0.0,
     "xpd_coefficient": 0.0,
 }
-LONGEST_NAME, LONGEST_TEXT = 100, 10_000
-"""Most characters of the name of a <default>, and of an attribute after such names are replaced."""
+LONGEST_TEXT = 10_000  # Most characters of an attribute with the names of <default>s, also after these are replaced
 GREY = (0.6, 0.6, 0.6)  # for drawings; the colours of the file are ignored
 COLORS = ("color", "reflectance", "base_color")
 
@@ -142,25 +142,20 @@ def _replace_names(root: Element, path: Path) -> None:
     defaults: dict[str, str] = {}
     for element in root.iter():
         for key, text in element.attrib.items():
-            if "$" in text:
-                element.set(key, _replace_in(text, defaults, f"{path}: {_shown(element)}"))
+            if "$" not in text:
+                continue
+            label = f"{path}: {_shown(element)}"
+            try:
+                replaced = Template(text).substitute(defaults) if len(text) <= LONGEST_TEXT else text
+            except (KeyError, ValueError):
+                raise InputError(f"{label}: expected a <default> before {named(text)}, found none") from None
+            if len(replaced) > LONGEST_TEXT:  # each <default> may double the one before
+                raise InputError(
+                    f"{label}: expected at most {LONGEST_TEXT} characters after replacing $names, found more"
+                )
+            element.set(key, replaced)
         if element.tag == "default":
             defaults[element.get("name", "")] = element.get("value", "")
-
-
-def _replace_in(text: str, defaults: dict[str, str], label: str) -> str:
-    """Replace each $name in a text by its default. If several names fit, the longest counts."""
-    longest = min(max(map(len, defaults), default=0), LONGEST_NAME)
-    first, *rest = text.split("$")
-    result = first
-    for part in rest:
-        name = next((part[:end] for end in range(longest, 0, -1) if part[:end] in defaults), None)  # $width before $w
-        if name is None:
-            raise InputError(f"{label}: expected a <default> before {named('$' + part)}, found none")
-        result += defaults[name] + part[len(name) :]
-        if len(result) > LONGEST_TEXT:  # each <default> may double the one before
-            raise InputError(f"{label}: expected at most {LONGEST_TEXT} characters after replacing $names, found more")
-    return result
 
 
 def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) -> MitsubaShape:

@@ -117,27 +117,14 @@ class P2040Row:
         low, high = self.range_ghz
         return low * (1 - EXTRAPOLATION) <= frequency / 1e9 <= high * (1 + EXTRAPOLATION)
 
-    def nearest(self, frequency: float) -> float:
-        """The frequency of the row's range that is nearest to a frequency, both Hz."""
-        low, high = self.range_ghz
-        return 1e9 * min(max(frequency / 1e9, low), high)
+
+VALUES = "PERMITTIVITY,CONDUCTIVITY,THICKNESS"
+"""What the option --own-material takes after the name and "=": ε_r, S/m and metres."""
 
 
 def _power(base: float, exponent: float) -> float:
     """base^exponent, correctly rounded: the C library's last digit, and so a scene's digest, may differ elsewhere."""
     return float(Decimal(base) ** Decimal(exponent))
-
-
-class OutsideP2040(InputError):
-    """ITU-R P.2040 does not give a material at a frequency."""
-
-    def __init__(self, name: str, frequency: float, advice: str):
-        low, high = P2040[name].range_ghz
-        super().__init__(
-            f"material {named(name)}: expected a frequency within {EXTRAPOLATION:.0%} of the range of ITU-R P.2040, "
-            f"{low:g} to {high:g} GHz, found {frequency / 1e9:g} GHz; {advice}"
-        )
-        self.name, self.frequency = name, frequency
 
 
 # Where the recommendation has several rows for a material, this is the one whose range is nearest to 1 GHz.
@@ -177,8 +164,12 @@ def p2040_material(
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
     row, frequency = P2040[name], read_frequency(frequency)
     if not row.covers(frequency):
-        advice = f'for other frequencies, give relative_permittivity and conductivity: RadioMaterial("{name}", …)'
-        raise OutsideP2040(name, frequency, advice)
+        low, high = row.range_ghz
+        raise InputError(
+            f"material {named(name)}: expected a frequency within {EXTRAPOLATION:.0%} of the range of ITU-R P.2040, "
+            f"{low:g} to {high:g} GHz, found {frequency / 1e9:g} GHz; for another one, give its values: as a "
+            f"RadioMaterial, under materials in a scene YAML, or by --own-material {name}={VALUES}"
+        )
     permittivity, conductivity = row.values(frequency)
     return RadioMaterial(
         name=name,

@@ -206,10 +206,3 @@ def rotate(mesh: Trimesh, degrees: float) -> Trimesh:
     centre = mesh.bounds.mean(axis=0)
     matrix[:3, 3] = centre - matrix[:3, :3] @ centre
     return mesh.copy().apply_transform(matrix)
-
-
-def box_edges(box: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "n 2 3"]:
-    """Return the edges of a box by their two ends; of a box that is a point, a line of length 0."""
-    corners = np.stack(np.meshgrid(*np.transpose(box), indexing="ij"), axis=-1).reshape(8, 3)
-    ends = [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1]
-    return np.array(ends or [(corners[0], corners[0])], np.float32)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
 from msgspec import Struct
 from msgspec.structs import asdict
 
@@ -25,7 +24,7 @@ from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import BOTH_ARRAYS, Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.frequency import read_frequency
-from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
+from scenes.scene.materials import P2040, RadioMaterial, p2040_material
 from scenes.scene.orientation import Quaternion, Vector3
 from scenes.scene.shapes import union
 
@@ -127,37 +126,9 @@ def _material(name: str, value: object, frequency: float, source: str) -> RadioM
             given["frequency"] = read_frequency(given["frequency"])
         if of_table:
             given = vars(p2040_material(given.pop("p2040"), frequency)) | given
-    except OutsideP2040 as error:
-        raise InputError(f"{place}: {_outside(error, name, given.get('thickness'))}") from None
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
     return _conform(given | {"name": name}, RadioMaterial, place)
-
-
-def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
-    if name not in P2040:
-        raise InputError(f"unknown material {named(name)}; {did_you_mean(name, [*own, *P2040])}")
-    try:
-        return p2040_material(name, frequency)
-    except OutsideP2040 as error:
-        raise _outside(error, name) from None
-
-
-def _outside(error: OutsideP2040, key: str, thickness: float | None = None) -> OutsideP2040:
-    """The same error with what to write under materials."""
-    row = P2040[error.name]
-    nearest = row.nearest(error.frequency)
-    permittivity, conductivity = (float(f"{value:.4g}") for value in row.values(nearest))
-    values = {"relative_permittivity": permittivity, "conductivity": conductivity}
-    line = yaml.safe_dump(
-        {key: values | {"thickness": thickness or row.thickness}},
-        default_flow_style=None,
-        sort_keys=False,
-        allow_unicode=True,
-        width=1000,
-    )
-    advice = f"under materials, write its values at that frequency: {line.strip()} has those at {nearest / 1e9:g} GHz"
-    return OutsideP2040(error.name, error.frequency, advice)
 
 
 def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
@@ -208,8 +179,12 @@ def read_scene(path: str | Path) -> Scene:
     }
     for index, item in enumerate(objects):
         try:
+            if item.material not in (*known, *P2040):
+                raise InputError(
+                    f"unknown material {named(item.material)}; {did_you_mean(item.material, [*known, *P2040])}"
+                )
             if item.material not in known:
-                known[item.material] = _p2040(item.material, known, frequency)
+                known[item.material] = p2040_material(item.material, frequency)
         except InputError as error:
             raise InputError(f"{source}: objects[{index}] ({named(item.name)}): {error}") from None
     used = {item.material for item in objects}

@@ -14,7 +14,7 @@ from trimesh import Trimesh
 
 from scenes.files.errors import InputError, did_you_mean, named
 from scenes.scene.description import MOST_TRIANGLES
-from scenes.scene.materials import P2040, OutsideP2040, RadioMaterial, p2040_material
+from scenes.scene.materials import P2040, VALUES, RadioMaterial, p2040_material
 
 LARGEST = 1e10
 """Largest coordinate, in the file's unit: that of UTM in millimetres. Damaged files have coordinates such as 1e30."""
@@ -100,10 +100,6 @@ def require_few(triangles: int, label: str) -> None:
         raise InputError(f"{label}: expected at most {MOST_TRIANGLES} triangles, found {triangles}")
 
 
-VALUES = "PERMITTIVITY,CONDUCTIVITY,THICKNESS"
-"""What the option --own-material takes after the name and "=": ε_r, S/m and metres."""
-
-
 def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
     """The material that a name stands for; case, spaces, "mat-", "itu_" and Blender's number do not count."""
     table = {_plain(known): known for known in (*P2040, *own)}
@@ -127,13 +123,7 @@ def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
 
 
 def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial:
-    if name in own:
-        return replace(own[name], name=name)
-    try:
-        return p2040_material(name, frequency)
-    except OutsideP2040 as error:
-        advice = f"for another one, give its values: --own-material {shlex.quote(f'{name}={VALUES}')}"
-        raise OutsideP2040(error.name, error.frequency, advice) from None
+    return replace(own[name], name=name) if name in own else p2040_material(name, frequency)
 
 
 def proposed_rule(name: str) -> str:

@@ -145,8 +145,8 @@ def test_channels_have_a_profile_of_each_row(tmp_path, join):
     assert panels_of(shown) == {"channel": DelayPanel}
     with serving("bisplat: csi", 8730, lambda client: Tab(client, shown).close) as address, join(address) as tab:
         assert tab.next("GuiImageMessage")
-        words = said(tab, "strongest delay ")
-    found = float(words.partition("strongest delay ")[2].removesuffix(" ns"))
+        words = said(tab, "strongest delay: ")
+    found = float(words.partition("strongest delay: ")[2].removesuffix(" ns"))
     assert found == pytest.approx(20, abs=1)
     with pytest.raises(bisplat.InputError, match=r"metadata\.json: .* band"):
         DelayPanel.suits(dataclasses.replace(channels, band=None), "channel")

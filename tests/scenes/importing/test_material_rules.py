@@ -85,7 +85,7 @@ def test_a_material_out_of_range_can_be_given_as_the_sentence_says():
     choices = choose_materials(FILE, [("*", "wet_ground")], None, 28e9, {})
     with pytest.raises(InputError, match=r"block.glb: material \"wet_ground\": .* found 28 GHz; ") as refusal:
         require_materials(FILE, choices)
-    assert str(refusal.value).endswith(": --own-material wet_ground=PERMITTIVITY,CONDUCTIVITY,THICKNESS")
+    assert str(refusal.value).endswith(" --own-material wet_ground=PERMITTIVITY,CONDUCTIVITY,THICKNESS")
     own = {"wet_ground": RadioMaterial("wet_ground", 8.0, 11.0, 1.0)}
     assert chosen("*=wet_ground", own=own, frequency=28e9) == ["wet_ground"] * 4
 
