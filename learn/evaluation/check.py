@@ -176,7 +176,7 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     of_split = None
     if "spectrum" in dataset.values:
         parts = None if split is None else split_of(dataset, split, seed, guard=guard)
-        of_split = SpectraSplit.of(dataset, split, parts)
+        of_split = SpectraSplit(dataset, split, parts)
         warnings += of_split.warnings()
     warnings += [*SAID[dataset.quantities[0]].oddities(dataset), *assumptions_of(dataset)]
     return Check([], warnings, dataset, of_split)

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 
 from learn.data.metrics import Scores, require_scorable, require_some, score, varies
 from learn.data.same_receiver import other_array, require_same_frequency
 from learn.data.split_distances import SplitDistances
+from learn.quantities.complex_scores import correlation
 from learn.training.config import Origin
 from learn.training.run_folder import Run, SpectrumRun, load_spectra
 from scenes.files.errors import (
@@ -181,6 +182,9 @@ def crossvalidate(
     require_some(told, scene.name)
     drawn, responses, truth = drawn[told], responses[told], truth[told]
     prediction = run.predict(drawn)
+    of_responses = None
+    if prediction.responses is not None:
+        of_responses = correlation(prediction.responses[:, None], responses[:, None])
     return CrossValidation(
         run_name=run.name,
         scene_name=scene.name,
@@ -192,7 +196,7 @@ def crossvalidate(
         grid=run.beamformer.grid,
         array=run.beamformer.array,
         scores=score(prediction.spectra, truth, run.beamformer.grid, run.beamformer.array),
-        correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
+        correlation=of_responses,
         origin=Origin.of(run.config, parts, run.dataset_sha256),
         distances=SplitDistances.between(known, drawn, dataset.wavelength),
     )
@@ -231,11 +235,3 @@ def seen_by(dataset: Dataset, scene: Scene) -> Scene:
         f"{scene.name}: expected a gateway at {dataset.gateway_position.round(3).tolist()}, oriented as in "
         f"{dataset.folder / 'gateway_info.yml'}, found {list(scene.gateway.position)}"
     )
-
-
-def correlation(
-    predicted: Complex[np.ndarray, "K elements"], responses: Complex[np.ndarray, "K elements"]
-) -> Float[np.ndarray, " K"]:
-    """Correlation ``|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖)`` over the elements, 0…1."""
-    norms = np.linalg.norm(predicted, axis=1) * np.linalg.norm(responses, axis=1)
-    return np.abs((predicted.conj() * responses).sum(axis=1)) / np.maximum(norms, 1e-30)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,14 +35,12 @@ class SpectraSplit:
     dataset: Dataset
     kind: SplitKind | None  # the name of the split that was asked for. None: the folder's own.
     parts: Split | None  # the split that was asked for
-    # how near and how similar the test spectra are to known ones. None: no spectra are known or tested, or both ends
-    # move.
-    leakage: Leakage | None
 
-    @classmethod
-    def of(cls, dataset: Dataset, kind: SplitKind | None, parts: Split | None) -> SpectraSplit:
-        """Look how a split leaks."""
-        return cls(dataset, kind, parts, None if dataset.moving == "both" else leakage(dataset, parts))
+    @cached_property
+    def leakage(self) -> Leakage | None:
+        """How near and how similar the test spectra are to known ones. None: no spectra are known or tested, or both
+        ends move."""
+        return None if self.dataset.moving == "both" else leakage(self.dataset, self.parts)
 
     @property
     def spacing(self) -> Spacing | None:

@@ -40,14 +40,18 @@ def of_runs(runs: Sequence[SpectrumRun], heard: Any) -> Question:
 
     The runs' own datasets stand for their test part, since known pictures are found at their own places.
     """
+    if heard is None:
+        return of_test_part(runs)
     heard = [heard] if isinstance(heard, str | Path) else heard
-    if heard is not None and (not isinstance(heard, list | tuple) or len(heard) != len(runs)):
+    if not isinstance(heard, list | tuple) or len(heard) != len(runs):
         found = f"{len(heard)} of them" if isinstance(heard, list | tuple | np.ndarray) else shown(heard)
         raise ParameterError("heard", f"expected pictures or a folder for each of the {len(runs)} runs, found {found}")
-    if heard is not None and all(isinstance(each, str | Path) for each in heard):
+    if all(isinstance(each, str | Path) for each in heard):
         folders = [Path(each) for each in heard]
         own = [is_own(folder, run) for folder, run in zip(folders, runs, strict=True)]
-        if any(own) and not all(own):
+        if all(own):
+            return of_test_part(runs)
+        if any(own):
             found = f"{folders[own.index(False)]} beside {folders[own.index(True)]}"
             raise ParameterError("heard", f"expected the datasets of all runs or of none, found {found}")
         seen = [observed_pictures(folder, run) for folder, run in zip(folders, runs, strict=True)]
@@ -55,12 +59,12 @@ def of_runs(runs: Sequence[SpectrumRun], heard: Any) -> Question:
         for folder, (other, _) in zip(folders, seen, strict=True):
             if other != names:
                 raise InputError(f"{folder}: expected pictures of the same names as in {folders[0]}, found other ones")
-        heard = None if all(own) else heard
-    elif heard is not None:
-        pictures = _checked_pictures(heard)
+    else:
+        pictures = [check_pictures("heard", each) for each in heard]
+        if len({len(each) for each in pictures}) > 1:
+            found = " and ".join(str(len(each)) for each in pictures)
+            raise ParameterError("heard", f"expected pictures of the same transmitters, found {found}")
         names = [str(number) for number in range(len(pictures[0]))]
-    if heard is None:
-        return of_test_part(runs)
     data = runs[0].dataset()
     return Question(_evidence(runs, pictures, data.positions[runs[0].split(data).known]), names, [NEW] * len(names))
 
@@ -113,15 +117,6 @@ def _evidence(
     if (warning := grid_warning(evidence)) is not None:
         say(f"warning: {warning}")
     return evidence
-
-
-def _checked_pictures(pictures: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Stacks of pictures, all of the same number of transmitters."""
-    checked = [check_pictures("heard", each) for each in pictures]
-    if len({len(each) for each in checked}) > 1:
-        found = " and ".join(str(len(each)) for each in checked)
-        raise ParameterError("heard", f"expected pictures of the same transmitters, found {found}")
-    return checked
 
 
 def observed_pictures(folder: Path, run: SpectrumRun) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:

@@ -25,7 +25,7 @@ from simulate.dataset.dataset_frequency import stated_frequency
 from simulate.dataset.dataset_kinds import CHANNELS, TAKE_CHANNELS, TAKE_PLACED_CHANNELS
 from simulate.dataset.index_files import read_split, write_drawn_split
 from simulate.dataset.inspection import Coordinate, Inspection
-from simulate.dataset.metadata import band_of, made_here, write_metadata
+from simulate.dataset.metadata import made_here, write_metadata
 from simulate.dataset.receivers import Antennas
 from simulate.positions.positions import box_in_words, check_points, write_positions
 from simulate.spectra.band import Band
@@ -65,17 +65,10 @@ def read_channels(found: Inspection, wanted: float | None) -> Dataset | None:
                 f"{folder / name}: expected a position for each of the {number} {things} of {CHANNELS}, found "
                 f"{len(points)}"
             )
-    band = band_of(metadata)
-    if band is not None:
-        path = folder / "metadata.json"
-        if band.subcarriers != subcarriers:
-            wrong = f"expected the {subcarriers} of {CHANNELS}, found {band.subcarriers}"
-            problems.append(f"{path}: band.subcarriers: {wrong}")
-        try:
-            if frequency.source != "assumed":
-                band.frequencies(frequency.hertz)
-        except ParameterError as error:
-            problems.append(f"{path}: band.{error}")
+    band = found.band(metadata, None if frequency.source == "assumed" else frequency.hertz)
+    if band is not None and band.subcarriers != subcarriers:
+        wrong = f"expected the {subcarriers} of {CHANNELS}, found {band.subcarriers}"
+        problems.append(f"{folder / 'metadata.json'}: band.subcarriers: {wrong}")
     rows = [str(number) for number in range(count)]
     train, test = read_split(found, rows, "rows")
     if problems or antennas is None:

@@ -11,10 +11,11 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import Meta
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.metadata import read_metadata
+from simulate.dataset.metadata import band_of, read_metadata
 from simulate.positions.positions import FARTHEST, points_digest, read_points
+from simulate.spectra.band import Band
 
 Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 
@@ -57,6 +58,16 @@ class Inspection:
     def metadata(self) -> dict[str, Any]:
         """The content of metadata.json; empty if there is none, or a problem."""
         return self.noting({}, read_metadata, self.folder / "metadata.json")
+
+    def band(self, metadata: dict[str, Any], hertz: float | None) -> Band | None:
+        """The subcarriers that metadata.json states. A band too wide for a known frequency is a problem."""
+        band = band_of(metadata)
+        try:
+            if band is not None and hertz is not None:
+                band.frequencies(hertz)
+        except ParameterError as error:
+            self.problems.append(f"{self.folder / 'metadata.json'}: band.{error}")
+        return band
 
     def note_changed_places(self, metadata: dict[str, Any], **rows: Float[np.ndarray, "K 3"] | None) -> None:
         """Note that the rows ``tx_pos`` or ``rx_pos`` are not those that the folder was simulated with."""

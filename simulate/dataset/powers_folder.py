@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
 from typing import Annotated, Any
@@ -161,35 +160,21 @@ def write_given_powers(
         say(f"{called}: {weak} powers of {NOT_RECEIVED:g} dBm or less count as not received")
 
 
-@dataclass(frozen=True)
-class DistanceLaw:
-    """Powers as P = P_1 − 10 n log10(d / 1 m), fitted for each gateway by least squares."""
+def distance_law(dataset: Dataset) -> tuple[Float[np.ndarray, " g"], float] | None:
+    """Powers as P = P_1 − 10 n log10(d / 1 m), fitted for each gateway by least squares; None if no gateway tells n.
 
-    exponents: Float[np.ndarray, " g"]  # exponent n of each gateway that tells one. Free space has 2.
-    scatter_db: float  # median over the gateways of the standard deviation of what is left, dB
-
-    @classmethod
-    def of(cls, dataset: Dataset) -> DistanceLaw | None:
-        """The law of a dataset; None if no gateway tells one."""
-        exponents, scatter = [], []
-        for distance, power in zip(dataset.distances.T, dataset.powers.T, strict=True):
-            heard = ~np.isnan(power) & (distance > 0)
-            if heard.sum() < LEAST_POWERS or distance[heard].max() < LEAST_RATIO * distance[heard].min():
-                continue
-            decades = 10 * np.log10(distance[heard])
-            slope, level = np.polyfit(decades, power[heard], 1)
-            exponents.append(-slope)
-            scatter.append(np.std(power[heard] - level - slope * decades))
-        return cls(np.array(exponents), float(np.median(scatter))) if exponents else None
-
-    def __str__(self) -> str:
-        """The law in words."""
-        count = len(self.exponents)
-        of = "one gateway" if count == 1 else f"median of {count} gateways"
-        return (
-            f"exponent {np.median(self.exponents):.1f} ({of}; free space has 2), "
-            f"{self.scatter_db:.1f} dB left unexplained"
-        )
+    Exponents n of the gateways that tell one (free space has 2), and the median of what the fits leave, dB.
+    """
+    exponents, scatter = [], []
+    for distance, power in zip(dataset.distances.T, dataset.powers.T, strict=True):
+        heard = ~np.isnan(power) & (distance > 0)
+        if heard.sum() < LEAST_POWERS or distance[heard].max() < LEAST_RATIO * distance[heard].min():
+            continue
+        decades = 10 * np.log10(distance[heard])
+        slope, level = np.polyfit(decades, power[heard], 1)
+        exponents.append(-slope)
+        scatter.append(np.std(power[heard] - level - slope * decades))
+    return (np.array(exponents), float(np.median(scatter))) if exponents else None
 
 
 def describe_powers(dataset: Dataset) -> dict[str, str]:
@@ -198,7 +183,11 @@ def describe_powers(dataset: Dataset) -> dict[str, str]:
     at = [f"{name} {place}" for name, place in places]
     more = f" and {len(at) - LISTED} more" if len(at) > LISTED else ""
     stated = "metadata.json" if "receiver" in dataset.metadata else "the mark of the format"
-    heard, law = ~np.isnan(dataset.powers), DistanceLaw.of(dataset)
+    heard, law = ~np.isnan(dataset.powers), "too few powers or distances to tell"
+    if (fitted := distance_law(dataset)) is not None:
+        exponents, scatter = fitted
+        of = "one gateway" if len(exponents) == 1 else f"median of {len(exponents)} gateways"
+        law = f"exponent {np.median(exponents):.1f} ({of}; free space has 2), {scatter:.1f} dB left unexplained"
     powers = dataset.powers[heard]
     span = f"{powers.min():.4g} to {powers.max():.4g}, median {np.median(powers):.4g}" if powers.size else "none"
     return {
@@ -208,14 +197,14 @@ def describe_powers(dataset: Dataset) -> dict[str, str]:
         "floor": f"{dataset.floor_dbm:g} dBm ({stated})",
         "not received": f"{1 - heard.mean():.1%} of the powers, {NOT_RECEIVED:g} in the file",
         "powers (dBm)": span,
-        "distance law": "too few powers or distances to tell" if law is None else str(law),
+        "distance law": law,
         "can be used": f"by bisplat {TAKE_POWERS}, by NeRF² and GSRF",
     }
 
 
 def figures_of_powers(dataset: Dataset) -> dict[str, Any]:
     """What ``bisplat check --json`` prints of received powers alone."""
-    heard, law = ~np.isnan(dataset.powers), DistanceLaw.of(dataset)
+    heard, law = ~np.isnan(dataset.powers), distance_law(dataset)
     powers = dataset.powers[heard]
     return {
         "kind": "rssi",
@@ -225,7 +214,7 @@ def figures_of_powers(dataset: Dataset) -> dict[str, Any]:
         "not_received": round(1 - float(heard.mean()), 4),
         "weakest_dbm": float(powers.min()) if powers.size else None,
         "strongest_dbm": float(powers.max()) if powers.size else None,
-        "distance_exponent": None if law is None else round(float(np.median(law.exponents)), 3),
+        "distance_exponent": None if law is None else round(float(np.median(law[0])), 3),
     }
 
 
@@ -257,8 +246,8 @@ def oddities_of_powers(dataset: Dataset) -> list[str]:
             f"{zeros} of {heard.sum()} powers are 0 dBm, and all others at least {-others.max():.0f} dB weaker: if 0 "
             f"means that nothing was received, put {NOT_RECEIVED:g} there"
         )
-    law = DistanceLaw.of(dataset)
-    if law is not None and np.median(law.exponents) < 0:
+    law = distance_law(dataset)
+    if law is not None and np.median(law[0]) < 0:
         found.append("the powers rise with the distance: do the positions and the powers belong together, row by row?")
     return found + _too_strong(dataset)
 

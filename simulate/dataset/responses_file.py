@@ -107,11 +107,8 @@ def write_responses(
 def retrieve(dataset: Dataset) -> Retrieval:
     """Write channels.npz with responses retrieved from the pictures, or finish an interrupted retrieval.
 
-    The result so far is written after each ``AT_ONCE`` pictures, so an interruption loses at most these.
-
-    The file holds ``channels`` (complex64, [rows of tx_pos.csv, elements], not a number if a row has no picture),
-    ``residual`` (grey levels) and ``retrieved``, which is True. The last tells readers that these are not recorded
-    responses, whose phases can be compared from one position to another.
+    The result so far is written after each ``AT_ONCE`` pictures. Rows without a picture are not a number. ``retrieved``
+    in the file tells readers that these are not recorded responses, whose phases can be compared from row to row.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     recorded = dataset.phases_recorded_per_position and "retrieved" in dataset.values

@@ -34,21 +34,12 @@ def at_its_frequency(scene: Scene, dataset: Dataset) -> Scene:
 
 @dataclass(frozen=True)
 class Rooms:
-    """A folder of simulated rooms.
-
-    Iteration reads the datasets of the rooms one by one. ``len(rooms)`` is their number.
-
-    Attributes:
-        folder: the folder.
-        setting: what differs from room to room: "same", "furniture" or "layout".
-        names: names of the dataset folders in it, in order.
-        facts: the content of rooms.json.
-    """
+    """A folder of simulated rooms. Iteration reads their datasets one by one."""
 
     folder: Path
-    setting: Setting
-    names: tuple[str, ...]
-    facts: dict[str, Any]
+    setting: Setting  # what differs from room to room
+    names: tuple[str, ...]  # of the dataset folders in it, in order
+    facts: dict[str, Any]  # the content of rooms.json
 
     def __len__(self) -> int:
         return len(self.names)

@@ -16,7 +16,7 @@ from jaxtyping import Float, UInt8
 from msgspec import Struct
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 from scenes.files.json_yaml_xml import read_yaml
 from scenes.files.long_work import doing
 from scenes.files.schema import conform
@@ -28,7 +28,7 @@ from simulate.dataset.dataset_frequency import Frequency, frequency_of
 from simulate.dataset.dataset_kinds import Moving
 from simulate.dataset.index_files import read_split
 from simulate.dataset.inspection import Coordinate, Inspection
-from simulate.dataset.metadata import band_of, write_metadata
+from simulate.dataset.metadata import write_metadata
 from simulate.dataset.picture_files import encode_picture, picture_names, read_pictures
 from simulate.dataset.receivers import ArrayReceiver
 from simulate.dataset.responses_file import read_responses
@@ -98,12 +98,7 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
             array = replace(array, spacing=array.spacing * ratio)
     array = None if array is None else array.at(frequency.hertz)
     elements = (array or PlanarArray()).elements
-    band = band_of(metadata)
-    if band is not None:
-        try:
-            band.frequencies(frequency.hertz)
-        except ParameterError as error:
-            problems.append(f"{folder / 'metadata.json'}: band.{error}")
+    band = found.band(metadata, frequency.hertz)
     recorded = read_responses(folder / "channels.npz", rows_known, elements, problems, band)
     if problems or positions is None:
         return None

@@ -19,16 +19,7 @@ from simulate.dataset.metadata import made_here
 
 
 def export_csi(dataset: Dataset | Path | str, folder: Path, force: bool = False) -> None:
-    """Write the responses of a dataset over a band as a CSI folder, which the loaders of NeRF² and GSRF read.
-
-    The lower half of the band stands for the uplink, the upper half for the downlink. The folder has
-
-    - ``csidata.npy``: complex64 [K, elements, subcarriers], in the order of the frequency;
-    - ``base-station.yml``: ``base_station``, the positions of the elements, metres, world frame;
-    - ``train_index.txt`` and ``test_index.txt``: rows, counted from 0, if the dataset has a split of its own;
-    - ``tx_pos.csv``: the transmitter positions, and ``metadata.json``: the carrier and the band. Those loaders do not
-      read them, ``read_dataset`` does.
-    """
+    """Write the responses of a dataset over a band as a CSI folder, as ``export`` explains it."""
     dataset = given_dataset(dataset)
     if dataset.band is None:
         raise InputError(

@@ -31,17 +31,7 @@ NOT_IN_NAMES = "/\\:*?\"'<>|\n"
 
 
 def export_deepmimo(dataset: Dataset | Path | str, folder: Path, force: bool = False) -> None:
-    """Trace the paths of a simulated dataset again, and write them as a scenario folder of DeepMIMO 4.
-
-    DeepMIMO [alkhateeb2019] loads the folder by its name. By reciprocity the gateway is DeepMIMO's transmitter, and the
-    dataset's positions are its receivers. The paths are those of one element of the gateway: the first of those nearest
-    the array's centre. They contain the antenna patterns of both ends, but not the errors that ``Measurement`` adds to
-    the responses of a dataset.
-
-    Each file ``NAME_t000_tx000_r001.npz`` holds the matrix NAME: ``power`` (dB), ``phase`` (degrees), ``delay``
-    (seconds), ``aod_az``, ``aod_el``, ``aoa_az``, ``aoa_el`` (degrees, world frame, elevation from +z), ``inter`` and
-    ``inter_pos`` (interactions, and their places in metres). Their first two axes are [positions, paths].
-    """
+    """Trace the paths of a simulated dataset again, and write them as ``export`` explains it."""
     _check_name(folder)
     with new_folder(folder, force) as unfinished:
         request, rays = _request(dataset.folder if isinstance(dataset, Dataset) else Path(dataset))

@@ -45,11 +45,14 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path) -> None:
     with written_atomically(path) as unfinished, _Disk(unfinished, "w+") as disk:
         try:
             with h5py.File(disk, "w") as file:
+                file["positions_m"] = dataset.positions
+                file["train_index"], file["test_index"] = dataset.train, dataset.test
+                file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)
                 if "power" in dataset.values:
                     _write_powers(file, dataset)
                 else:
                     _write_attributes(file, dataset)
-                    _write_tables(file, dataset)
+                    _write_responses(file, dataset)
                     _write_spectra(file, dataset, disk)
         except (OSError, RuntimeError, ValueError, KeyError):  # from HDF5, when it reads what could not be written
             disk.check()
@@ -88,11 +91,9 @@ def _write_powers(file: h5py.File, dataset: Dataset) -> None:
     file.attrs["floor_dbm"] = dataset.floor_dbm
     if dataset.frequency.source != "assumed":
         file.attrs["frequency_hz"] = dataset.frequency.hertz
-    file["rssi_dbm"], file["positions_m"] = dataset.powers, dataset.positions
+    file["rssi_dbm"] = dataset.powers
     file["gateway_positions_m"] = dataset.gateway_positions
     file["gateway_names"] = np.array([name.encode() for name in dataset.gateway_names], dtype="S")
-    file["train_index"], file["test_index"] = dataset.train, dataset.test
-    file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)
 
 
 def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
@@ -116,21 +117,18 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
         file.attrs["element_positions_m"] = np.array(array.stated()["positions_m"])
 
 
-def _write_tables(file: h5py.File, dataset: Dataset) -> None:
-    file["positions_m"] = dataset.positions
+def _write_responses(file: h5py.File, dataset: Dataset) -> None:
+    """Write the names, the receivers if both ends move, and the responses that there are."""
     if dataset.moving == "both":
         file["receivers_m"] = dataset.receivers
     file["names"] = np.array(dataset.names, dtype="S")
-    file["train_index"], file["test_index"] = dataset.train, dataset.test
-    file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)
-    if dataset.band is not None:
-        file.attrs["bandwidth_hz"] = dataset.band.bandwidth
     kinds = {}
     if "response" in dataset.values:
         kinds["responses"] = dataset.responses
     if "retrieved" in dataset.values:
         kinds["retrieved_responses"] = dataset.retrieved
     if dataset.band is not None:
+        file.attrs["bandwidth_hz"] = dataset.band.bandwidth
         kinds["band_responses"] = dataset.band_responses
     for name, responses in kinds.items():
         file.create_dataset(name, data=responses, chunks=True, compression="gzip", shuffle=True)

@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import new_folder
 from scenes.scene.antennas import Gateway
-from scenes.scene.frequency import read_bandwidth, read_frequency
+from scenes.scene.frequency import read_frequency
 from simulate.dataset.bearings import FARTHER, POINTS
+from simulate.dataset.channels_folder import given_band
 from simulate.dataset.dataset_folder import require_written
 from simulate.dataset.dataset_frequency import SAME, Frequency, named
 from simulate.dataset.dataset_kinds import Phases
@@ -26,7 +27,6 @@ from simulate.exchange.reading_options import Recording
 from simulate.positions.positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
-from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
@@ -69,10 +69,7 @@ def record(
         found = found.rows(rows_of_frequency(arrays, len(found.positions), hertz, said))
         found = found.rows(complete_rows(found, said))
         responses = one_way(found.responses, said) if recording.round_trip else found.responses
-        band = None
-        if recording.bandwidth is not None:
-            band = Band(read_bandwidth(recording.bandwidth), responses.shape[2])
-            band.frequencies(hertz)  # refuses one that is too wide
+        band = given_band(responses.shape, "responses", recording.bandwidth, hertz)
         positions = check_points(found.positions)
         values = own_responses(responses, len(positions), array.elements, band)
         receivers = None if found.receivers is None else check_points(found.receivers, "receivers")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.evaluation.crossvalidate import correlation
+from learn.quantities.complex_scores import correlation
 from scenes.places.built_in import closet
 from scenes.scene.antennas import Gateway, Transmitter
 from scenes.scene.description import Scene, SceneObject
@@ -173,5 +173,5 @@ def test_diffraction_brings_the_closet_near_the_full_wave_field():
     found = {}
     for diffraction in (False, True):
         tracer = Tracer(scene, replace(FOLLOWED, max_depth=3, diffraction=diffraction))
-        found[diffraction] = float(np.median(correlation(tracer.responses(positions), true)))
+        found[diffraction] = float(np.median(correlation(tracer.responses(positions)[:, None], true[:, None])))
     assert found[False] < 0.93 and found[True] > 0.975
