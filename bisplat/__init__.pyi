@@ -16,9 +16,7 @@ from learn.localisation.locate import locate as locate
 from learn.models.base import SpectrumModel as SpectrumModel
 from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
-from learn.quantities.known import Known as Known
 from learn.quantities.quantity import Prediction as Prediction
-from learn.quantities.quantity import Quantity as Quantity
 from learn.reports.export import export as export
 from learn.reports.plots import plot_spectrum as plot_spectrum
 from learn.training.run_folder import Run as Run
