@@ -32,7 +32,6 @@ from scenes.scene.description import SceneObject as SceneObject
 from scenes.scene.materials import RadioMaterial as RadioMaterial
 from scenes.scene.materials import p2040_materials as p2040_materials
 from scenes.scene.orientation import facing as facing
-from scenes.scene.tolerances import Tolerances as Tolerances
 from scenes.storage.scene_writing import write_scene as write_scene
 from scenes.storage.scene_yaml import load_scene as load_scene
 from simulate.dataset.dataset import Dataset as Dataset

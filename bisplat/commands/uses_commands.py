@@ -70,7 +70,7 @@ def calibrate(
         from learn.twin.calibration import GATEWAYS, write_calibration
 
         found = calibrate_scene(
-            place, dataset, spectra, split=split, seed=seed, tolerances=allowed, propagation=followed, report=say
+            place, dataset, spectra, split=split, seed=seed, propagation=followed, report=say, **vars(allowed)
         )
         write_calibration(found, unfinished)
     print_rows(f"changes of {place.name}", found.rows())

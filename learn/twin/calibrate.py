@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Int
@@ -23,6 +24,7 @@ from learn.twin.response_residual import ResponseFit, ResponseResidual
 from learn.twin.starting_values import is_far
 from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
 from scenes.files.long_work import doing
+from scenes.files.options import taken, takes
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -55,6 +57,7 @@ NO_PATHS = 1e-30  # Smallest sum of the powers of paths; less stands for no path
 Report = Callable[[str], None]
 
 
+@takes(Tolerances)
 def calibrate(
     scene: Scene | Path | str,
     dataset: Dataset | Path | str,
@@ -62,14 +65,14 @@ def calibrate(
     *,
     split: SplitKind = "files",
     seed: int = 0,
-    tolerances: Tolerances = Tolerances(),
     propagation: Propagation = Propagation(),
     report: Report = lambda sentence: None,
+    **tolerances: Any,
 ) -> Calibration:
     """Correct a scene by spectra or received powers (RSSI) that were measured in it.
 
     The function corrects the gateway's position and orientation, the properties of materials, and the places of objects
-    inside the room. It finds their most likely values given the measurements, by Gauss–Newton steps; ``tolerances`` are
+    inside the room. It finds their most likely values given the measurements, by Gauss–Newton steps; the tolerances are
     the standard deviations of normal priors on their errors. Walls, floor, ceiling and columns stay where they are.
 
     - By spectra, the frequency is corrected too if it has a tolerance.
@@ -86,10 +89,10 @@ def calibrate(
         n: largest number of positions to use, evenly spread over those that the split does not hold out.
         split: which positions are held out, as for ``train``.
         seed: seed of the split.
-        tolerances: how wrong the description may be. Received powers do not use ``rotation``, since one antenna has no
-            orientation to be found by powers.
         propagation: the mechanisms that rays follow.
         report: called with sentences on the progress.
+        **tolerances: how wrong the description may be, as standard deviations. Received powers do not use ``rotation``,
+            since one antenna has no orientation to be found by powers.
 
     Returns:
         The corrected scene and gateways, the corrections, and their standard deviations. A warning is printed if the
@@ -106,8 +109,8 @@ def calibrate(
     Example:
         >>> import bisplat
         >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
-        >>> pose = bisplat.Tolerances(objects=0, materials=0)  # only the gateway may be wrong
-        >>> found = bisplat.calibrate("lab", "data/lab", 10, tolerances=pose, propagation=coarse)
+        >>> pose = {"objects": 0, "materials": 0}  # only the gateway may be wrong
+        >>> found = bisplat.calibrate("lab", "data/lab", 10, propagation=coarse, **pose)
         >>> found.which[0].label, found.values.shape
         ('gateway x', (6,))
         >>> bool((found.deviations < 0.02).all())  # metres and radians
@@ -120,7 +123,7 @@ def calibrate(
         >>> moved = {"door": (2.03, 0.5, 1.8), "window": (2.5, 0.47, 1.8)}
         >>> given = {"powers": heard.powers, "gateways": moved, "frequency": heard.frequency.hertz}
         >>> described = bisplat.write_dataset("described", heard.positions, **given)
-        >>> found = bisplat.calibrate("closet", described, tolerances=pose, split="random", propagation=coarse)
+        >>> found = bisplat.calibrate("closet", described, split="random", propagation=coarse, **pose)
         >>> found.misfit[0] < found.misfit[1]
         True
         >>> found.which[0].label, found.values.shape
@@ -129,7 +132,7 @@ def calibrate(
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
     require_word(SPLITS, split=split)
-    require_instance(Tolerances, tolerances=tolerances)
+    (allowed,) = taken(tolerances, Tolerances)
     require_instance(Propagation, propagation=propagation)
     require_instance(Scene, str, PathLike, scene=scene)
     place = scene if isinstance(scene, Scene) else load_scene(scene)
@@ -139,7 +142,7 @@ def calibrate(
     warning = reach_warning(measured.positions[known], box, "the scene", "were they measured there, in its frame?")
     if warning is not None:
         say(f"warning: {measured.folder}: {warning}")
-    found = correct(place, measured, known, tolerances, propagation, report)
+    found = correct(place, measured, known, allowed, propagation, report)
     left, before = found.misfit
     if isinstance(found.fit, ResponseFit) and left > UNEXPLAINED_MOST:
         say(

@@ -24,13 +24,6 @@ class Tolerances:
 
     Raises:
         ParameterError: a number is outside its range.
-
-    Example:
-        A scene that was surveyed to a centimetre and a degree:
-
-        >>> import bisplat
-        >>> bisplat.Tolerances(position=0.01, rotation=1)
-        Tolerances(position=0.01, rotation=1, objects=0.03, materials=0.2, carrier=0.0)
     """
 
     position: float = 0.02

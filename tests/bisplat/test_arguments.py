@@ -216,7 +216,6 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"responses": np.ones((2, 16), complex), "numbers": np.arange(2), "seed": 0},
             {"responses": [*RESPONSES, np.full((2, 16), NAN)], "numbers": ("x", [0], [0, NAN], None)},
         ),
-        "Tolerances": Call(bisplat.Tolerances, {}, {"position": NOT_NEGATIVE, "materials": NOT_NEGATIVE}),
         "Tracer": Call(
             bisplat.Tracer,
             {"scene": scene, "propagation": tracer.ray_scene.propagation},
@@ -381,7 +380,12 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "target": ("0.9", True, 0, 1.5, -1, NAN, [0.9]),
             },
         ),
-        "calibrate": Call(bisplat.calibrate, {"scene": scene, "dataset": data}),
+        "calibrate": Call(
+            bisplat.calibrate,
+            {"scene": scene, "dataset": data},
+            {"wrong": (1,)}
+            | {name: NOT_NEGATIVE for name in ("position", "rotation", "objects", "materials", "carrier")},
+        ),
         "export": Call(
             bisplat.export,
             {"source": run, "output": "a.onnx"},
