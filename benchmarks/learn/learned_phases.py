@@ -31,7 +31,7 @@ KNOWN, TESTED = (100, 200, 400, 1000), 200
 
 def score(dataset: Dataset, folder: Path, model: str, split: Any, steps: int, find_phases: bool) -> float:
     """Median SSIM of the test spectra after a training. A run that is in the folder is not trained again."""
-    from learn.training.train import train
+    from learn.fitted.runs import train
 
     run = train(dataset, folder, model=model, split=split, steps=steps, find_phases=find_phases)
     test = run.split(dataset).test

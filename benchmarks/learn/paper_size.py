@@ -88,7 +88,7 @@ def timed_alone(dataset: Path, folder: Path, size: Size, training: Training) -> 
     import torch
     from torch.utils.flop_counter import FlopCounterMode
 
-    from learn.training.train import train
+    from learn.fitted.runs import train
 
     run = train(dataset, folder, model=size.model, options=size.options, **training.settings())
     positions = np.resize(read_dataset(dataset).positions, (PREDICTED, 3))
@@ -109,8 +109,8 @@ def timed_alone(dataset: Path, folder: Path, size: Size, training: Training) -> 
 
 def trained(dataset: Path, folder: Path, size: Size, training: Training) -> dict[str, Any]:
     """Train a model and score it on the test part."""
+    from learn.fitted.runs import train
     from learn.reports.comparison_report import validation_curve
-    from learn.training.train import train
 
     run = train(dataset, folder, model=size.model, options=size.options, **training.settings())
     kept = json.loads((folder / "training.json").read_text())
@@ -133,7 +133,7 @@ def trained(dataset: Path, folder: Path, size: Size, training: Training) -> dict
 
 def fitted(dataset: Path, folder: Path) -> dict[str, Any]:
     """Scores of ``helmholtz``."""
-    from learn.training.train import train
+    from learn.fitted.runs import train
 
     began = time.perf_counter()
     run = train(dataset, folder, model="helmholtz", split="random")

@@ -72,7 +72,7 @@ def scores(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "
 
 def trained(dataset: Dataset, folder: Path, training: Trained) -> dict[str, float]:
     """Scores of a training. A run that is in the folder is not trained again."""
-    from learn.training.train import train
+    from learn.fitted.runs import train
 
     model, options, steps = training
     run = train(dataset, folder, model=model, options=options, steps=steps)

@@ -22,7 +22,8 @@ import torch
 import tyro
 
 from benchmarks.ledger.printing import print_figures
-from learn.models.splatting.splat import Ordered, conic_of, splat_reference
+from learn.models.splatting.ordered import Ordered
+from learn.models.splatting.splat import conic_of, splat_reference
 from learn.models.splatting.splat_cpu import splat_cpu
 
 Attributes = tuple[torch.Tensor, ...]

@@ -110,7 +110,7 @@ def nothing_splatted(primitives: Any, azimuths: Any, elevations: Any) -> Any:
 
 def trained(name: str, dataset: Any, label: str, **settings: Any) -> dict[str, float]:
     """Validation SSIM and seconds of a training on pictures alone."""
-    from learn.training.train import train
+    from learn.fitted.runs import train
 
     pictures = dataset.with_values(response=None)
     with tempfile.TemporaryDirectory() as folder:

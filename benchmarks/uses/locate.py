@@ -71,7 +71,7 @@ def main(
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Locate test transmitters."""
-    from learn.training.train import train
+    from learn.fitted.runs import train
 
     figures: dict[str, Any] = {}
     options: Any = {"model": "mlp", "steps": 1} if smallest else {}

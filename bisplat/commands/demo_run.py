@@ -86,8 +86,8 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
 
     from learn.evaluation.crossvalidate import crossvalidate
     from learn.evaluation.evaluate import evaluate_spectra
+    from learn.fitted.runs import train
     from learn.reports.evaluation_report import write_crossvalidation, write_evaluation
-    from learn.training.train import train
 
     evaluations: dict[str, Evaluation] = {}
     asked = {"steps": BISPLAT_STEPS, "patience": PATIENCE} if steps is None else {"steps": steps}

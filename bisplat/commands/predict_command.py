@@ -88,7 +88,7 @@ def predict(
 
 def predict_values(folder: Path, positions: Path, output: Path) -> None:
     """Write the powers or responses that a run predicts at positions."""
-    from learn.training.run_folder import load_run
+    from learn.fitted.runs import load_run
     from scenes.files.npz_file import write_arrays
     from simulate.positions.positions import read_points
 
@@ -128,10 +128,10 @@ def map_powers(powers: Path, output: Path, options: MapOptions, force: bool) -> 
     """Write maps of received powers."""
     from learn.fitted.coverage import coverage_map
     from learn.fitted.fitted_method import fit_method
+    from learn.fitted.runs import load_run
     from learn.methods.method_table import TWIN
     from learn.reports.coverage_report import write_coverage_files
     from learn.training.fit_progress import FitProgress
-    from learn.training.run_folder import load_run
     from scenes.storage.scene_yaml import load_scene
 
     drawn = None if options.scene is None else load_scene(options.scene)

@@ -127,7 +127,7 @@ def train(
         refuse_idle(settings, ["steps"], "beside --budget, which is turned into a number of steps")
     if (quantity or quantity_of(dataset)) in ("spectrum", None):
         _refuse_idle_settings(settings, model if preset is None else PRESETS[preset].model, dataset)
-    from learn.training.train import train as train_model
+    from learn.fitted.runs import train as train_model
 
     given = {"bypass": bypass or None, "scene": scene}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}

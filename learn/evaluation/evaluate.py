@@ -17,11 +17,12 @@ from learn.data.neighbours import inverse_distance, nearest
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.prediction_intervals import StatedIntervals, intervals_by_distance
 from learn.fitted.method_run import MethodRun, evaluate_method
+from learn.fitted.runs import load_run
 from learn.models.base import Report
 from learn.quantities.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.training.config import Origin, require_same_link
 from learn.training.conformal_deviation import pixel_errors
-from learn.training.run_folder import Run, load_run, load_spectra
+from learn.training.run_folder import Run, load_spectra
 from scenes.files.errors import InputError, require_flag, require_path
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset

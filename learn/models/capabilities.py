@@ -88,11 +88,11 @@ class PredictsResponses(SpectrumModel, ABC):
         beamforming: the layer that computes spectra from responses.
 
     Example:
-        >>> import bisplat
+        >>> import bisplat, torch
         >>> run = bisplat.train("data/lab", "runs/responses", model="mlp-responses", steps=2)
         >>> isinstance(run.model, bisplat.PredictsResponses)
         True
-        >>>         >>> run.model.responses(torch.tensor([[2.5, 3.0, 1.2]], device=run.model.region.device)).shape
+        >>> run.model.responses(torch.tensor([[2.5, 3.0, 1.2]], device=run.model.region.device)).shape
         torch.Size([1, 16, 2])
     """
 

@@ -23,7 +23,7 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.training.config import Config, read_config, read_settings, require_same_spectra
+from learn.training.config import Config, read_config, require_same_spectra
 from learn.training.conformal_deviation import Deviation, nearest_known, reach
 from learn.training.prediction import DType, Prediction, checked_dtype, predicted, uncertainty
 from learn.training.registry import model_entry
@@ -255,35 +255,6 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
         raise InputError(
             f"{folder}: expected a run of the same model and size, found {cut(str(error).splitlines()[-1].strip())}"
         ) from error
-
-
-def load_run(folder: Path | str) -> Run:
-    """Load a finished run, onto the GPU if there is one.
-
-    Args:
-        folder: the run folder, as ``train`` made it.
-
-    Returns:
-        The run, which predicts at new positions.
-
-    Raises:
-        InputError: the folder is not a run folder, or its training is not finished; the model is unknown or cannot be
-            imported; or the weights are damaged, not finite, or those of another model.
-
-    Example:
-        >>> import bisplat
-        >>> run = bisplat.load_run("runs/lab")
-        >>> run.beamformer.array
-        PlanarArray(rows=4, columns=4, spacing=0.5)
-        >>> run.predict([[2.5, 3.0, 1.2]]).spectra.shape
-        (1, 90, 360)
-    """
-    require_path(folder=folder)
-    if read_settings(Path(folder)).quantity == "spectrum":
-        return load_spectra(folder)
-    from learn.fitted.method_run import load_method  # it imports this module
-
-    return load_method(Path(folder))
 
 
 def require_finished(folder: Path) -> Path:

@@ -6,7 +6,6 @@ import time
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
-from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -17,13 +16,12 @@ from jaxtyping import Float
 
 from learn.data.expected_score import say_expectation
 from learn.data.split_distances import SplitDistances, say_distances
-from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
+from learn.data.splits import GUARD_MOST, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.models.base import SpectrumModel
 from learn.models.kriging.retrieved_field import not_retrieved
-from learn.models.model_settings import MINUTES_MOST, PATIENCE, Steps
+from learn.models.model_settings import PATIENCE
 from learn.models.quadrature import quadrature
-from learn.quantities.quantity_table import QuantityName, quantity_named
 from learn.training.config import (
     Config,
     read_config,
@@ -44,137 +42,45 @@ from learn.training.registry import (
     model_entry,
 )
 from learn.training.run_files import untrained_model, write_training
-from learn.training.run_folder import Run, load_spectra, load_weights, save_weights
+from learn.training.run_folder import SpectrumRun, load_spectra, load_weights, save_weights
 from learn.training.validation_part import Learned, fit_in_closed_form, learned_responses
 from scenes.files.atomic import require_writable
 from scenes.files.errors import (
     InputError,
     ParameterError,
-    require_instance,
     require_path,
-    require_positive,
     require_seed,
     require_whole,
     require_within,
     require_word,
 )
-from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.files.plain_text import say
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_folder import given_dataset, read_dataset
-from simulate.dataset.dataset_kinds import quantity_of
+from simulate.dataset.dataset_folder import given_dataset
 from simulate.positions.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:
     from learn.training.budget import Timed
 
 
-@takes(optional(Steps))
-def train(
-    dataset: Dataset | Path | str,
-    output: Path | str,
+def train_spectra(
+    dataset: Dataset | None,
+    folder: Path,
+    output: Path,
     *,
-    model: str = DEFAULT_MODEL,
-    quantity: QuantityName | None = None,
-    split: SplitKind = "files",
-    guard: float = 0.0,
-    seed: int = 0,
-    options: Mapping[str, Any] | None = None,
-    budget: float | None = None,
-    preset: PresetName | None = None,
-    trainer: Mapping[str, Any] | None = None,
-    **settings: Any,
-) -> Run:
-    """Train a model on a dataset.
-
-    The arguments from ``steps`` on are settings of training by gradient steps; None stands for the model's own default.
-    A model that is fitted in closed form, such as "helmholtz" or "twin", takes none of them.
-
-    The same call again resumes an interrupted run, or loads a finished one. The same settings on the same dataset give
-    the same weights.
-
-    Args:
-        dataset: the dataset, or its folder.
-        output: the run folder.
-        model: name of a model: "helmholtz", "twin", "mirror-images", "bisplat", "bisplat-plus", "bisplat-aperture",
-            "mlp", "mlp-responses", "nerf2", "swiftwrf", "wrf-gs-plus" or "gsrf" (documentation, The models); or your
-            own subclass of ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path. Of
-            other quantities, the name of a method, as for ``compare``.
-        quantity: what is learned: "spectrum", "response" (over a band), "power" or "channel". None: what the dataset
-            mainly holds.
-        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
-            (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
-        guard: known positions nearer than this to a test position are left out, wavelengths.
-        seed: seed of the split, the initial weights and the order of the spectra.
-        options: options of the model that differ from its defaults, such as ``{"primitives": 250}``.
-        budget: training time, minutes, instead of a number of steps. It is turned into a number of steps by timing a
-            few of them, and includes the search for responses behind pictures. None: the number of steps is set.
-        preset: a published model with its number of steps: "paper" (BiSplat-WRF) or "paper-plus" (BiSplat-WRF+). It
-            replaces ``model``. Settings that are given differ from it.
-        trainer: where a training by steps runs, as arguments of Lightning's ``Trainer``: "devices", "num_nodes",
-            "accelerator" and "strategy", such as ``{"devices": 2}``. The processes share the batch.
-        **settings: those of ``Steps``.
-
-    Returns:
-        The trained run.
-
-    Raises:
-        ParameterError: the model is unknown or cannot be imported, or lacks one of the options; no split or preset has
-            this name; settings of training by steps are given for a model that is fitted in closed form; steps are
-            given beside a budget; or a number is out of its range.
-        InputError: the dataset is not valid, has too few spectra for the split, or lacks what the model needs, such as
-            responses; or the output folder holds other files or a run with other settings, or another process writes
-            to it.
-
-    Example:
-        >>> import bisplat
-        >>> run = bisplat.train("data/lab", "runs/example", model="mlp-responses", steps=2)
-        >>> run.predict([[2.5, 3.0, 1.2]]).responses.shape
-        (1, 16)
-    """
-    require_instance(Dataset, str, PathLike, dataset=dataset)
-    require_path(output=output)
-    require_word(SPLITS, split=split)
-    for name, mapping in (("options", options), ("trainer", trainer)):
-        if mapping is not None:
-            require_instance(Mapping, **{name: mapping})
-    if quantity is not None:
-        quantity_named(quantity)  # refuses other words
-    require_seed(seed=seed)
-    require_within(0, GUARD_MOST, "wavelengths", guard=guard)
-    (given,) = taken(settings, optional(Steps))
-    by_steps = {name: value for name, value in changed(given).items() if value is not None}
-    if budget is not None:
-        require_positive(budget=budget)
-        require_within(0, MINUTES_MOST, "minutes", budget=budget)
-        if "steps" in by_steps:
-            raise ParameterError("budget", f"expected none beside steps, found {by_steps['steps']} steps")
-    options = dict(options or {})
-    if isinstance(scene := options.get("scene"), str) and Path(scene).is_file():
-        options["scene"] = str(Path(scene).resolve())
-    loaded = dataset if isinstance(dataset, Dataset) else None
-    folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
-    kind = quantity or (quantity_of(folder) if loaded is None else loaded.quantities[0])
-    if kind not in ("spectrum", None):
-        from learn.fitted.method_run import train_method  # it imports this module
-
-        others = {"preset": preset, "trainer": trainer, **by_steps, **options}
-        idle = next((name for name, value in others.items() if value and name not in ("steps", "scene")), None)
-        if idle is not None:
-            raise ParameterError(idle, f"expected none for {quantity_named(kind).in_words}, found one")
-        options |= {name: by_steps[name] for name in ("steps",) if name in by_steps}
-        config = Config(
-            dataset=str(folder.resolve()),
-            quantity=kind,
-            model=model,
-            split=split,
-            guard=guard,
-            seed=seed,
-            split_seed=seed,
-            options=options,
-        )
-        return train_method(loaded or read_dataset(folder), Path(output), config, budget)
+    model: str,
+    split: SplitKind,
+    guard: float,
+    seed: int,
+    options: Mapping[str, Any],
+    budget: float | None,
+    preset: PresetName | None,
+    trainer: Mapping[str, Any],
+    by_steps: Mapping[str, Any],
+) -> SpectrumRun:
+    """Train a model of spectra, as ``bisplat.train`` explains it, on a dataset or on that in a folder."""
+    by_steps = dict(by_steps)
     if preset is not None:
         require_word(tuple(PRESETS), preset=preset)
         if model not in (DEFAULT_MODEL, PRESETS[preset].model):
@@ -199,24 +105,23 @@ def train(
         guard=guard,
         seed=seed,
         split_seed=seed,
-        options=options,
+        options=dict(options),
         by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
-    place, learned = Path(output), None
-    begun = (place / "config.json").exists()
+    learned, begun = None, (output / "config.json").exists()
     if budget is not None and begun:
-        config = _with_steps_of(place, config)
+        config = _with_steps_of(output, config)
     elif budget is not None or (preset is not None and not begun):
-        processes = _check(config, trainer or {})
-        loaded = given_dataset(loaded or folder)
-        chosen, learned, minutes = _timed(budget, config, place, loaded, processes)
+        processes = _check(config, trainer)
+        dataset = given_dataset(dataset or folder)
+        chosen, learned, minutes = _timed(budget, config, output, dataset, processes)
         config = replace(config, by_steps=chosen)
         if preset is not None:
             say(in_words(preset, chosen.steps, told, minutes))
         else:
             say(f"{chosen.steps} steps fit into {budget:g} minutes")
-    train_run(config, place, trainer or {}, loaded, learned, say_split=True)
-    return load_spectra(place)
+    train_run(config, output, trainer, dataset, learned, say_split=True)
+    return load_spectra(output)
 
 
 def _with_steps_of(folder: Path, config: Config) -> Config:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -10,14 +11,13 @@ from jaxtyping import Int
 from torch.utils import data
 
 from scenes.files.errors import ParameterError, shown
-from simulate.dataset.dataset import Dataset
 from simulate.spectra.spectrum import spectrum_of
 
 
 class TorchDataset(data.Dataset[dict[str, torch.Tensor]]):
     """Spectra of a dataset for ``torch.utils.data.DataLoader``, as ``Dataset.torch`` explains it."""
 
-    def __init__(self, dataset: Dataset, indices: Int[np.ndarray, " n"] | Sequence[int] | None = None):
+    def __init__(self, dataset: Any, indices: Int[np.ndarray, " n"] | Sequence[int] | None = None):
         self.dataset = dataset
         self.indices = np.arange(len(dataset)) if indices is None else _checked(indices, len(dataset))
 

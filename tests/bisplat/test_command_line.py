@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from bisplat.__main__ import main
+from learn.fitted.runs import load_run
 from learn.training import validation_part as epochs
 from learn.training.gradient_steps import Training
-from learn.training.run_folder import load_run
 from scenes.storage.scene_writing import write_scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset

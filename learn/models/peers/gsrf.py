@@ -10,7 +10,8 @@ from torch import Tensor, nn
 
 from learn.models.base import Region, SplatModel, power
 from learn.models.quadrature import composite_loss
-from learn.models.splatting.splat import Conic, Ordered, directions, neighbour_distance, rotation_matrix, splat_in_order
+from learn.models.splatting.ordered import Conic, Ordered
+from learn.models.splatting.splat import directions, neighbour_distance, rotation_matrix, splat_in_order
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 3000  # number of Gaussians

@@ -11,7 +11,8 @@ from torch import Tensor, nn
 from learn.models.base import Region, SplatModel, power
 from learn.models.encoding import positional_encoding
 from learn.models.networks.feed_forward import SkipNetwork
-from learn.models.splatting.splat import Ordered, splat_in_order
+from learn.models.splatting.ordered import Ordered
+from learn.models.splatting.splat import splat_in_order
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 10_000  # number of Gaussians of the authors' runs

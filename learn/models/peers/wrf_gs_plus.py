@@ -11,14 +11,8 @@ from learn.models.encoding import positional_encoding
 from learn.models.networks.feed_forward import SkipNetwork
 from learn.models.peers.swiftwrf import clipped_magnitude
 from learn.models.quadrature import composite_loss
-from learn.models.splatting.splat import (
-    Ordered,
-    conic_of_axes,
-    directions,
-    neighbour_distance,
-    rotation_matrix,
-    splat_in_order,
-)
+from learn.models.splatting.ordered import Ordered
+from learn.models.splatting.splat import conic_of_axes, directions, neighbour_distance, rotation_matrix, splat_in_order
 from simulate.spectra.beamformer import Beamformer
 
 PUBLISHED = 200_000  # number of Gaussians at the start of the authors' runs

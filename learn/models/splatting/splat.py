@@ -14,11 +14,10 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 from torch import Tensor, nn
 
+from learn.models.splatting.ordered import Conic, Ordered
+
 WHOLE = 1e-3  # A number of columns this near a whole one is whole: a grid's azimuths are in single precision
 MOST_TURN = 4  # largest ratio of the columns of one turn, which the fast renderers compute, to those of the grid
-
-Conic = tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]]
-"""The entries a, b, c of the inverse covariances Σ⁻¹ = [[a, b], [b, c]] of primitives, per square degree."""
 
 
 class Splats(NamedTuple):
@@ -31,21 +30,6 @@ class Splats(NamedTuple):
     rotation: Float[Tensor, "B N_p"]  # ρ_i, radians
     opacity: Float[Tensor, "B N_p"]  # o_i
     coefficient: Float[Tensor, "B N_p 2"]  # c_i (real, imaginary)
-
-
-class Ordered(NamedTuple):
-    """Primitives in depth order, nearest first, as renderers blend them."""
-
-    azimuth: Float[Tensor, "*#B N_p"]  # φ_i, degrees
-    elevation: Float[Tensor, "*#B N_p"]  # θ_i, degrees
-    conic: Conic
-    opacity: Float[Tensor, "B N_p"]  # o_i
-    coefficient: Float[Tensor, "B N_p 2"]  # c_i (real, imaginary)
-
-    def attributes(self) -> tuple[Float[Tensor, "B N_p"], ...]:
-        """All numbers of the primitives, each for every transmitter."""
-        centres = (axis.expand(self.opacity.shape) for axis in (self.azimuth, self.elevation))
-        return *centres, *self.conic, self.opacity, *self.coefficient.unbind(-1)
 
 
 def splat(splats: Splats, azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -> Float[Tensor, "B H W 2"]:

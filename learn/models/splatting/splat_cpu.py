@@ -19,7 +19,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.splatting.splat import Ordered
+from learn.models.splatting.ordered import Ordered
 from simulate.parallel.compiled import ONE_KERNEL, compiled
 
 CUTOFF = 1e-8

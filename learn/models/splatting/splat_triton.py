@@ -12,7 +12,7 @@ import triton.language as tl
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.splatting.splat import Ordered
+from learn.models.splatting.ordered import Ordered
 from learn.models.splatting.splat_cpu import LEVEL
 
 TILE_ROWS, TILE_COLUMNS = 8, 32

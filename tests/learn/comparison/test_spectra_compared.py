@@ -13,6 +13,7 @@ from learn.comparison.variants import variants
 from learn.data.metrics import score
 from learn.data.neighbours import nearest
 from learn.data.splits import split
+from learn.fitted.runs import load_run, train
 from learn.methods.interpolation import Kriging, KrigingResponses
 from learn.methods.method_table import methods_of, usual_names
 from learn.methods.trained_model import TrainedModel
@@ -23,8 +24,6 @@ from learn.reports.comparison_report import validation_curve, write_comparison
 from learn.training.budget import Speed
 from learn.training.config import read_config
 from learn.training.run_files import read_training
-from learn.training.run_folder import load_run
-from learn.training.train import train
 from learn.training.validation_part import Learned
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import read_dataset

@@ -9,7 +9,7 @@ from learn.data.metrics import scorable
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.evaluation.evaluate import evaluate
 from learn.evaluation.picture_checks import picture_doubts
-from learn.training.run_folder import load_run
+from learn.fitted.runs import load_run
 from scenes.files.errors import InputError
 from scenes.places.built_in import lab
 from scenes.scene.antennas import Transmitter

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from learn.evaluation.crossvalidate import crossvalidate
+from learn.fitted.runs import load_run, train
 from learn.reports.evaluation_report import write_crossvalidation
-from learn.training.run_folder import load_run
-from learn.training.train import train
 from scenes.files.errors import InputError
 from scenes.places.built_in import lab
 from scenes.scene.antennas import Transmitter

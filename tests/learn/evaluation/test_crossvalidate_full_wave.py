@@ -9,7 +9,7 @@ from PIL import Image
 from benchmarks.ledger.exact_fields import free_space_response
 from benchmarks.ledger.rays_against_full_wave import compare_engines, compare_on_plane, compare_responses, draw_plane
 from learn.evaluation.crossvalidate import crossvalidate
-from learn.training.train import train
+from learn.fitted.runs import train
 from scenes.checks.occupancy import element_positions
 from scenes.files.errors import InputError
 from scenes.scene.antennas import Gateway, Transmitter

@@ -5,9 +5,9 @@ import pytest
 import torch
 from torch import nn
 
+from learn.fitted.runs import train
 from learn.models.networks.bisplat import BilinearSpatialTransformer, bilinear_weights
 from learn.models.networks.feed_forward import Interpolated, LinearOfParts
-from learn.training.train import train
 from scenes.files.errors import InputError
 
 

@@ -9,12 +9,12 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from learn.comparison.compare import compare
+from learn.fitted.runs import train
 from learn.models.images.image_field import ImageField, frame_of_walls, in_frame
 from learn.models.images.image_search import most_likely
 from learn.models.kriging.kriged_field import KrigedField
 from learn.reports.export import export
 from learn.training.model_export import INPUT, OUTPUT
-from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.receivers import ArrayReceiver
 from simulate.dataset.written_dataset import write_dataset

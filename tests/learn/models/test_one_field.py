@@ -9,12 +9,12 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from learn.data.metrics import ssim
+from learn.fitted.runs import train
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.interpolators import WAYS, MovingArrayField, kriging_ways
 from learn.models.kriging.kriged_field import KrigedField
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.mlp import ResponseMLP
-from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.written_dataset import write_dataset

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import torch
 
+from learn.fitted.runs import train
 from learn.models.networks.aperture import BiSplatAperture
 from learn.models.networks.mlp import PATHS, ResponseMLP
 from learn.models.networks.response_network import PathDelays, first_delays
-from learn.training.train import train
 from scenes.files.errors import InputError
 from simulate.dataset.written_dataset import write_dataset
 from simulate.spectra.array import PlanarArray

@@ -8,7 +8,8 @@ import torch
 
 pytest.importorskip("triton", reason="Triton comes with the CUDA builds of torch, and with bisplat-wrf[test]")
 
-from learn.models.splatting.splat import Ordered, conic_of, splat_reference
+from learn.models.splatting.ordered import Ordered
+from learn.models.splatting.splat import conic_of, splat_reference
 from learn.models.splatting.splat_triton import splat_triton
 
 DEVICE = "cuda" if torch.cuda.is_available() else "cpu"

@@ -14,11 +14,12 @@ import torch
 from safetensors.torch import load_file, save_file
 
 from learn.data.splits import read_split, split
+from learn.fitted.runs import load_run
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.kriged_field import KrigedField
 from learn.training.config import Config, write_config
 from learn.training.run_files import box_of, read_training
-from learn.training.run_folder import load_run, save_weights
+from learn.training.run_folder import save_weights
 from scenes.files.errors import InputError
 from simulate.dataset.dataset import Dataset
 from simulate.dataset.dataset_folder import read_dataset

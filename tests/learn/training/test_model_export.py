@@ -7,12 +7,12 @@ import onnxruntime
 import pytest
 import torch
 
+from learn.fitted.runs import load_run
 from learn.models.kriging.helmholtz import HelmholtzField
 from learn.models.kriging.kriged_field import DIRECTIONS, KrigedField
 from learn.models.networks.bisplat import BiSplatWRF
 from learn.reports.export import export
 from learn.training.model_export import INPUT, OUTPUT
-from learn.training.run_folder import load_run
 from scenes.files import atomic
 from scenes.files.errors import InputError
 from simulate.spectra.beamformer import Beamformer

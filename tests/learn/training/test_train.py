@@ -21,6 +21,7 @@ from torch.utils.data.distributed import DistributedSampler
 import bisplat
 from learn.data.metrics import ssim
 from learn.evaluation.evaluate import evaluate
+from learn.fitted.runs import load_run
 from learn.models.capabilities import WEAK
 from learn.models.model_settings import Steps
 from learn.models.networks.aperture import BiSplatAperture
@@ -33,7 +34,6 @@ from learn.training import validation_part as epochs
 from learn.training.config import read_config
 from learn.training.gradient_steps import Batches, Training
 from learn.training.registry import model_class
-from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.files.errors import InputError
 from scenes.files.output_folder import locked

@@ -8,10 +8,10 @@ import pytest
 import torch
 
 from learn.data.splits import split
+from learn.fitted.runs import load_run
 from learn.reports.export import export
 from learn.training.config import Config
 from learn.training.prediction import predict
-from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from learn.twin import twin_model as scene_weight
 from learn.twin.twin_model import Twin

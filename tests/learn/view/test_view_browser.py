@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Page, expect
 
 import bisplat
-from learn.training.run_folder import load_run
+from learn.fitted.runs import load_run
 from learn.training.train import train_run
 from scenes.places.built_in import lab
 from scenes.scene.antennas import Gateway, Transmitter
