@@ -139,13 +139,10 @@ def is_own(folder: Path, run: SpectrumRun) -> bool:
 
 def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, "K 90 360"], run: SpectrumRun) -> None:
     """Compare the stated frequency, array and grid with those of a run, or else the pictures with its array."""
-    problems: list[str] = []
     path, of_run = folder / "metadata.json", run.beamformer
     metadata = read_metadata(path)
     rows = np.array([int(name) for name in names]) - 1
-    frequency = frequency_of(folder, metadata, rows, problems).frequency
-    if problems:
-        raise InputError(problems[0])
+    frequency, _ = frequency_of(folder, metadata, rows)
     if metadata.get("moving") == "both":
         raise InputError(f"{path}: expected pictures of a gateway that stands still, found some of an array that moved")
     array, grid = stated_array(metadata), stated_grid(metadata)

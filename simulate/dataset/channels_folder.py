@@ -21,7 +21,7 @@ from scenes.files.npz_file import Expected, read_npy
 from scenes.files.schema import conform
 from scenes.scene.frequency import read_bandwidth
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_frequency import stated_frequency
+from simulate.dataset.dataset_frequency import Frequency, stated_frequency
 from simulate.dataset.dataset_kinds import CHANNELS, TAKE_CHANNELS, TAKE_PLACED_CHANNELS
 from simulate.dataset.index_files import read_split, write_drawn_split
 from simulate.dataset.inspection import Coordinate, Inspection
@@ -52,7 +52,7 @@ def read_channels(found: Inspection, wanted: float | None) -> Dataset | None:
     antennas = found.noting(None, _read_station, folder / STATION)
     positions = found.positions() if os.path.lexists(folder / "tx_pos.csv") else None
     metadata = found.metadata()
-    frequency = stated_frequency(folder, metadata, wanted, problems)
+    frequency = found.noting(Frequency(), stated_frequency, folder, metadata, wanted)
     if channels is None:
         return None
     count, elements, subcarriers = channels.shape

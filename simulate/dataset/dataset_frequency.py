@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -51,66 +51,48 @@ class Frequency:
         return f"{self.hertz / (1e9 if giga else 1e6):.6g} {'GHz' if giga else 'MHz'}"
 
 
-def stated_frequency(folder: Path, metadata: dict[str, Any], wanted: float | None, problems: list[str]) -> Frequency:
+def stated_frequency(folder: Path, metadata: dict[str, Any], wanted: float | None) -> Frequency:
     """The frequency of a folder of received powers or channels, which has only one."""
     hertz = metadata.get("frequency_hz")
     found = Frequency(USUAL_FREQUENCY) if hertz is None else Frequency(read_frequency(hertz), "metadata")
     if wanted is not None and abs(found.hertz / wanted - 1) > SAME:
-        problems.append(f"{folder}: expected data of {Frequency(wanted)}, found those of {found}")
+        raise InputError(f"{folder}: expected data of {Frequency(wanted)}, found those of {found}")
     return found
 
 
-class Chosen(NamedTuple):
-    """The pictures of one frequency."""
-
-    frequency: Frequency  # the frequency
-    pictures: Int[np.ndarray, " n"]  # indices of its pictures
-
-
 def frequency_of(
-    folder: Path,
-    metadata: dict[str, Any],
-    rows: Int[np.ndarray, " K"],
-    problems: list[str],
-    wanted: float | None = None,
-) -> Chosen:
-    """The frequency of a dataset folder, and its pictures."""
+    folder: Path, metadata: dict[str, Any], rows: Int[np.ndarray, " K"], wanted: float | None = None
+) -> tuple[Frequency, Int[np.ndarray, " n"]]:
+    """The frequency of a dataset folder, and the indices of its pictures."""
     simulated = metadata.get("frequencies_hz", [])
     hertz = simulated[0] if len(simulated) == 1 else metadata.get("frequency_hz")
     stated = None if hertz is None else Frequency(read_frequency(hertz), "metadata")
     path, every = folder / FREQUENCIES, np.arange(len(rows))
+    several = f"{path}: expected {named(np.array(simulated))}, as metadata.json lists"
     if not os.path.lexists(path):
         found = stated or Frequency()
         if len(simulated) > 1:
-            problems.append(
-                f"{path}: expected {named(np.array(simulated))}, as metadata.json lists, found no such file"
-            )
-        elif wanted is not None and abs(found.hertz / wanted - 1) > SAME:
-            problems.append(f"{folder}: expected pictures of {Frequency(wanted)}, found those of {found}")
-        return Chosen(found, every)
-    try:
-        listed = read_frequencies(path, rows)
-    except InputError as error:
-        problems.append(str(error))
-        return Chosen(stated or Frequency(), every)
+            raise InputError(f"{several}, found no such file")
+        if wanted is not None and abs(found.hertz / wanted - 1) > SAME:
+            raise InputError(f"{folder}: expected pictures of {Frequency(wanted)}, found those of {found}")
+        return found, every
+    listed = read_frequencies(path, rows)
     if len(simulated) > 1 and (other := _differing(listed, np.array(simulated))):
-        problems.append(
-            f"{path}: expected {named(np.array(simulated))}, as metadata.json lists, one after the other, found {other}"
-        )
+        raise InputError(f"{several}, one after the other, found {other}")
     if wanted is not None:
         chosen = np.flatnonzero(np.abs(listed / wanted - 1) <= SAME)
         if not len(chosen):
-            problems.append(f"{path}: expected pictures of {Frequency(wanted)}, found those of {named(listed)}")
-        return Chosen(Frequency(wanted, "freq.txt"), chosen)
+            raise InputError(f"{path}: expected pictures of {Frequency(wanted)}, found those of {named(listed)}")
+        return Frequency(wanted, "freq.txt"), chosen
     lowest, highest = Frequency(float(listed.min()), "freq.txt"), Frequency(float(listed.max()), "freq.txt")
     if highest.hertz > (1 + SAME) * lowest.hertz:
-        problems.append(
+        raise InputError(
             f"{path}: expected one frequency for all pictures, found {lowest} to {highest}; bisplat dataset keeps the "
             f'pictures of one, such as --frequency "{lowest}"'
         )
-    elif stated is not None and abs(stated.hertz / lowest.hertz - 1) > SAME:
-        problems.append(f"{path}: expected the {stated} of metadata.json, found {lowest}")
-    return Chosen(stated or lowest, every)
+    if stated is not None and abs(stated.hertz / lowest.hertz - 1) > SAME:
+        raise InputError(f"{path}: expected the {stated} of metadata.json, found {lowest}")
+    return stated or lowest, every
 
 
 def _differing(listed: Float[np.ndarray, " K"], simulated: Float[np.ndarray, " F"]) -> str | None:

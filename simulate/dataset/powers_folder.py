@@ -20,7 +20,7 @@ from scenes.files.json_yaml_xml import PlainDumper
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from simulate.dataset.dataset import Dataset
-from simulate.dataset.dataset_frequency import stated_frequency
+from simulate.dataset.dataset_frequency import Frequency, stated_frequency
 from simulate.dataset.dataset_kinds import NOT_RECEIVED, POWERS, STRONGEST, TAKE_POWERS
 from simulate.dataset.index_files import read_split, write_drawn_split
 from simulate.dataset.inspection import Inspection
@@ -87,7 +87,7 @@ def read_powers(found: Inspection, wanted: float | None) -> Dataset | None:
         fault = fault_of_powers(powers, stated=stated.receiver.tx_power_dbm is not None)
         if fault is not None:
             problems.append(f"{folder / POWERS}: {fault}")
-    frequency = stated_frequency(folder, metadata, wanted, problems)
+    frequency = found.noting(Frequency(), stated_frequency, folder, metadata, wanted)
     rows = [str(number) for number in range(0 if positions is None else len(positions))]
     train, test = read_split(found, rows, "positions")
     if problems or positions is None:

@@ -33,36 +33,30 @@ RESPONSE_MAGNITUDES = 1e-12, 1e12
 class Recorded(NamedTuple):
     """Content of channels.npz, with a row for each of tx_pos.csv."""
 
-    # responses at the carrier, or over the band if there is one; None if there is no such file or it is faulty
+    # responses at the carrier, or over the band if there is one; None if there is no such file
     responses: Complex[np.ndarray, "K elements *band"] | None = None
     retrieved: bool = False  # whether they have unknown phases of their own, such as those found behind pictures
 
-    def of_rows(
-        self, path: Path, rows: Int[np.ndarray, " n"], problems: list[str]
-    ) -> dict[str, Complex[np.ndarray, "n elements *band"]]:
+    def of_rows(self, path: Path, rows: Int[np.ndarray, " n"]) -> dict[str, Complex[np.ndarray, "n elements *band"]]:
         """The responses of some rows by the name of the quantity. They must be of a magnitude that can be squared."""
         if self.responses is None:
             return {}
         found = self.responses[rows]
         finite = np.isfinite(found).reshape(len(found), -1).all(axis=1)
         if not (self.retrieved or finite.all()):
-            problems.append(
+            raise InputError(
                 f"{path}: expected finite responses, found others in {int((~finite).sum())} rows, first in that of "
                 f"picture {int(np.flatnonzero(~finite)[0]) + 1} of {len(found)}"
             )
-            return {}
         low, high = RESPONSE_MAGNITUDES
         with np.errstate(over="ignore"):
             largest = float(np.abs(found[finite]).max(initial=0))
         if not low <= largest <= high:
-            problems.append(f"{path}: expected a largest magnitude from {low:g} to {high:g}, found {largest:.4g}")
-            return {}
+            raise InputError(f"{path}: expected a largest magnitude from {low:g} to {high:g}, found {largest:.4g}")
         return {"retrieved" if self.retrieved else "response": found.astype(np.complex64)}
 
 
-def read_responses(
-    path: Path, rows: int | None, elements: int, problems: list[str], band: Band | None = None
-) -> Recorded:
+def read_responses(path: Path, rows: int | None, elements: int, band: Band | None = None) -> Recorded:
     """Read channels.npz."""
     if not os.path.lexists(path):
         return Recorded()
@@ -77,18 +71,14 @@ def read_responses(
         expected["band"] = Expected(over_band, "c", (rows, elements, band.subcarriers))
         numbers += band.subcarriers
     limit = LARGEST_NPZ if rows is None else 16 * rows * elements * numbers + MEGABYTE  # at most complex128
-    try:
-        found = read_npz(path, "an npz archive of responses", expected, min(limit, LARGEST_NPZ))
-    except InputError as error:
-        problems.append(str(error))
-        return Recorded()
+    found = read_npz(path, "an npz archive of responses", expected, min(limit, LARGEST_NPZ))
     retrieved = bool(found.get("retrieved", False))
     if band is None:
         return Recorded(found["channels"], retrieved)
     at_carrier = found["band"][..., band.carrier]
     same = np.isclose(found["channels"], at_carrier, rtol=1e-5, atol=0, equal_nan=True).all(axis=1)
     if not same.all():
-        problems.append(
+        raise InputError(
             f"{path}: expected the channels of subcarrier {band.carrier} of band, found others in "
             f"{int((~same).sum())} rows, first in row {int(np.flatnonzero(~same)[0]) + 1} of {len(same)}"
         )

@@ -31,7 +31,7 @@ from simulate.dataset.inspection import Coordinate, Inspection
 from simulate.dataset.metadata import write_metadata
 from simulate.dataset.picture_files import encode_picture, picture_names, read_pictures
 from simulate.dataset.receivers import ArrayReceiver
-from simulate.dataset.responses_file import read_responses
+from simulate.dataset.responses_file import Recorded, read_responses
 from simulate.positions.positions import read_points, write_positions
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.identification import identify, stated_array, stated_grid
@@ -88,7 +88,10 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
     rows = numbers - 1
     frequency = Frequency()
     if len(rows):
-        frequency, chosen = frequency_of(folder, metadata, rows, problems, wanted)
+        of_folder = found.noting(None, frequency_of, folder, metadata, rows, wanted)
+        if of_folder is None:
+            return None
+        frequency, chosen = of_folder
         if len(chosen) < len(rows) and not problems:
             place = {old: new for new, old in enumerate(chosen.tolist())}
             train, test = (np.array([place[each] for each in part if each in place], int) for part in (train, test))
@@ -99,11 +102,12 @@ def read_spectra(found: Inspection, wanted: float | None) -> Dataset | None:
     array = None if array is None else array.at(frequency.hertz)
     elements = (array or PlanarArray()).elements
     band = found.band(metadata, frequency.hertz)
-    recorded = read_responses(folder / "channels.npz", rows_known, elements, problems, band)
+    path = folder / "channels.npz"
+    recorded = found.noting(Recorded(), read_responses, path, rows_known, elements, band)
     if problems or positions is None:
         return None
     found.note_changed_places(metadata, tx_pos=positions, rx_pos=receivers)
-    of_rows = recorded.of_rows(folder / "channels.npz", rows, problems)
+    of_rows = found.noting(dict[str, np.ndarray](), recorded.of_rows, path, rows)
     if problems:
         return None
     moving = None if receivers is None else receivers[rows]

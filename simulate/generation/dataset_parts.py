@@ -17,7 +17,7 @@ from scenes.files.atomic import sync_folder, write_atomically
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_kinds import PARTS
 from simulate.dataset.picture_files import encode_picture, encode_power
-from simulate.dataset.responses_file import read_responses
+from simulate.dataset.responses_file import Recorded, read_responses
 from simulate.engines.engine import BandSource, ResponseSource
 from simulate.generation.request import Request
 from simulate.spectra.angular_grid import COLUMNS, ROWS
@@ -104,10 +104,11 @@ class WrittenParts:
 
     def whole(self) -> dict[int, Complex[np.ndarray, "n elements *band"]]:
         """The responses of the finished parts without damaged files, by the index of their first position."""
-        problems: list[str] = []
-        path, count = self.folder / "channels.npz", len(self.names)
-        found_there = read_responses(path, count, self._elements, problems, self._band)
-        self.damage = [f"{problem}; it is made again" for problem in problems]
+        found_there, self.damage = Recorded(), []
+        try:
+            found_there = read_responses(self.folder / "channels.npz", len(self.names), self._elements, self._band)
+        except InputError as error:
+            self.damage = [f"{error}; it is made again"]
         with ThreadPoolExecutor() as pool:
             recorded = None if found_there.retrieved else found_there.responses
             found = {start: self._whole(start, recorded, pool) for start in self.starts}

@@ -44,18 +44,16 @@ def test_bad_rows_are_named(text, words, tmp_path):
 
 
 def test_metadata_and_freq_txt(tmp_path):
-    problems: list[str] = []
-    assert frequency_of(tmp_path, {}, ROWS, problems).frequency == Frequency(915e6, "assumed")
-    assert frequency_of(tmp_path, {"frequency_hz": "3.5 GHz"}, ROWS, problems).frequency == Frequency(3.5e9, "metadata")
+    assert frequency_of(tmp_path, {}, ROWS)[0] == Frequency(915e6, "assumed")
+    assert frequency_of(tmp_path, {"frequency_hz": "3.5 GHz"}, ROWS)[0] == Frequency(3.5e9, "metadata")
     (tmp_path / "freq.txt").write_text("3.5\n")
-    assert frequency_of(tmp_path, {}, ROWS, problems).frequency == Frequency(3.5e9, "freq.txt")
-    assert frequency_of(tmp_path, {"frequency_hz": 3.5e9}, ROWS, problems).frequency.source == "metadata"
-    assert not problems
-    frequency_of(tmp_path, {"frequency_hz": 915e6}, ROWS, problems)
-    assert "freq.txt: expected the 915 MHz of metadata.json, found 3.5 GHz" in problems.pop()
+    assert frequency_of(tmp_path, {}, ROWS)[0] == Frequency(3.5e9, "freq.txt")
+    assert frequency_of(tmp_path, {"frequency_hz": 3.5e9}, ROWS)[0].source == "metadata"
+    with pytest.raises(InputError, match=r"freq.txt: expected the 915 MHz of metadata.json, found 3.5 GHz"):
+        frequency_of(tmp_path, {"frequency_hz": 915e6}, ROWS)
     (tmp_path / "freq.txt").write_text("2.4\n5.8\n5.8\n")
-    frequency_of(tmp_path, {}, ROWS, problems)
-    assert "found 2.4 GHz to 5.8 GHz" in problems.pop()
+    with pytest.raises(InputError, match=r"found 2.4 GHz to 5.8 GHz"):
+        frequency_of(tmp_path, {}, ROWS)
 
 
 def test_an_assumed_frequency_is_said_once_where_a_dataset_is_read(write_folder, tmp_path, capsys):
