@@ -27,6 +27,8 @@ def main() -> None:
     prepare_streams()
     try:
         try:
+            if sys.argv[1:2] == ["convert"]:  # what ``dataset`` was called for pictures; scripts still say so
+                sys.argv[1] = "dataset"
             _run(sys.argv[1:])
         finally:
             sys.stdout.flush()
