@@ -15,7 +15,7 @@ from jaxtyping import Complex, Float, Int
 from matplotlib.figure import Figure
 
 from learn.data.metrics import Scores, score
-from learn.evaluation.crossvalidate import correlation
+from learn.quantities.complex_scores import correlation
 from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
 from learn.reports.provenance import Provenance

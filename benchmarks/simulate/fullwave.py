@@ -36,7 +36,7 @@ import tyro
 from benchmarks.ledger.printing import print_figures
 from benchmarks.ledger.rays_against_full_wave import compare_engines
 from benchmarks.ledger.smallest_room import smallest_room
-from learn.evaluation.crossvalidate import correlation
+from learn.quantities.complex_scores import correlation
 from scenes.places.built_in import closet
 from scenes.scene.description import Scene
 from simulate.dataset.dataset import Dataset

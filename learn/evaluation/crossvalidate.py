@@ -184,7 +184,7 @@ def crossvalidate(
     prediction = run.predict(drawn)
     of_responses = None
     if prediction.responses is not None:
-        of_responses = correlation(prediction.responses[:, None], responses[:, None])
+        of_responses = correlation(prediction.responses, responses)
     return CrossValidation(
         run_name=run.name,
         scene_name=scene.name,

@@ -83,14 +83,14 @@ def snr_db(predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "
 
 
 def correlation(
-    predicted: Complex[np.ndarray, "K A S"], truth: Complex[np.ndarray, "K A S"]
+    predicted: Complex[np.ndarray, "K *shape"], truth: Complex[np.ndarray, "K *shape"]
 ) -> Float[np.ndarray, " K"]:
     """Correlation ``|ĥ^H h|`` / (‖ĥ‖ ‖h‖) of each row, which a wrong level or common phase leaves as it is.
 
     It is 0 if zeros are predicted, and NaN for a row of zeros.
     """
     norm = np.sqrt(_energy(predicted) * _energy(truth))
-    product = np.abs(np.einsum("kas,kas->k", predicted.conj(), truth))
+    product = np.abs((predicted.conj() * truth).reshape(len(truth), -1).sum(axis=1))
     return np.where(_energy(truth) > 0, product / np.where(norm > 0, norm, 1), np.nan)
 
 
@@ -100,5 +100,5 @@ def coverage(error: Complex[np.ndarray, "K A S"], deviation: Float[np.ndarray, "
     return float(np.mean([np.abs(error.real) <= bound, np.abs(error.imag) <= bound]))
 
 
-def _energy(channels: Complex[np.ndarray, "K A S"]) -> Float[np.ndarray, " K"]:
-    return np.square(np.abs(channels).astype(float)).sum(axis=(1, 2))
+def _energy(channels: Complex[np.ndarray, "K *shape"]) -> Float[np.ndarray, " K"]:
+    return np.square(np.abs(channels).astype(float)).reshape(len(channels), -1).sum(axis=1)

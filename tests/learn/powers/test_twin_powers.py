@@ -94,7 +94,7 @@ def test_a_scene_gives_compare_its_twin(heard, monkeypatch):
         ({"rays": "twin"}, None, "scene: expected .*, found none"),
         (["mean"], "closet", "scene: expected the method twin .* found mean"),
         (None, "nowhere", "nowhere"),
-        (["twin"], replace(PLACE, frequency=2.4e9), "small: expected a scene of the dataset's wavelength"),
+        (["twin"], replace(PLACE, frequency=2.4e9), "small: expected 915 MHz as in"),
     ],
 )
 def test_what_does_not_fit_is_refused_before_any_fit(heard, methods, scene, expected):
