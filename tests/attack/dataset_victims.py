@@ -33,7 +33,7 @@ SEVERAL = victims_of(
     "several",
     [("freq.txt", TEXT), ("metadata.json", JSON), ("tx_pos.csv", TEXT)],
     "check several",
-    then="convert several -o out --frequency 2.4GHz",
+    then="dataset several -o out --frequency 2.4GHz",
 )
 
 MOVING = victims_of(

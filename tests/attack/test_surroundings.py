@@ -8,7 +8,7 @@ from tests.attack.victims import PLACE, Victim
 
 pytestmark = pytest.mark.attack
 
-CONVERT = Victim("", "convert measured -o out", (), ("measured",), then="check out")
+CONVERT = Victim("", "dataset measured -o out", (), ("measured",), then="check out")
 CHECK = Victim("", "check measured", (), ("measured",), ())
 
 PAIRS = (

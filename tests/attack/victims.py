@@ -78,7 +78,7 @@ DATASETS = (
 FOREIGN = victims_of(
     "measured",
     [("gateway_info.yml", YAML), ("tx_pos.csv", TEXT), ("test_index.txt", TEXT), ("spectrum/00002.png", BYTES)],
-    "convert measured -o out",
+    "dataset measured -o out",
     then="check out",
 )
 
@@ -103,7 +103,7 @@ POWERS = (
     ),
     Victim(
         "gateways.yml",
-        "rssi room/scene.yaml -o out --gateways gateways.yml -n 3 --max-depth 0",
+        "simulate room/scene.yaml -o out --gateways gateways.yml -n 3 --max-depth 0",
         YAML,
         ("room", "gateways.yml"),
         then="check out",
