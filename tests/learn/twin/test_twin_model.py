@@ -149,7 +149,7 @@ def test_a_scene_is_needed_and_has_the_frequency(data, true, tmp_path):
         train_run(Config(dataset=str(data.folder), model="twin"), tmp_path / "run")
     assert not (tmp_path / "run").exists()
     elsewhere = str(write_scene(true.at_frequency(1.83e9), tmp_path / "other"))
-    with pytest.raises(InputError, match="wavelength"):
+    with pytest.raises(InputError, match="found 1830 MHz"):
         Twin(true.transmitter.region, data.beamformer, data.wavelength, scene=elsewhere).fit(data, np.arange(9))
 
 
