@@ -15,13 +15,7 @@ from bisplat.commands.simulate_command import EngineName
 from scenes.files.errors import ParameterError, printable
 from scenes.files.plain_text import print_table, say
 
-OF_SPECTRA = (
-    "dataset",
-    "index",
-    "locate",
-    "further_gateways",
-    "ceiling",
-)  # Options for runs of spectra
+OF_SPECTRA = ("dataset", "index", "locate", "further_gateways", "ceiling")  # Options for runs of spectra
 
 
 def evaluate(
@@ -47,9 +41,9 @@ def evaluate(
         ceiling: score the array's ceiling, too, which takes half a minute for 16 × 16 elements without responses.
         json: print the scores as JSON.
     """
-    from learn.training.config import read_settings
+    from learn.training.config import learned_quantity
 
-    if (run / "config.json").exists() and (quantity := read_settings(run).quantity) != "spectrum":
+    if (quantity := learned_quantity(run)) not in (None, "spectrum"):
         refuse_idle(given_options(evaluate, locals()), OF_SPECTRA, f"for the quantity {quantity}")
         _evaluate_method(run, json)
         return

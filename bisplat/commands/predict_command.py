@@ -76,13 +76,12 @@ def predict(
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
     require_new(output, force=force)
-    if (source / "config.json").exists():
-        from learn.training.config import read_settings
+    from learn.training.config import learned_quantity
 
-        if read_settings(source).quantity != "spectrum":
-            refuse_idle(given_options(predict, locals()), ["dtype"], "for other quantities than spectra")
-            predict_values(source, positions, output)
-            return
+    if learned_quantity(source) not in (None, "spectrum"):
+        refuse_idle(given_options(predict, locals()), ["dtype"], "for other quantities than spectra")
+        predict_values(source, positions, output)
+        return
     predict_spectra(source, positions, output, dtype)
 
 
@@ -131,13 +130,14 @@ def map_powers(powers: Path, output: Path, options: MapOptions, force: bool) -> 
     from learn.fitted.runs import load_run
     from learn.methods.method_table import TWIN
     from learn.reports.coverage_report import write_coverage_files
+    from learn.training.config import learned_quantity
     from learn.training.fit_progress import FitProgress
     from scenes.storage.scene_yaml import load_scene
 
     drawn = None if options.scene is None else load_scene(options.scene)
     with new_folder(output, force) as unfinished:
         fitted: Any = powers
-        if (powers / "config.json").exists():
+        if learned_quantity(powers) is not None:
             fitted = load_run(powers)
         elif options.method == TWIN:
             fitted = fit_method(powers, "power", TWIN, scene=drawn)

@@ -18,7 +18,6 @@ from learn.data.splits import Split, SplitKind, distances_known, split
 from learn.quantities.known import HowSplit
 from learn.quantities.quantity import Quantity
 from scenes.files.errors import InputError, require_whole
-from scenes.files.plain_text import say
 from simulate.dataset.rooms_folder import Rooms
 from simulate.spectra.spectrum import evenly
 
@@ -66,12 +65,11 @@ class OneDataset:
 
     def known(self, size: int | None, seed: int) -> list[Case]:
         """What is known in each dataset, for a number of training rows and a seed."""
-        parts, most = self.parts(size), self.quantity.most_known
-        if most is not None and len(parts.known) > most:
-            say(f"the methods learn from {most} of the {len(parts.known)} known {self.quantity.things}")
-            some = np.sort(np.random.default_rng(self.how(size).seed).permutation(parts.known)[:most])
+        parts, how = self.parts(size), self.how(size)
+        some = self.quantity.drawn(parts.known, how.seed)
+        if len(some) < len(parts.known):
             parts = Split(train=some, validation=some[:0], test=parts.test)
-        return [Case(self.data, parts, self.how(size))]
+        return [Case(self.data, parts, how)]
 
     def distances(self, size: int | None) -> SplitDistances | None:
         """From the test positions to the nearest known ones. None: positions or frequency are not known."""

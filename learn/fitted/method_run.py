@@ -153,7 +153,7 @@ def _fitted(data: Dataset, config: Config, parts: Split, steps: Any, minutes: fl
         data,
         config.quantity,
         config.model,
-        known=parts.known,
+        known=quantity_named(config.quantity).drawn(parts.known, config.split_seed),
         seed=config.seed,
         scene=scene,
         steps=steps,

@@ -115,38 +115,28 @@ def train(
         options["scene"] = str(Path(scene).resolve())
     loaded = dataset if isinstance(dataset, Dataset) else None
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
-    kind = quantity or (quantity_of(folder) if loaded is None else loaded.quantities[0])
-    if kind not in ("spectrum", None):
+    kind = quantity or (quantity_of(folder) if loaded is None else loaded.quantities[0]) or "spectrum"
+    of_method = kind != "spectrum"
+    if of_method:
         others = {"preset": preset, "trainer": trainer, **by_steps, **options}
         idle = next((name for name, value in others.items() if value and name not in ("steps", "scene")), None)
         if idle is not None:
             raise ParameterError(idle, f"expected none for {quantity_named(kind).in_words}, found one")
-        options |= {name: by_steps[name] for name in ("steps",) if name in by_steps}
-        config = Config(
-            dataset=str(folder.resolve()),
-            quantity=kind,
-            model=model,
-            split=split,
-            guard=guard,
-            seed=seed,
-            split_seed=seed,
-            options=options,
-        )
-        return train_method(loaded or read_dataset(folder), Path(output), config, budget)
-    return train_spectra(
-        loaded,
-        folder,
-        Path(output),
+        if "steps" in by_steps:
+            options["steps"] = by_steps["steps"]
+    config = Config(
+        dataset=str(folder.resolve()),
+        quantity=kind,
         model=model,
         split=split,
         guard=guard,
         seed=seed,
+        split_seed=seed,
         options=options,
-        budget=budget,
-        preset=preset,
-        trainer=trainer or {},
-        by_steps=by_steps,
     )
+    if of_method:
+        return train_method(loaded or read_dataset(folder), Path(output), config, budget)
+    return train_spectra(config, loaded, Path(output), budget, preset, trainer or {}, by_steps)
 
 
 def load_run(folder: Path | str) -> Run:

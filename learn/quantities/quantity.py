@@ -13,6 +13,7 @@ from jaxtyping import Float, Int, Num
 
 from scenes.files.errors import InputError
 from scenes.files.npz_file import Expected
+from scenes.files.plain_text import say
 
 
 @dataclass(frozen=True)
@@ -153,6 +154,13 @@ class Quantity(ABC):
     def stated(self, dataset: Any) -> str | None:
         """What is assumed of a dataset for this comparison, for the user. None: nothing."""
         return None
+
+    def drawn(self, rows: Int[np.ndarray, " n"], seed: int) -> Int[np.ndarray, " m"]:
+        """The known rows, or ``most_known`` of them, drawn at random. That some are left out is said on stderr."""
+        if self.most_known is None or len(rows) <= self.most_known:
+            return rows
+        say(f"the methods learn from {self.most_known} of the {len(rows)} known {self.things}")
+        return np.sort(np.random.default_rng(seed).permutation(rows)[: self.most_known])
 
     def predicted_by(
         self, label: str, method: Any, positions: Any, given: np.ndarray | None, shape: Sequence[int]

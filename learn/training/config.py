@@ -159,6 +159,11 @@ def read_settings(folder: Path) -> Config:
     return conform(content, Config, str(folder / "config.json"), complete=True)
 
 
+def learned_quantity(folder: Path) -> str | None:
+    """What the run in a folder has learned; None if the folder is no run."""
+    return read_settings(folder).quantity if (folder / "config.json").exists() else None
+
+
 def _content(folder: Path) -> Any:
     path = folder / "config.json"
     if not os.path.lexists(path):

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from learn.data.expected_score import say_expectation
 from learn.data.split_distances import SplitDistances, say_distances
-from learn.data.splits import GUARD_MOST, Split, SplitKind
+from learn.data.splits import GUARD_MOST, Split
 from learn.data.splits import split as split_of
 from learn.models.base import SpectrumModel
 from learn.models.kriging.retrieved_field import not_retrieved
@@ -65,22 +65,16 @@ if TYPE_CHECKING:
 
 
 def train_spectra(
+    config: Config,
     dataset: Dataset | None,
-    folder: Path,
     output: Path,
-    *,
-    model: str,
-    split: SplitKind,
-    guard: float,
-    seed: int,
-    options: Mapping[str, Any],
     budget: float | None,
     preset: PresetName | None,
     trainer: Mapping[str, Any],
-    by_steps: Mapping[str, Any],
+    by_steps: dict[str, Any],
 ) -> SpectrumRun:
-    """Train a model of spectra, as ``bisplat.train`` explains it, on a dataset or on that in a folder."""
-    by_steps = dict(by_steps)
+    """Train a model of spectra, as ``bisplat.train`` explains it, with the settings of a run but those by steps."""
+    model = config.model
     if preset is not None:
         require_word(tuple(PRESETS), preset=preset)
         if model not in (DEFAULT_MODEL, PRESETS[preset].model):
@@ -93,27 +87,18 @@ def train_spectra(
     for name in (*by_steps, *(["budget"] if budget is not None else []), *(["trainer"] if trainer else [])):
         if entry.by_steps is None:
             raise ParameterError(name, f"expected a model trained by steps, found {model}")
-    told = {**options, **by_steps}
+    told = {**config.options, **by_steps}
     if preset is not None and budget is None:
         by_steps = {"steps": PRESETS[preset].steps} | by_steps
     if "steps" not in by_steps and budget is None:
         by_steps = {"patience": PATIENCE} | by_steps
-    config = Config(
-        dataset=str(folder.resolve()),
-        model=model,
-        split=split,
-        guard=guard,
-        seed=seed,
-        split_seed=seed,
-        options=dict(options),
-        by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
-    )
+    config = replace(config, model=model, by_steps=entry.by_steps and replace(entry.by_steps, **by_steps))
     learned, begun = None, (output / "config.json").exists()
     if budget is not None and begun:
         config = _with_steps_of(output, config)
     elif budget is not None or (preset is not None and not begun):
         processes = _check(config, trainer)
-        dataset = given_dataset(dataset or folder)
+        dataset = given_dataset(dataset or config.dataset)
         chosen, learned, minutes = _timed(budget, config, output, dataset, processes)
         config = replace(config, by_steps=chosen)
         if preset is not None:

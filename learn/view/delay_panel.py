@@ -44,10 +44,8 @@ class DelayPanel(Panel):
     def show(self, position: Position, index: int | None, traced: Traced | None) -> str:
         dataset = self.view.subject.dataset
         assert dataset is not None and dataset.band is not None
-        if (
-            index is None and "spectrum" in dataset.values
-        ):  # a drag must stay fast, and the spectra tell of this position
-            return ""
+        if index is None and "spectrum" in dataset.values:
+            return ""  # a drag must stay fast, and the spectra tell of this position
         distances = np.linalg.norm(dataset.positions - position, axis=1)
         row = int(distances.argmin()) if index is None else index
         profile = delay_profile(dataset.values[self.quantity][row].astype(complex), dataset.band)
