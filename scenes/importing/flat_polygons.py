@@ -228,9 +228,25 @@ def _cut(rings: list[Int[np.ndarray, " n"]], plane: Float[np.ndarray, "V 2"]) ->
             holes_of[next(inside, outer[-1])].append(k)
     triangles, missing = [np.zeros((0, 3), int)], SAME_AREA * abs(sum(areas))
     for members in holes_of.values():
-        corners = np.concatenate([rings[k] for k in members])
-        cut = cut_rings(plane[corners], np.cumsum([len(rings[k]) for k in members]).tolist(), missing)
+        apart = _apart([rings[k] for k in members])
+        corners = np.concatenate(apart)
+        cut = cut_rings(plane[corners], np.cumsum([len(ring) for ring in apart]).tolist(), missing)
         if cut is None:
             return None
         triangles.append(corners[cut])
     return np.concatenate(triangles)
+
+
+def _apart(rings: list[Int[np.ndarray, " n"]]) -> list[Int[np.ndarray, " n"]]:
+    """Make the holes that have a corner of the outline a part of it: ear clipping misses a hole that touches it."""
+    outline, *inner = rings
+    left = []
+    for hole in inner:
+        shared = np.flatnonzero(np.isin(outline, hole))
+        if len(shared):
+            at = shared[0]
+            from_there = np.roll(hole, -int((hole == outline[at]).argmax()))
+            outline = np.concatenate([outline[:at], from_there, outline[at:]])
+        else:
+            left.append(hole)
+    return [outline, *left]

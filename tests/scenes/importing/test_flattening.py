@@ -7,6 +7,7 @@ from trimesh import Trimesh
 from trimesh.remesh import subdivide_to_size
 
 from scenes.checks.occupancy import crosses
+from scenes.importing.flat_polygons import _cut
 from scenes.importing.flattening import flattened
 from scenes.places.built_in import BUILT_IN
 from scenes.scene.antennas import Gateway, Transmitter
@@ -62,6 +63,16 @@ def test_a_scanned_room_becomes_planes_from_which_no_ray_escapes():
     starts = np.tile([1.0, 1.0, 1.0], (len(rays), 1))
     ends = starts + 9 * rays / np.linalg.norm(rays, axis=1, keepdims=True)
     assert np.any([crosses(starts, ends, triangle) for triangle in mesh.triangles], axis=0).all()
+
+
+@pytest.mark.parametrize("shift", [-2e-4, -1e-12, 0, 1e-12, 2e-4])
+def test_a_hole_that_touches_the_outline_is_cut_out_whatever_the_rounding(shift):
+    outline = [(0, 0), (2, 0), (2 + shift, 1), (2, 2), (0, 2)]
+    plane = np.array([*outline, (1.9, 0.9), (1.8, 1), (1.9, 1.1)], float)
+    cut = _cut([np.arange(5), np.array([2, 5, 6, 7])], plane)
+    one, two = plane[cut[:, 1]] - plane[cut[:, 0]], plane[cut[:, 2]] - plane[cut[:, 0]]
+    areas = (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) / 2
+    assert areas.min() >= 0 and areas.sum() == pytest.approx(4 + shift - (0.02 + 0.1 * shift))
 
 
 def test_walls_of_two_objects_meet():
