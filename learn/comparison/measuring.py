@@ -126,7 +126,7 @@ class Measuring:
             **(self._of_rooms(scored.each, truths) if len(known) > 1 or self.cases.training else {}),
             "parameters": getattr(method, "parameters", None),
             "steps": getattr(method, "steps", None),
-            "seconds": None if fitted_before else round(seconds, 3),
+            "seconds": None if seconds is None else round(seconds, 3),
             "milliseconds": None if fitted_before else round(1e3 * predicting / count, 3),
             "found": getattr(method, "found", None),
             **({} if distances is None else distances.facts()),

@@ -33,6 +33,7 @@ class Predictions:
     may also be pictures, spectrum/NAME.png.
     """
 
+    seconds = None  # of the fit: it is not known
     source: str  # hash of what was read, by which changed predictions are noticed. Set by ``read``.
 
     def __init__(self, folder: str):

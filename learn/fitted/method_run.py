@@ -82,6 +82,8 @@ class MethodRun(Run):
 class Kept:
     """A fitted method as ``compare`` takes it. To fit it again changes nothing."""
 
+    seconds = None  # of the fit, which was before
+
     def __init__(self, method: Method):
         self._method = method
         self.found = getattr(method, "found", None)
